@@ -1,0 +1,1 @@
+"""The process that runs a machine on a robot."""

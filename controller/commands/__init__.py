@@ -1,0 +1,1 @@
+"""The subcommands of maze-machine, one a module."""

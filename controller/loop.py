@@ -1,0 +1,1 @@
+"""The loop that runs a machine on a robot, one tick after the other."""

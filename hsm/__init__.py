@@ -1,0 +1,1 @@
+"""Hierarchical state machines, written as text: the engine, its registry and the language."""

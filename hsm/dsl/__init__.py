@@ -1,0 +1,1 @@
+"""The .maze-machine language: from text to a checked model."""

@@ -1,0 +1,1 @@
+"""The .maze-machine files that ship with the project."""

@@ -1,0 +1,39 @@
+"""The one seam between a controller and a robot, wherever the robot is."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from transport.messages import Command, Observation
+
+
+class LinkError(Exception):
+    """The robot cannot be reached, or no longer; the message says what was tried and what to do."""
+
+
+class Robot(Protocol):
+    """A robot that is observed and commanded in turns: in memory, over a network or in hardware.
+
+    In lockstep, a command carries the world to the next observation. In real time, ``observe`` waits for the next
+    period and hands out the newest data.
+    """
+
+    def observe(self) -> Observation:
+        """The newest observation.
+
+        Raises:
+            LinkError: the robot has not been heard within the link's time limit.
+        """
+        ...
+
+    def command(self, command: Command) -> None:
+        """Send a command in answer to the last observation.
+
+        Raises:
+            LinkError: the command could not be handed over.
+        """
+        ...
+
+    def close(self) -> None:
+        """Stop the robot and let go of it; a second call does nothing."""
+        ...

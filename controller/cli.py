@@ -1,12 +1,62 @@
-"""The one entry point, ``maze-machine``: it collects the subcommands, each from a module of its own."""
+"""The one entry point, ``maze-machine``: the table of subcommands, each a function in a module of its own.
+
+A command's module keeps heavy imports (numpy, zenoh, matplotlib, ...) inside its function, so that ``--help`` and
+completion in a shell answer at once. What goes wrong in a command is told by ``controller.errors``.
+"""
 
 from __future__ import annotations
 
+from importlib.metadata import version
+from typing import Annotated, Any
+
 import typer
+from typer.core import TyperGroup
+
+from controller.commands import run
+from controller.errors import reported
+
+
+class Commands(TyperGroup):
+    """The subcommands; an error that a user can act on ends any of them with one message and an exit status."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the subcommand that was asked for."""
+        with reported():
+            return super().invoke(ctx)
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        print(f"maze-machine {version('maze-machine')}")
+        raise typer.Exit
+
 
 app = typer.Typer(
-    name="maze-machine", no_args_is_help=True, help="Write a robot's supervisor as a text file and trust it."
+    name="maze-machine",
+    cls=Commands,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=(
+        "Exit status: 0 all right, 1 the run or check failed, 2 wrong usage, 3 a file that cannot be used, "
+        "4 no robot within reach, 130 interrupted."
+    ),
 )
+
+
+@app.callback()
+def maze_machine(
+    _version: Annotated[
+        bool, typer.Option("--version", help="Print the version and exit.", is_eager=True, callback=_print_version)
+    ] = False,
+) -> None:
+    """Write a robot's supervisor as a small text file and trust it."""
+
+
+# One line a command, in the order of the help text.
+DRIVE, WRITE, WORLD, LINK = "Drive", "Write machines", "Mazes and simulation", "Link"
+app.command("run", rich_help_panel=DRIVE)(run.run)
 
 
 def main() -> None:

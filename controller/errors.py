@@ -1,0 +1,113 @@
+"""What a user is told when something goes wrong: one clear message, and an exit status that programs can read."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import IntEnum
+from types import FrameType
+
+import typer
+
+from hsm.diagnostics import MachineError
+
+
+class ExitStatus(IntEnum):
+    """How a command ended."""
+
+    OK = 0
+    FAILED = 1
+    USAGE = 2
+    BAD_FILE = 3
+    UNREACHABLE = 4
+    INTERRUPTED = 130
+    TERMINATED = 143
+
+
+class CommandError(Exception):
+    """Something that the user can put right.
+
+    Attributes:
+        status: the exit status that it leads to.
+        way_out: what to do about it, or empty.
+    """
+
+    status = ExitStatus.USAGE
+
+    def __init__(self, message: str, way_out: str = "") -> None:
+        self.way_out = way_out
+        super().__init__(message)
+
+
+class UsageError(CommandError):
+    """Arguments that do not go together or name nothing that is there."""
+
+
+class FileError(CommandError):
+    """A file that is missing or cannot be used."""
+
+    status = ExitStatus.BAD_FILE
+
+
+class Terminated(KeyboardInterrupt):
+    """Somebody asked this process to end (SIGTERM); the robot is stopped as by Ctrl-C."""
+
+
+@contextmanager
+def reported() -> Iterator[None]:
+    """End the command with a message and an exit status where something expected goes wrong.
+
+    What is not expected is a fault of this program and keeps its traceback.
+    """
+    previous = _raise_on_termination()
+    try:
+        yield
+    except KeyboardInterrupt as interrupt:
+        ended = isinstance(interrupt, Terminated)
+        _tell("terminated" if ended else "interrupted")
+        raise typer.Exit(ExitStatus.TERMINATED if ended else ExitStatus.INTERRUPTED) from None
+    except typer.Exit:
+        raise
+    except Exception as error:
+        known = explain(error)
+        if known is None:
+            raise
+        status, message = known
+        _tell(message)
+        raise typer.Exit(status) from None
+    finally:
+        if previous is not None:
+            signal.signal(signal.SIGTERM, previous)
+
+
+def explain(error: Exception) -> tuple[ExitStatus, str] | None:
+    """The exit status and the message for an error that a user can act on; None for any other."""
+    if isinstance(error, CommandError):
+        return error.status, f"{error}; {error.way_out}" if error.way_out else str(error)
+    if isinstance(error, MachineError):
+        return ExitStatus.BAD_FILE, str(error)
+    if _is(error, "transport.robot", "LinkError"):
+        return ExitStatus.UNREACHABLE, str(error)
+    return None
+
+
+def _is(error: Exception, module: str, name: str) -> bool:
+    """Whether an error is of a class, without importing the class's module: who raised it has done so."""
+    loaded = sys.modules.get(module)
+    return loaded is not None and isinstance(error, getattr(loaded, name, ()))
+
+
+def _tell(message: str) -> None:
+    print(f"maze-machine: {message}", file=sys.stderr)
+
+
+def _raise_on_termination() -> signal._HANDLER:
+    def terminate(_number: int, _frame: FrameType | None) -> None:
+        raise Terminated
+
+    try:
+        return signal.signal(signal.SIGTERM, terminate)
+    except ValueError:  # not in the main thread: the caller keeps its handlers
+        return None

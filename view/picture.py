@@ -1,0 +1,121 @@
+"""A picture of a run: the maze seen from above and the way that the robot took through it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LINES_OF_LEGEND = 12
+"""So many states are told apart by colour; with more of them the trail shows time instead."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """What does not move, in metres in the frame of the maze.
+
+    Attributes:
+        walls: segments, shape (n, 2, 2): end points, each x and y.
+        doors: segments of the closed doors, shape (m, 2, 2).
+        exits: segments to be crossed, shape (k, 2, 2).
+    """
+
+    walls: NDArray[np.float64]
+    doors: NDArray[np.float64]
+    exits: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trail:
+    """Where the robot has been.
+
+    Attributes:
+        times: seconds, shape (n,), increasing.
+        positions: metres in the frame of the maze, shape (n, 2).
+        states: what the machine was doing at each time; empty where that is not known.
+    """
+
+    times: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    states: Sequence[str] = ()
+
+
+def save_picture(file: Path, scene: Scene, trail: Trail, title: str = "") -> None:
+    """Draw a run into an image file; its suffix (.png, .svg, .pdf) says which format.
+
+    Raises:
+        OSError: the file cannot be written.
+        ValueError: matplotlib knows no format of this suffix.
+    """
+    width, height = _extent(scene, trail)
+    figure = Figure(figsize=_size(width, height), dpi=120, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    draw_scene(axes, scene)
+    _draw_trail(figure, axes, trail)
+    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    axes.set_title(title, fontsize=10, loc="left")
+    figure.savefig(file)
+
+
+def draw_scene(axes: Axes, scene: Scene) -> None:
+    """Draw walls, doors and exits."""
+    axes.add_collection(LineCollection(list(scene.walls), colors="0.15", linewidths=1.6, capstyle="round"))
+    if len(scene.doors):
+        doors = LineCollection(list(scene.doors), colors="tab:orange", linewidths=3.5, label="door")
+        axes.add_collection(doors)
+    if len(scene.exits):
+        exits = LineCollection(list(scene.exits), colors="tab:green", linewidths=2.5, linestyles=":", label="exit")
+        axes.add_collection(exits)
+    axes.autoscale_view()
+
+
+def _draw_trail(figure: Figure, axes: Axes, trail: Trail) -> None:
+    """The way in segments, coloured by state where these are few, otherwise by time; a circle at its beginning."""
+    if not len(trail.positions):
+        return
+    pieces = np.stack([trail.positions[:-1], trail.positions[1:]], axis=1)
+    names = list(dict.fromkeys(trail.states))
+    if 0 < len(names) <= LINES_OF_LEGEND:
+        palette = colormaps["tab20" if len(names) > 10 else "tab10"]
+        chosen = [palette(names.index(state)) for state in trail.states]
+        axes.add_collection(LineCollection(list(pieces), colors=chosen[1:], linewidths=1.8))
+        for name in names:
+            axes.plot([], [], color=palette(names.index(name)), label=name)
+    else:
+        scale = Normalize(float(trail.times[0]), float(trail.times[-1]))
+        coloured = LineCollection(list(pieces), cmap="viridis", norm=scale, linewidths=1.8)
+        coloured.set_array(trail.times[1:])
+        axes.add_collection(coloured)
+        figure.colorbar(ScalarMappable(scale, "viridis"), ax=axes, label="time [s]", shrink=0.6)
+    x, y = trail.positions[0]
+    axes.plot([x], [y], "o", color="white", markeredgecolor="black", markersize=9, label="start")
+    figure.legend(loc="outside right upper", fontsize=8, frameon=False)
+
+
+def _extent(scene: Scene, trail: Trail) -> tuple[float, float]:
+    """Width and height of all that is to be seen, m."""
+    points = np.concatenate([scene.walls.reshape(-1, 2), trail.positions.reshape(-1, 2)])
+    if not len(points):
+        return 1.0, 1.0
+    width, height = np.ptp(points, axis=0)
+    return float(width), float(height)
+
+
+def _size(width: float, height: float) -> tuple[float, float]:
+    """Inches of the figure: ten on the longer side, with room for the legend."""
+    scale = 9.0 / max(width, height, 1e-6)
+    return max(width * scale, 3.0) + 2.2, max(height * scale, 2.5) + 0.8

@@ -1,1 +1,1 @@
-"""From facts to motion."""
+"""From facts to motion: motion skills, one at a time, and maze-solving strategies."""

@@ -1,0 +1,103 @@
+"""Turning a corner along a circle, the way of the 2015 robot."""
+
+from __future__ import annotations
+
+import math
+
+from hsm.registry import Outcome
+from hsm.types import Speed
+from perception.facts import Facts
+from skills.activities.drive import BLOCKED, PATIENCE, off_the_walls
+from skills.course import TRUSTED, Course
+from skills.frames import Frame, Turned, rotated
+from skills.library import LIBRARY
+from skills.motion import Headway, Skill, along
+from skills.opening import Opening, opening_of
+from skills.passage import passage_of, points_along
+from skills.sides import Side
+from transport.messages import Command, Pose, Twist
+
+QUARTER = math.pi / 2
+CLOSE = 0.35
+"""With less than this left to turn the compass says where the turn ends, rad."""
+
+
+@LIBRARY.activity("arc", outcomes=("done", "blocked"), holds=("base",))
+class Arc(Skill):
+    """Turn into the opening at a side while driving on.
+
+    The distances to the opening's corners give the radius of a quarter circle that ends in the middle of the opening,
+    in wide ones as far from the corner as a wall is kept off. At its beginning a local frame is set in the odometry.
+    Along the circle the path's speed is fed forward; the deviations in x and y from where the robot should be for the
+    angle that it has turned are fed back. Outcomes: `done`, `blocked` when the robot gets no farther.
+    """
+
+    def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5) -> None:
+        self._side = side
+        self._speed = speed
+        self._course = Course()
+        self._headway = Headway(PATIENCE)
+        self._opening: Opening | None = None
+        self._circle: _Circle | None = None
+
+    def tick(self, facts: Facts) -> Command | Outcome:
+        """The next velocity."""
+        if self._headway.lost(facts):
+            return BLOCKED
+        if self._circle is not None:
+            return self._along_the_circle(facts, self._circle)
+        return self._to_the_circle(facts)
+
+    def _to_the_circle(self, facts: Facts) -> Command | Outcome:
+        """Drive straight on to where the circle begins."""
+        settings = self.settings
+        error = self._course.error(facts)
+        points = points_along(facts, error)
+        pose = facts.observation.odometry.pose
+        if self._opening is None:
+            self._opening = opening_of(points, facts.robot, self._side, pose, error)
+        self._opening.update(points, pose)
+        middle = self._opening.middle(settings.wall.distance) - self._opening.driven(pose)
+        passage = passage_of(points, facts.robot, settings.motion.look_ahead)
+        beside = self._opening.aside
+        radius = min(max(min(middle, beside), settings.arc.smallest_radius), settings.arc.largest_radius)
+        if middle <= radius + 0.02:
+            self._circle = _Circle(Frame(Pose(pose.x, pose.y, pose.heading + error)), radius, self._side, pose.heading)
+            return self._along_the_circle(facts, self._circle)
+        return along(error, self._speed, off_the_walls(passage, settings), passage.ahead, settings.motion)
+
+    def _along_the_circle(self, facts: Facts, circle: _Circle) -> Command | Outcome:
+        """Feed the path's speed forward, and the distance from the path back."""
+        pose = facts.observation.odometry.pose
+        turned = circle.turned(pose)
+        left = QUARTER - turned
+        misalignment = facts.compass.misalignment * self._side.sign
+        if abs(left) < CLOSE and facts.compass.known and abs(misalignment - left) < TRUSTED:
+            left = misalignment
+        if left < self.settings.rotate.tolerance:
+            return Outcome("done")
+        target = circle.place(min(turned, QUARTER))
+        here = circle.frame.local(pose)
+        gain = self.settings.arc.gain
+        forward, aside = rotated(gain * (target[0] - here.x), gain * (target[1] - here.y), -here.heading)
+        speed = min(self._speed, facts.robot.limits.turn_rate * circle.radius)
+        return Command(Twist(speed + forward, aside, self._side.sign * speed / circle.radius))
+
+
+class _Circle:
+    """A quarter circle to a side, in a frame at its beginning with x along the course."""
+
+    def __init__(self, frame: Frame, radius: float, side: Side, heading: float) -> None:
+        self.frame = frame
+        self.radius = radius
+        self._sign = side.sign
+        self._before = (frame.origin.heading - heading) * side.sign
+        self._turned = Turned(heading)
+
+    def turned(self, pose: Pose) -> float:
+        """The angle turned from the course to the side, rad."""
+        return self._turned.update(pose.heading) * self._sign - self._before
+
+    def place(self, angle: float) -> tuple[float, float]:
+        """Where the robot should be after turning by ``angle`` (rad), m."""
+        return self.radius * math.sin(angle), self._sign * self.radius * (1 - math.cos(angle))

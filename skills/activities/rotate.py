@@ -1,0 +1,82 @@
+"""Turning on the spot."""
+
+from __future__ import annotations
+
+import math
+
+from hsm.registry import Outcome
+from hsm.types import Angle
+from perception.facts import Facts
+from skills.course import TRUSTED
+from skills.frames import Frame, Turned, rotated
+from skills.library import LIBRARY
+from skills.motion import Headway, Skill
+from skills.passage import passage_of, points_along
+from transport.messages import Command, Pose, Twist
+
+CLOSE = 0.35
+"""With less than this left to turn the compass says where the turn ends, rad."""
+
+
+@LIBRARY.activity("rotate", outcomes=("done", "blocked"), holds=("base",))
+class Rotate(Skill):
+    """Turn on the spot by an angle, counter-clockwise positive.
+
+    The turn is measured by odometry from the axis of the walls that the robot stands along at first; quarter turns end
+    along the walls, where there are any. Where a wall is too
+    near for the robot's corners, the robot moves off it while it turns. Outcomes: `done`, `blocked` when it cannot turn
+    any farther.
+    """
+
+    def __init__(self, angle: Angle) -> None:
+        self._angle = angle
+        self._headway = Headway(self.settings.rotate.patience)
+        self._turned: Turned | None = None
+        self._along_walls = False
+        self._spot = Frame(Pose())
+
+    def tick(self, facts: Facts) -> Command | Outcome:
+        """The next velocity."""
+        pose = facts.observation.odometry.pose
+        if self._turned is None:
+            self._turned = Turned(pose.heading)
+            self._along_walls = abs(math.remainder(self._angle, facts.settings.compass.world_angle)) < 0.01
+            self._angle += facts.compass.misalignment
+            self._spot = self._roomy_spot(facts, pose)
+        left = self._angle - self._turned.update(pose.heading)
+        compass = facts.compass
+        if self._along_walls and abs(left) < CLOSE and compass.known and abs(compass.misalignment - left) < TRUSTED:
+            left = compass.misalignment
+        settings = self.settings.rotate
+        if abs(left) < settings.tolerance:
+            return Outcome("done")
+        if self._headway.lost(facts):
+            return Outcome("blocked")
+        turn = math.copysign(min(settings.rate, settings.gain * abs(left)), left)
+        return Command(Twist(*self._to_the_spot(pose), turn))
+
+    def _roomy_spot(self, facts: Facts, pose: Pose) -> Frame:
+        """Where to turn: here, or as far off the walls as the robot's corners need."""
+        error = facts.compass.misalignment
+        room = facts.robot.radius + self.settings.safety.margin + self.settings.rotate.room
+        passage = passage_of(points_along(facts, error), facts.robot, room)
+        aside = 0.0
+        if passage.width < 2 * room:
+            aside = (passage.left + passage.right) / 2
+        elif passage.left < room:
+            aside = passage.left - room
+        elif -passage.right < room:
+            aside = passage.right + room
+        back = min(0.0, passage.ahead - room)
+        x, y = rotated(back, aside, error)
+        return Frame(Frame(pose).outer(Pose(x, y)))
+
+    def _to_the_spot(self, pose: Pose) -> tuple[float, float]:
+        """Velocity towards the spot, in the robot's frame."""
+        here = self._spot.local(pose)
+        gain, most = self.settings.motion.lateral_gain, self.settings.motion.lateral_speed
+        distance = math.hypot(here.x, here.y)
+        if distance < self.settings.motion.dead_zone:
+            return 0.0, 0.0
+        speed = min(most, gain * distance)
+        return rotated(-speed * here.x / distance, -speed * here.y / distance, -here.heading)

@@ -1,0 +1,85 @@
+"""The way ahead between the walls: how far it is free, and how far aside its bounds are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from perception.facts import Facts
+from skills.surroundings import Points
+from transport.description import RobotDescription
+
+REACH = 1.5
+"""Points farther away than this do not bound the passage, m."""
+ALONGSIDE = 0.15
+"""How far in front of an obstacle the walls at the sides are taken for the passage's, m."""
+SPARE = 0.05
+"""A gap must leave this at either side of the robot, m."""
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """The free gap that the robot drives in, in a frame at the robot along its course.
+
+    Attributes:
+        ahead: free way in front of the robot's centre, in a lane as wide as the robot, m.
+        right: y of the right bound, m; ``-math.inf`` where nothing bounds it within reach.
+        left: y of the left bound, m; ``math.inf`` where nothing bounds it within reach.
+    """
+
+    ahead: float
+    right: float
+    left: float
+
+    def bound(self, sign: int) -> float:
+        """Distance to the left bound (sign +1) or the right one (-1), m."""
+        return self.left if sign > 0 else -self.right
+
+    @property
+    def width(self) -> float:
+        """From bound to bound, m."""
+        return self.left - self.right
+
+
+def points_along(facts: Facts, error: float) -> Points:
+    """The hits near the robot in a frame at the robot turned by the course's ``error``, m, shape (n, 2)."""
+    points = facts.sweep.points[::2]
+    points = points[np.abs(points).max(axis=1) < REACH]
+    cos, sin = math.cos(error), math.sin(error)
+    return np.asarray(points @ np.array([[cos, -sin], [sin, cos]]))
+
+
+def passage_of(points: Points, robot: RobotDescription, look_ahead: float) -> Passage:
+    """The passage in which the robot drives.
+
+    Of the gaps between what is seen up to ``look_ahead`` in front, the nearest one that the robot fits into; where
+    something closes the way before that, the gap in front of it.
+
+    Args:
+        points: hits in the frame of the course, m, shape (n, 2).
+        robot: its width counts.
+        look_ahead: m.
+    """
+    x, y = points[:, 0], points[:, 1]
+    half = robot.half_width
+    faced = x[(np.abs(y) < half) & (x > 0)]
+    ahead = float(faced.min()) if len(faced) else math.inf
+    window = (x > -half) & (x < look_ahead)
+    gap = _gap(y[window], 2 * (half + SPARE))
+    if gap is None:
+        gap = _gap(y[window & (x < max(ahead - ALONGSIDE, 0.0))], 0.0) or (-math.inf, math.inf)
+    return Passage(ahead, *gap)
+
+
+def _gap(y: np.ndarray[tuple[int, ...], np.dtype[np.float64]], width: float) -> tuple[float, float] | None:
+    """The gap of at least ``width`` between neighbouring values that is nearest to zero."""
+    edges = np.concatenate([[-math.inf], np.sort(y), [math.inf]])
+    low, high = edges[:-1], edges[1:]
+    wide = np.flatnonzero(high - low >= width)
+    if not len(wide):
+        return None
+    distance = np.maximum(np.maximum(low[wide], -high[wide]), 0)
+    best = wide[int(distance.argmin())]
+    return float(low[best]), float(high[best])

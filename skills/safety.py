@@ -1,0 +1,139 @@
+"""The last word on every command: the robot's outline stays clear of the walls, and it can always still stop."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skills.limits import within_acceleration, within_speed
+from skills.settings import SafetySettings
+from skills.surroundings import Points
+from transport.description import RobotDescription
+from transport.messages import STOP, Pose, Twist
+
+SOFT = 0.02
+"""Depth within the margin at which the robot moves away with the full push, m."""
+
+
+class Guard:
+    """Cuts a command, or turns it away, where it would bring the outline within the margin of a wall.
+
+    A command is admitted if the robot, having followed it for one period and braking hard from then on, keeps its
+    margin all the way. So there is always a command left that is safe: to brake. The outline is taken for its bounding
+    box, which is never nearer to a wall than it says.
+    """
+
+    def __init__(self, robot: RobotDescription, settings: SafetySettings) -> None:
+        outline = np.asarray(robot.footprint)
+        self._robot = robot
+        self._settings = settings
+        self._middle = (outline.min(axis=0) + outline.max(axis=0)) / 2
+        self._half = (outline.max(axis=0) - outline.min(axis=0)) / 2
+
+    def admit(self, before: Twist, wanted: Twist, points: Points) -> Twist:
+        """The command nearest to the wanted one that is safe and within the robot's limits.
+
+        Args:
+            before: the command of the last period.
+            wanted: what a skill asks for.
+            points: what is near, in the robot's frame, m, shape (n, 2).
+        """
+        limits, period = self._robot.limits, self._robot.period
+        reachable = within_acceleration(before, within_speed(wanted, limits), limits, period)
+        if not len(points):
+            return reachable
+        margin = self.margin(points)
+        now, away = self._nearest(points)
+        if now >= margin and self.clearance(points, self._stop(reachable)) >= margin:
+            return reachable
+        keep = min(margin, now)
+        for other in self._alternatives(wanted, away, pressed=min(1.0, max(0.0, margin - now) / SOFT)):
+            reachable = within_acceleration(before, within_speed(other, limits), limits, period)
+            if self.clearance(points, self._stop(reachable)) >= keep:
+                return reachable
+        return within_acceleration(before, STOP, limits, period)
+
+    def margin(self, points: Points) -> float:
+        """The distance to keep from the walls, m: less where the passage ahead leaves less."""
+        x, y = points[:, 0], points[:, 1]
+        rear, front = self._middle[0] - self._half[0], self._middle[0] + self._half[0]
+        side = float(self._half[1])
+        faced = x[(np.abs(y) < side) & (x > front)]
+        ahead = min(0.5, float(faced.min()) - 0.1) if len(faced) else 0.5
+        beside = y[(x > rear) & (x < ahead)]
+        left, right = beside[beside > 0], beside[beside < 0]
+        most = self._settings.margin
+        if not len(left) or not len(right):
+            return most
+        spare = (float(left.min()) - float(right.max())) / 2 - side - self._settings.spare
+        return min(most, max(self._settings.least_margin, spare))
+
+    def clearance(self, points: Points, poses: NDArray[np.float64]) -> float:
+        """Smallest distance from any of the points to the robot's box at any of the poses, m; negative within it.
+
+        Args:
+            points: in the robot's frame, m, shape (n, 2).
+            poses: x, y, heading in the same frame, shape (k, 3).
+        """
+        cos, sin = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
+        dx, dy = points[:, 0] - poses[:, 0, None], points[:, 1] - poses[:, 1, None]
+        x = np.abs(cos * dx + sin * dy - self._middle[0]) - self._half[0]
+        y = np.abs(cos * dy - sin * dx - self._middle[1]) - self._half[1]
+        outside = np.hypot(np.maximum(x, 0), np.maximum(y, 0))
+        return float((outside + np.minimum(np.maximum(x, y), 0)).min())
+
+    def _nearest(self, points: Points) -> tuple[float, tuple[float, float]]:
+        """Distance to the nearest point and the direction that leads away from it."""
+        offset = points - self._middle
+        beyond = np.abs(offset) - self._half
+        distance = np.hypot(*np.maximum(beyond, 0).T) + np.minimum(beyond.max(axis=1), 0)
+        index = int(distance.argmin())
+        apart = np.sign(offset[index]) * np.maximum(beyond[index], 0)
+        if not apart.any():
+            apart = offset[index]
+        size = math.hypot(*apart) or 1.0
+        return float(distance[index]), (-float(apart[0]) / size, -float(apart[1]) / size)
+
+    def _alternatives(self, wanted: Twist, away: tuple[float, float], pressed: float) -> Iterator[Twist]:
+        """What to try instead, the nearest to the wanted command first.
+
+        Args:
+            wanted: what was asked for.
+            away: unit vector away from the nearest point.
+            pressed: how much the robot must get away from there, 0 to 1.
+        """
+        towards = min(0.0, wanted.forward * away[0] + wanted.left * away[1])
+        slide = (wanted.forward - towards * away[0], wanted.left - towards * away[1])
+        push = (self._settings.push * away[0], self._settings.push * away[1])
+        yield Twist(slide[0] + pressed * push[0], slide[1] + pressed * push[1], wanted.turn)
+        for share in (0.6, 0.3):
+            yield Twist(share * wanted.forward, share * wanted.left, share * wanted.turn)
+            yield Twist(share * slide[0] + push[0], share * slide[1] + push[1], share * wanted.turn)
+        yield Twist(*push, wanted.turn)
+        yield Twist(*push, 0.0)
+        yield Twist(0.0, 0.0, wanted.turn)
+
+    def _stop(self, twist: Twist) -> NDArray[np.float64]:
+        """Where the robot is after a period with this twist and after each period of braking, shape (k, 3)."""
+        limits, period = self._robot.limits, self._robot.period
+        pose = Pose()
+        poses = []
+        while twist != STOP:
+            pose = moved(pose, twist, period)
+            poses.append((pose.x, pose.y, pose.heading))
+            twist = within_acceleration(twist, STOP, limits, period)
+        return np.asarray(poses or [(0.0, 0.0, 0.0)])
+
+
+def moved(pose: Pose, twist: Twist, duration: float) -> Pose:
+    """Where a constant twist carries the robot in a time (s), the translation taken at the middle heading."""
+    heading = pose.heading + twist.turn * duration / 2
+    cos, sin = math.cos(heading), math.sin(heading)
+    return Pose(
+        pose.x + duration * (cos * twist.forward - sin * twist.left),
+        pose.y + duration * (sin * twist.forward + cos * twist.left),
+        pose.heading + twist.turn * duration,
+    )

@@ -1,0 +1,225 @@
+"""Lockstep: the same run in memory, over a perfect and over a bad network."""
+
+from __future__ import annotations
+
+import random
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+
+import pytest
+from toy_world import PERIOD, ToyWorld, seen, wander
+
+from transport.bus import Bus, Message
+from transport.connect import connect_lockstep, listening, open_lockstep
+from transport.lockstep import LockstepServer, RemoteLockstep
+from transport.memory_bus import MemoryNetwork
+from transport.robot import LinkError
+from transport.world import LockstepRobot
+
+LENGTH = 40
+
+
+@contextmanager
+def served(bus: Bus, *, patience: float = 0.3, length: int = LENGTH) -> Iterator[LockstepServer]:
+    """A simulator in a thread of its own."""
+    stop = threading.Event()
+    server = LockstepServer(bus, "toy", PERIOD, lambda seed: ToyWorld(seed, length), patience=patience)
+    thread = threading.Thread(target=server.serve, args=(stop.is_set,), kwargs={"heartbeat": 0.02})
+    thread.start()
+    try:
+        yield server
+    finally:
+        stop.set()
+        thread.join(10)
+        assert not thread.is_alive()
+
+
+def trace(robot: LockstepRobot | RemoteLockstep, steps: int = LENGTH) -> list[object]:
+    """All that a controller sees and does in a run."""
+    rows: list[object] = []
+    for _ in range(steps):
+        observation = robot.observe()
+        command = wander(observation)
+        rows.append((seen(observation), command, robot.finished))
+        robot.command(command)
+    rows.append((seen(robot.observe()), robot.finished))
+    return rows
+
+
+def test_over_a_network_the_run_is_the_one_in_process_bit_for_bit() -> None:
+    network = MemoryNetwork()
+    with served(network.bus()):
+        for seed in (0, 1, 7):
+            here = LockstepRobot(ToyWorld(seed, LENGTH))
+            there = open_lockstep(network.bus(), "toy", seed=seed)
+            assert trace(there) == trace(here)
+            assert there.report() == here.report()
+            there.close()
+
+
+def test_over_zenoh_the_run_is_the_one_in_process_bit_for_bit(endpoint: str) -> None:
+    with listening(endpoint) as bus, served(bus) as server:
+        for seed in (0, 1, 7):
+            here = LockstepRobot(ToyWorld(seed, LENGTH))
+            there = connect_lockstep(endpoint, "toy", seed=seed)
+            assert trace(there) == trace(here)
+            assert there.report() == here.report()
+            there.close()
+        assert server.dropped.total() == 0
+
+
+def test_different_seeds_are_different_runs() -> None:
+    assert trace(LockstepRobot(ToyWorld(1))) != trace(LockstepRobot(ToyWorld(2)))
+
+
+Fault = Callable[[str, Message], Iterable[Message]]
+
+
+def losing(chance: random.Random) -> Fault:
+    return lambda _key, message: () if chance.random() < 0.2 else (message,)
+
+
+def doubling(chance: random.Random) -> Fault:
+    return lambda _key, message: (message,) * chance.randrange(1, 4)
+
+
+def damaging(chance: random.Random) -> Fault:
+    def fault(_key: str, message: Message) -> Iterable[Message]:
+        if chance.random() < 0.8:
+            return (message,)
+        payload = bytearray(message.payload)
+        payload[chance.randrange(len(payload))] ^= 1 << chance.randrange(8)
+        return (Message(bytes(payload), message.attachment),)
+
+    return fault
+
+
+def replaying(chance: random.Random) -> Fault:
+    """Old messages of the same key come again, before and after the new one."""
+    history: dict[str, list[Message]] = {}
+
+    def fault(key: str, message: Message) -> Iterable[Message]:
+        past = history.setdefault(key, [])
+        past.append(message)
+        old = [chance.choice(past) for _ in range(chance.randrange(3))]
+        return (*old, message, *old)
+
+    return fault
+
+
+@pytest.mark.parametrize("make", [losing, doubling, damaging, replaying])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_bad_network_changes_nothing_of_the_run(
+    make: Callable[[random.Random], Fault], seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("transport.lockstep._FIRST_RESEND", 0.005)
+    monkeypatch.setattr("transport.lockstep._LONGEST_RESEND", 0.01)
+    network = MemoryNetwork()
+    with served(network.bus()):
+        robot = open_lockstep(network.bus(), "toy", seed=seed)
+        network.fault = make(random.Random(seed))
+        assert trace(robot) == trace(LockstepRobot(ToyWorld(seed, LENGTH)))
+        network.fault = lambda _key, message: (message,)
+        assert robot.report()["steps"] == LENGTH
+        robot.close()
+
+
+def test_a_second_controller_is_refused_and_told_who_drives() -> None:
+    network = MemoryNetwork()
+    with served(network.bus(), patience=30.0):
+        first = open_lockstep(network.bus(), "toy")
+        stop = threading.Event()
+
+        def drive() -> None:
+            while not stop.is_set():
+                first.command(wander(first.observe()))
+
+        thread = threading.Thread(target=drive)
+        thread.start()
+        try:
+            with pytest.raises(LinkError, match=r"driven by .*process \d+"):
+                open_lockstep(network.bus(), "toy", limit=5.0)
+        finally:
+            stop.set()
+            thread.join(10)
+        first.close()
+        open_lockstep(network.bus(), "toy").close()
+
+
+def test_the_lease_of_a_dead_controller_frees_by_itself() -> None:
+    network = MemoryNetwork()
+    with served(network.bus(), patience=0.3):
+        dead = open_lockstep(network.bus(), "toy", seed=1)
+        dead.command(wander(dead.observe()))
+        heir = open_lockstep(network.bus(), "toy", seed=2)
+        assert trace(heir) == trace(LockstepRobot(ToyWorld(2, LENGTH)))
+        dead.command(wander(dead.observe()))
+        with pytest.raises(LinkError, match="another controller took the robot"):
+            dead.observe()
+        heir.close()
+
+
+def test_a_simulator_that_was_restarted_is_found_out() -> None:
+    network = MemoryNetwork()
+    bus = network.bus()
+    with served(bus):
+        robot = open_lockstep(network.bus(), "toy", seed=1)
+        robot.command(wander(robot.observe()))
+        robot.observe()
+    bus.close()
+    with served(network.bus()):
+        robot.command(wander(robot.observe()))
+        with pytest.raises(LinkError, match="restarted"):
+            robot.observe()
+
+
+def test_a_simulator_that_is_gone_is_told_within_the_limit() -> None:
+    network = MemoryNetwork()
+    bus = network.bus()
+    with served(bus):
+        robot = open_lockstep(network.bus(), "toy", limit=0.3)
+        robot.command(wander(robot.observe()))
+        robot.observe()
+    bus.close()
+    robot.command(wander(robot.observe()))
+    with pytest.raises(LinkError, match=r"not answered for 0\.3 s"):
+        robot.observe()
+
+
+def test_foreign_messages_are_counted_and_change_nothing() -> None:
+    network = MemoryNetwork()
+    with served(network.bus()) as server:
+        robot = open_lockstep(network.bus(), "toy", seed=3)
+        robot.observe()
+        intruder = network.bus()
+        for key in ("toy/cmd_vel", "toy/scan", "toy/odom"):
+            publisher = intruder.publisher(key)
+            for payload, attachment in ((b"", b""), (b"rubbish", b"rubbish" * 10), (bytes(2_000_000), b"")):
+                publisher.put(payload, attachment)
+        assert trace(robot) == trace(LockstepRobot(ToyWorld(3, LENGTH)))
+        assert server.dropped == {"malformed": 2, "oversized": 1}
+        assert robot.dropped == {"malformed": 6}
+        robot.close()
+
+
+def test_nobody_at_the_address_is_one_message_within_the_limit(endpoint: str) -> None:
+    with pytest.raises(LinkError, match=f"nobody can be reached at {endpoint}"):
+        connect_lockstep(endpoint, "toy", limit=0.3)
+
+
+def test_a_robot_of_another_name_is_one_message(endpoint: str) -> None:
+    with listening(endpoint) as bus, served(bus), pytest.raises(LinkError, match="no robot named 'pico2' answered"):
+        connect_lockstep(endpoint, "pico2", limit=0.5)
+
+
+def test_a_busy_port_is_one_message(endpoint: str) -> None:
+    with listening(endpoint), pytest.raises(LinkError, match=f"{endpoint} is taken"), listening(endpoint):
+        pass
+
+
+@pytest.mark.parametrize("wrong", ["nonsense", "tcp/127.0.0.1:99999", "carrier-pigeon/127.0.0.1:7447"])
+def test_a_malformed_endpoint_is_one_message(wrong: str) -> None:
+    with pytest.raises(LinkError, match=wrong) as caught, listening(wrong):
+        pass
+    assert "\n" not in str(caught.value)

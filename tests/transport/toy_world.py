@@ -1,0 +1,88 @@
+"""A world small enough to reason about, and a program that shows it on a network: ``toy_world.py ENDPOINT MODE``."""
+
+from __future__ import annotations
+
+import math
+import signal
+import sys
+
+import numpy as np
+
+from transport.connect import listening
+from transport.description import Laser
+from transport.lockstep import LockstepServer
+from transport.messages import Command, DoorReply, Observation, Odometry, Pose, Scan, Twist
+
+GEOMETRY = Laser().geometry()
+PERIOD = 0.1
+
+
+class ToyWorld:
+    """A robot on a plane with noise in its eyes; every command changes everything that follows."""
+
+    def __init__(self, seed: int | None, length: int = 50) -> None:
+        self.seed = 0 if seed is None else seed
+        self.commands: list[Command] = []
+        self._random = np.random.default_rng(self.seed)
+        self._length = length
+        self._pose = Pose()
+        self._observation = self._sense(None, Twist())
+
+    @property
+    def observation(self) -> Observation:
+        return self._observation
+
+    @property
+    def finished(self) -> bool:
+        return len(self.commands) >= self._length
+
+    def step(self, command: Command) -> Observation:
+        self.commands.append(command)
+        twist, pose = command.twist, self._pose
+        heading = pose.heading + PERIOD * twist.turn
+        self._pose = Pose(
+            pose.x + PERIOD * (twist.forward * math.cos(heading) - twist.left * math.sin(heading)),
+            pose.y + PERIOD * (twist.forward * math.sin(heading) + twist.left * math.cos(heading)),
+            heading,
+        )
+        door = DoorReply(twist.speed == 0, "" if twist.speed == 0 else "the robot moves") if command.ring else None
+        self._observation = self._sense(door, twist)
+        return self._observation
+
+    def report(self) -> dict[str, object]:
+        return {"seed": self.seed, "steps": len(self.commands), "rings": sum(c.ring for c in self.commands)}
+
+    def _sense(self, door: DoorReply | None, twist: Twist) -> Observation:
+        stamp = 100_000_000 * (len(self.commands) + 1)
+        ranges = (2 + math.sin(self._pose.x) + self._random.uniform(-0.01, 0.01, GEOMETRY.beams)).astype(np.float32)
+        return Observation(stamp, Scan(stamp, GEOMETRY, ranges), Odometry.at(stamp, self._pose, twist), door)
+
+
+def seen(observation: Observation) -> tuple[object, ...]:
+    """All bits of an observation, for comparison."""
+    scan, odometry = observation.scan, observation.odometry
+    return (observation.stamp, scan.stamp, scan.geometry, scan.ranges.tobytes(), odometry, observation.door)
+
+
+def wander(observation: Observation) -> Command:
+    """A controller that depends on every bit that it sees."""
+    nearest = float(observation.scan.ranges.min())
+    return Command(
+        Twist(nearest % 0.3, observation.odometry.x % 0.1, math.sin(1e6 * nearest)),
+        ring=int(1e4 * nearest) % 7 == 0,
+        answers=observation.stamp,
+    )
+
+
+def main() -> None:
+    """Show the toy in lockstep until a signal comes; the first line says when it can be reached."""
+    stopped = []
+    signal.signal(signal.SIGTERM, lambda *_: stopped.append(True))
+    with listening(sys.argv[1]) as bus:
+        server = LockstepServer(bus, "toy", PERIOD, ToyWorld, patience=float(sys.argv[2]))
+        print("ready", flush=True)
+        server.serve(lambda: bool(stopped))
+
+
+if __name__ == "__main__":
+    main()

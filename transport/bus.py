@@ -1,0 +1,129 @@
+"""Messages on keys: what every network that carries the link must be able to do, in a form that memory can do too."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from threading import Condition
+from typing import Generic, Protocol, TypeVar
+
+T = TypeVar("T")
+
+MAX_PAYLOAD = 1_000_000
+"""Larger messages are dropped unread, bytes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """One message as it came from the network: whether it makes sense is for the reader to find out."""
+
+    payload: bytes
+    attachment: bytes = b""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """One question that waits for an answer.
+
+    Attributes:
+        payload: the question.
+        reply: sends the answer; must be called at most once.
+    """
+
+    payload: bytes
+    reply: Callable[[bytes], None]
+
+
+class Mailbox(Generic[T]):
+    """A bounded queue between a network's thread and the one thread that reads it.
+
+    When it is full the oldest item goes, because in a control loop the newest counts.
+
+    Attributes:
+        dropped: how many items went unread.
+    """
+
+    def __init__(self, capacity: int = 64) -> None:
+        self.dropped = 0
+        self._items: deque[T] = deque(maxlen=capacity)
+        self._arrival = Condition()
+
+    def put(self, item: T) -> None:
+        """Add an item; never waits."""
+        with self._arrival:
+            self.dropped += len(self._items) == self._items.maxlen
+            self._items.append(item)
+            self._arrival.notify()
+
+    def take(self, timeout: float = 0.0) -> T | None:
+        """The oldest item, or None if none came within ``timeout`` seconds."""
+        with self._arrival:
+            if not self._items and timeout > 0:
+                self._arrival.wait_for(lambda: bool(self._items), timeout)
+            return self._items.popleft() if self._items else None
+
+
+class Publisher(Protocol):
+    """Sends messages on one key."""
+
+    def put(self, payload: bytes, attachment: bytes = b"") -> None:
+        """Send a message; never waits for a reader, so a slow one misses messages."""
+        ...
+
+
+class Newest(Protocol):
+    """The newest message on a key."""
+
+    def take(self) -> Message | None:
+        """The newest message since the last call, or None."""
+        ...
+
+
+class Bus(Protocol):
+    """One participant's access to a network."""
+
+    def publisher(self, key: str, *, urgent: bool = False) -> Publisher:
+        """A sender on ``key``; an urgent one's messages are not batched with others."""
+        ...
+
+    def subscribe(self, key: str, deliver: Callable[[Message], None]) -> None:
+        """Have every message on ``key`` handed to ``deliver``, from the network's thread: a mailbox's ``put``."""
+        ...
+
+    def newest(self, key: str) -> Newest:
+        """Keep only the newest message on ``key``, however long the reader sleeps."""
+        ...
+
+    def serve(self, key: str, deliver: Callable[[Request], None]) -> None:
+        """Have every question on ``key`` handed to ``deliver``, from the network's thread: a mailbox's ``put``."""
+        ...
+
+    def ask(self, key: str, payload: bytes, timeout: float) -> bytes | None:
+        """One question: its answer, or None if nobody answered within ``timeout`` seconds."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the network; a second call does nothing."""
+        ...
+
+
+def ask_until(bus: Bus, key: str, payload: bytes, timeout: float, *, attempt: float = 0.5) -> bytes | None:
+    """Ask until somebody answers: a question that leaves before the other side was discovered is lost without a word.
+
+    Args:
+        bus: the network.
+        key: whom to ask.
+        payload: the question, which must bear being asked twice.
+        timeout: when to give up, s.
+        attempt: how long to wait for one answer, s.
+    """
+    deadline = time.monotonic() + timeout
+    while (left := deadline - time.monotonic()) > 0:
+        began = time.monotonic()
+        if (answer := bus.ask(key, payload, min(attempt, left))) is not None:
+            return answer
+        # Where nobody is known yet, the answer "nobody" comes at once.
+        time.sleep(max(0.0, min(0.02 - (time.monotonic() - began), left)))
+    return None

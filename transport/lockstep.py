@@ -1,0 +1,308 @@
+"""Lockstep over a network: the simulator's stamp is the clock, and each command carries the world one period on.
+
+``step{epoch, k, command}`` is answered by ``observation{epoch, k + 1}``. The simulator carries out each k once, answers
+a repeat from what it sent before and drops the rest; the controller asks again where an answer stays away.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from transport.bus import MAX_PAYLOAD, Bus, Mailbox, Message, Request
+from transport.codec import (
+    CodecError,
+    decode_odometry,
+    decode_scan,
+    decode_twist,
+    encode_clock,
+    encode_odometry,
+    encode_scan,
+    encode_twist,
+)
+from transport.envelope import CommandTag, ObservationTag
+from transport.keys import RobotKeys
+from transport.messages import STOP, Command, Observation, Odometry, Scan
+from transport.robot import LinkError
+from transport.session import (
+    PROTOCOL,
+    Close,
+    Granted,
+    Lease,
+    Open,
+    Refused,
+    State,
+    ask_state,
+    close_session,
+    read_question,
+)
+from transport.world import MakeWorld, World
+
+PATIENCE = 2.0
+"""After how long without a word from its holder a lease is free, s."""
+
+_FIRST_RESEND, _LONGEST_RESEND = 0.1, 1.0
+
+
+class LockstepServer:
+    """Shows a world to one controller after the other.
+
+    Attributes:
+        dropped: how many messages were dropped, by reason.
+        episodes: how many episodes were given back by their controllers, or taken from those that died.
+    """
+
+    def __init__(
+        self, bus: Bus, robot: str, period: float, make_world: MakeWorld, *, patience: float = PATIENCE
+    ) -> None:
+        self.dropped: Counter[str] = Counter()
+        self.episodes = 0
+        self._robot, self._period, self._make_world = robot, period, make_world
+        self._lease = Lease(patience)
+        self._world: World | None = None
+        self._granted: Granted | None = None
+        self._sequence = 0
+        self._sent: tuple[tuple[bytes, bytes], ...] = ()
+        self._inbox: Mailbox[Message | Request] = Mailbox()
+        keys = RobotKeys(robot)
+        self._publishers = (
+            bus.publisher(keys.clock),
+            bus.publisher(keys.odometry),
+            bus.publisher(keys.scan, urgent=True),
+        )
+        bus.subscribe(keys.command, self._inbox.put)
+        bus.serve(keys.session, self._inbox.put)
+
+    def serve(self, stop: Callable[[], bool], *, heartbeat: float = 0.1) -> None:
+        """Answer until ``stop`` says so, which is asked at least every ``heartbeat`` seconds."""
+        while not stop():
+            item = self._inbox.take(heartbeat)
+            if isinstance(item, Message):
+                self._obey(item)
+            elif isinstance(item, Request):
+                item.reply(self._answer(item.payload).model_dump_json().encode())
+
+    def _answer(self, payload: bytes) -> Granted | Refused | State:
+        try:
+            question = read_question(payload)
+        except CodecError:
+            self.dropped["malformed question"] += 1
+            return Refused(reason=f"the question is not one of protocol version {PROTOCOL}")
+        if question.protocol != PROTOCOL:
+            return Refused(reason=f"the simulator speaks protocol version {PROTOCOL}, not {question.protocol}")
+        if isinstance(question, Open):
+            return self._open(question)
+        if question.epoch != self._lease.epoch:
+            return State(held=False, reason="the simulator was restarted, or another controller took the robot")
+        if isinstance(question, Close):
+            return self._close()
+        self._lease.heard()
+        report = dict(self._world.report()) if self._world else None
+        return State.model_validate({"held": True, "sequence": self._sequence, "report": report})
+
+    def _open(self, question: Open) -> Granted | Refused:
+        if question.mode != "lockstep":
+            return Refused(reason="this simulator runs in lockstep, not in real time")
+        if self._granted is not None and self._lease.repeats(question):
+            return self._granted
+        if not self._lease.grant(question):
+            return self._lease.refusal()
+        self.episodes += self._world is not None
+        self._world = self._make_world(question.seed)
+        self._granted = Granted(epoch=self._lease.epoch, robot=self._robot, period=self._period)
+        self._sequence = 0
+        self._lease.heard()
+        self._show(self._world.observation)
+        return self._granted
+
+    def _close(self) -> State:
+        self._lease.release()
+        self._world, self._granted, self._sent = None, None, ()
+        self.episodes += 1
+        return State(held=False, reason="given back")
+
+    def _obey(self, message: Message) -> None:
+        if len(message.payload) > MAX_PAYLOAD:
+            self.dropped["oversized"] += 1
+            return
+        try:
+            tag = CommandTag.decode(message.attachment, message.payload)
+            twist = decode_twist(message.payload)
+        except CodecError:
+            self.dropped["malformed"] += 1
+            return
+        if self._world is None or tag.epoch != self._lease.epoch:
+            self.dropped["foreign"] += 1
+            return
+        self._lease.heard()
+        if tag.again or tag.sequence == self._sequence - 1:
+            self._publish()
+        elif tag.sequence == self._sequence:
+            self._sequence += 1
+            self._show(self._world.step(Command(twist, tag.ring, tag.answers)))
+        else:
+            self.dropped["out of order"] += 1
+
+    def _show(self, observation: Observation) -> None:
+        world, payloads = (
+            self._world,
+            (
+                encode_clock(observation.stamp),
+                encode_odometry(observation.odometry),
+                encode_scan(observation.scan),
+            ),
+        )
+        tag = ObservationTag(
+            self._lease.epoch,
+            self._sequence,
+            observation.stamp,
+            rejected=self.dropped.total(),
+            finished=world is not None and world.finished,
+            door=observation.door,
+        )
+        self._sent = tuple((payload, tag.encode(payload)) for payload in payloads)
+        self._publish()
+
+    def _publish(self) -> None:
+        for publisher, (payload, attachment) in zip(self._publishers, self._sent, strict=False):
+            publisher.put(payload, attachment)
+
+
+@dataclass(frozen=True, slots=True)
+class _Arrival:
+    """A message and what it claims to be."""
+
+    scan: bool
+    message: Message
+
+
+class RemoteLockstep:
+    """The robot of a world behind a network, which moves on with each command.
+
+    Attributes:
+        dropped: how many messages were dropped, by reason.
+        resent: how often a step was asked for again.
+    """
+
+    def __init__(self, bus: Bus, granted: Granted, *, limit: float = 10.0) -> None:
+        self.dropped: Counter[str] = Counter()
+        self.resent = 0
+        self._bus, self._robot, self._epoch, self._limit = bus, granted.robot, granted.epoch, limit
+        self._sequence = 0
+        self._finished = False
+        self._observation: Observation | None = None
+        self._inbox: Mailbox[_Arrival] = Mailbox()
+        keys = RobotKeys(granted.robot)
+        self._publisher = bus.publisher(keys.command, urgent=True)
+        bus.subscribe(keys.scan, lambda message: self._inbox.put(_Arrival(scan=True, message=message)))
+        bus.subscribe(keys.odometry, lambda message: self._inbox.put(_Arrival(scan=False, message=message)))
+        nothing = encode_twist(STOP)
+        self._step = nothing, CommandTag(self._epoch, 0, 0, again=True).encode(nothing)
+        self._publisher.put(*self._step)
+        self._closed = False
+
+    @property
+    def finished(self) -> bool:
+        """Whether the referee has ended the episode."""
+        self.observe()
+        return self._finished
+
+    def report(self) -> Mapping[str, object]:
+        """The referee's verdict so far.
+
+        Raises:
+            LinkError: the simulator no longer answers, or holds no such episode any more.
+        """
+        self.observe()
+        state = ask_state(self._bus, self._robot, self._epoch, self._limit)
+        if not state.held or state.report is None:
+            raise LinkError(f"the simulator of {self._robot!r} gave up the episode: {state.reason}")
+        return state.report
+
+    def observe(self) -> Observation:
+        """The observation after the last command.
+
+        Raises:
+            LinkError: the simulator no longer answers, or holds no such episode any more.
+        """
+        if self._observation is None:
+            self._observation = self._receive()
+        return self._observation
+
+    def command(self, command: Command) -> None:
+        """Have the world carried one period on."""
+        self.observe()
+        payload = encode_twist(command.twist)
+        tag = CommandTag(self._epoch, self._sequence, command.answers, command.ring)
+        self._step = payload, tag.encode(payload)
+        self._sequence += 1
+        self._observation = None
+        self._publisher.put(*self._step)
+
+    def close(self) -> None:
+        """Give the episode back; the world stands still from now on."""
+        if not self._closed:
+            self._closed = True
+            try:
+                close_session(self._bus, self._robot, self._epoch, 1.0)
+            except LinkError:
+                pass
+            finally:
+                self._bus.close()
+
+    def _receive(self) -> Observation:
+        began = time.monotonic()
+        deadline, pause = began + self._limit, _FIRST_RESEND
+        resend = began + pause
+        scan: Scan | None = None
+        odometry: Odometry | None = None
+        while True:
+            now = time.monotonic()
+            if now >= deadline:
+                raise LinkError(f"the simulator of {self._robot!r} has not answered for {self._limit:g} s")
+            if now >= resend:
+                self._check_lease(deadline)
+                self._publisher.put(*self._step)
+                self.resent += 1
+                pause = min(2 * pause, _LONGEST_RESEND)
+                resend = time.monotonic() + pause
+            arrival = self._inbox.take(max(0.0, min(resend, deadline) - now))
+            if arrival is None or (tag := self._read_tag(arrival.message)) is None:
+                continue
+            try:
+                if arrival.scan:
+                    scan = decode_scan(arrival.message.payload)
+                else:
+                    odometry = decode_odometry(arrival.message.payload)
+            except CodecError:
+                self.dropped["malformed"] += 1
+                continue
+            if scan is not None and odometry is not None:
+                self._finished = tag.finished
+                return Observation(tag.stamp, scan, odometry, tag.door)
+
+    def _read_tag(self, message: Message) -> ObservationTag | None:
+        try:
+            tag = ObservationTag.decode(message.attachment, message.payload)
+        except CodecError:
+            self.dropped["malformed"] += 1
+            return None
+        if tag.epoch != self._epoch:
+            self.dropped["foreign"] += 1
+            return None
+        if tag.sequence != self._sequence:
+            self.dropped["repeated"] += 1
+            return None
+        return tag
+
+    def _check_lease(self, deadline: float) -> None:
+        """Tell a simulator that was restarted from one that is only slow or gone."""
+        left = max(0.05, min(0.3, deadline - time.monotonic()))
+        try:
+            state = ask_state(self._bus, self._robot, self._epoch, left)
+        except LinkError:
+            return
+        if not state.held:
+            raise LinkError(f"the simulator of {self._robot!r} gave up the episode: {state.reason}")

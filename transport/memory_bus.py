@@ -1,0 +1,133 @@
+"""A network within one process: the same bus without sockets, for tests and for faults that no real network repeats."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterable
+from threading import Event
+
+from transport.bus import Message, Request
+from transport.robot import LinkError
+
+Fault = Callable[[str, Message], Iterable[Message]]
+"""What a network makes of one message on a key: nothing, the same, another, or several."""
+
+
+def faultless(_key: str, message: Message) -> Iterable[Message]:
+    """Every message arrives once, as it was."""
+    return (message,)
+
+
+class MemoryNetwork:
+    """Connects the buses of one process.
+
+    Attributes:
+        fault: what happens to a message on its way; may be exchanged at any time.
+    """
+
+    def __init__(self, fault: Fault = faultless) -> None:
+        self.fault = fault
+        self._subscribers: dict[str, list[Callable[[Message], None]]] = defaultdict(list)
+        self._servers: dict[str, list[Callable[[Request], None]]] = defaultdict(list)
+
+    def bus(self) -> MemoryBus:
+        """One more participant."""
+        return MemoryBus(self)
+
+    def put(self, key: str, message: Message) -> None:
+        """Carry a message to all who listen."""
+        for arriving in self.fault(key, message):
+            for deliver in tuple(self._subscribers[key]):
+                deliver(arriving)
+
+    def subscribe(self, key: str, deliver: Callable[[Message], None]) -> Callable[[], None]:
+        """Add a listener; the answer removes it."""
+        self._subscribers[key].append(deliver)
+        return lambda: self._subscribers[key].remove(deliver)
+
+    def serve(self, key: str, deliver: Callable[[Request], None]) -> Callable[[], None]:
+        """Add somebody who answers; the answer removes them."""
+        self._servers[key].append(deliver)
+        return lambda: self._servers[key].remove(deliver)
+
+    def servers(self, key: str) -> tuple[Callable[[Request], None], ...]:
+        """Who answers on a key."""
+        return tuple(self._servers[key])
+
+
+class MemoryBus:
+    """One participant."""
+
+    def __init__(self, network: MemoryNetwork) -> None:
+        self._network = network
+        self._leave: list[Callable[[], None]] = []
+        self._closed = False
+
+    def publisher(self, key: str, *, urgent: bool = False) -> MemoryPublisher:
+        """A sender on ``key``; in memory every message is urgent."""
+        del urgent
+        return MemoryPublisher(lambda message: self._put(key, message))
+
+    def subscribe(self, key: str, deliver: Callable[[Message], None]) -> None:
+        """Have every message on ``key`` handed over, from the sender's thread."""
+        self._leave.append(self._network.subscribe(key, deliver))
+
+    def newest(self, key: str) -> MemoryNewest:
+        """Keep only the newest message on ``key``."""
+        slot: deque[Message] = deque(maxlen=1)
+        self.subscribe(key, slot.append)
+        return MemoryNewest(slot)
+
+    def serve(self, key: str, deliver: Callable[[Request], None]) -> None:
+        """Have every question on ``key`` handed over, from the asker's thread."""
+        self._leave.append(self._network.serve(key, deliver))
+
+    def ask(self, key: str, payload: bytes, timeout: float) -> bytes | None:
+        """One question and its first answer."""
+        answered, answers, deadline = Event(), deque[bytes](), time.monotonic() + timeout
+
+        def reply(answer: bytes) -> None:
+            answers.append(answer)
+            answered.set()
+
+        for deliver in self._network.servers(key):
+            deliver(Request(payload, reply))
+            answered.wait(max(0.0, deadline - time.monotonic()))
+        return answers[0] if answers else None
+
+    def close(self) -> None:
+        """Leave the network."""
+        self._closed = True
+        while self._leave:
+            self._leave.pop()()
+
+    def _put(self, key: str, message: Message) -> None:
+        if self._closed:
+            raise LinkError("nothing can be sent any more: the bus is closed")
+        self._network.put(key, message)
+
+
+class MemoryPublisher:
+    """A sender on one key."""
+
+    def __init__(self, send: Callable[[Message], None]) -> None:
+        self._send = send
+
+    def put(self, payload: bytes, attachment: bytes = b"") -> None:
+        """Send a message."""
+        self._send(Message(payload, attachment))
+
+
+class MemoryNewest:
+    """The newest message on one key."""
+
+    def __init__(self, slot: deque[Message]) -> None:
+        self._slot = slot
+
+    def take(self) -> Message | None:
+        """The newest message since the last call, or None."""
+        try:
+            return self._slot.popleft()
+        except IndexError:
+            return None

@@ -1,0 +1,240 @@
+"""How a controller takes and gives back a robot: questions and answers in JSON on ``<robot>/session``."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from dataclasses import dataclass
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
+
+from transport.bus import Bus, ask_until
+from transport.codec import CodecError
+from transport.keys import RobotKeys
+from transport.robot import LinkError
+
+PROTOCOL = 1
+"""Version of the whole conversation; both sides must speak the same."""
+
+MAX_QUESTION = 4096
+_PAUSE = 0.2
+
+Mode = Literal["lockstep", "realtime"]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Open(_Part):
+    """Take the robot; in simulation, begin an episode."""
+
+    kind: Literal["open"] = "open"
+    protocol: int = PROTOCOL
+    request: str
+    """A name that no other request has: asked twice, the question is answered alike."""
+    controller: Annotated[str, Field(max_length=200)]
+    """Who asks, for people."""
+    mode: Mode
+    seed: int | None = None
+
+
+class Close(_Part):
+    """Give the robot back."""
+
+    kind: Literal["close"] = "close"
+    protocol: int = PROTOCOL
+    epoch: int
+
+
+class Ask(_Part):
+    """Ask for the referee's verdict and for the state of a lease."""
+
+    kind: Literal["ask"] = "ask"
+    protocol: int = PROTOCOL
+    epoch: int
+
+
+class Granted(_Part):
+    """The robot is the asker's."""
+
+    kind: Literal["granted"] = "granted"
+    protocol: int = PROTOCOL
+    epoch: int
+    """The lease's number, which every command must bear."""
+    robot: str
+    """Name of the robot."""
+    period: float
+    """Time from one command to the next, s."""
+
+
+class Refused(_Part):
+    """The robot is not the asker's."""
+
+    kind: Literal["refused"] = "refused"
+    protocol: int = PROTOCOL
+    reason: str
+    holder: str = ""
+    """Who holds the lease."""
+    idle: float = 0.0
+    """How long its holder has not been heard, s."""
+    patience: float = 0.0
+    """After how long without a word the lease is free, s."""
+
+
+class State(_Part):
+    """How the lease and the episode stand."""
+
+    kind: Literal["state"] = "state"
+    protocol: int = PROTOCOL
+    held: bool
+    """Whether the asker's lease still holds."""
+    reason: str = ""
+    """Why it does not."""
+    sequence: int = 0
+    """Number of the last observation."""
+    report: dict[str, JsonValue] | None = None
+    """The referee's verdict so far, where there is a referee."""
+
+
+_Question = Annotated[Open | Close | Ask, Field(discriminator="kind")]
+_Answer = Annotated[Granted | Refused | State, Field(discriminator="kind")]
+_QUESTION: TypeAdapter[Open | Close | Ask] = TypeAdapter(_Question)
+_ANSWER: TypeAdapter[Granted | Refused | State] = TypeAdapter(_Answer)
+_A = TypeVar("_A", Granted, Refused, State)
+
+
+def read_question(payload: bytes) -> Open | Close | Ask:
+    """The question in a payload.
+
+    Raises:
+        CodecError: it is none.
+    """
+    if len(payload) > MAX_QUESTION:
+        raise CodecError("a question is too long")
+    try:
+        return _QUESTION.validate_json(payload)
+    except ValidationError as error:
+        raise CodecError(f"not a question: {error.error_count()} faults") from None
+
+
+def read_answer(payload: bytes) -> Granted | Refused | State:
+    """The answer in a payload.
+
+    Raises:
+        CodecError: it is none.
+    """
+    try:
+        return _ANSWER.validate_json(payload)
+    except ValidationError as error:
+        raise CodecError(f"not an answer: {error.error_count()} faults") from None
+
+
+@dataclass
+class Lease:
+    """The one controller that a robot's side listens to.
+
+    Attributes:
+        patience: a holder that was not heard for so long may be replaced, s.
+        epoch: the lease's number; 0 where none is held.
+        holder: who holds it, for people.
+    """
+
+    patience: float
+    epoch: int = 0
+    holder: str = ""
+    _heard: float = 0.0
+    _request: str = ""
+
+    def grant(self, question: Open) -> bool:
+        """Whether the asker may have the robot; if so, a new epoch has begun."""
+        if self.epoch and self.idle < self.patience:
+            return False
+        # Random, so that a robot's side that was restarted never takes an old command for one of its own.
+        self.epoch = secrets.randbits(62) + 1
+        self.holder, self._request = question.controller, question.request
+        self.heard()
+        return True
+
+    def repeats(self, question: Open) -> bool:
+        """Whether this request has been granted already."""
+        return bool(self.epoch) and question.request == self._request
+
+    def heard(self) -> None:
+        """Its holder gave a sign of life."""
+        self._heard = time.monotonic()
+
+    @property
+    def idle(self) -> float:
+        """How long its holder has not been heard, s."""
+        return time.monotonic() - self._heard
+
+    def release(self) -> None:
+        """Nobody holds it any more."""
+        self.epoch, self.holder, self._request = 0, "", ""
+
+    def refusal(self) -> Refused:
+        """What a second controller is told."""
+        return Refused(
+            reason=f"the robot is driven by {self.holder}",
+            holder=self.holder,
+            idle=round(self.idle, 3),
+            patience=self.patience,
+        )
+
+
+def _converse(bus: Bus, robot: str, question: Open | Close | Ask, timeout: float) -> Granted | Refused | State | None:
+    payload = ask_until(bus, RobotKeys(robot).session, question.model_dump_json().encode(), timeout)
+    if payload is None:
+        return None
+    try:
+        answer = read_answer(payload)
+    except CodecError:
+        answer = None
+    if answer is None or answer.protocol != PROTOCOL:
+        spoken = "another protocol" if answer is None else f"version {answer.protocol} of the protocol"
+        raise LinkError(f"the robot's side speaks {spoken}, this program speaks version {PROTOCOL}")
+    return answer
+
+
+def open_session(bus: Bus, robot: str, question: Open, timeout: float) -> Granted:
+    """Take a robot.
+
+    A lease whose holder is dead frees after its patience, which is waited for; a holder that lives is not disturbed.
+
+    Raises:
+        LinkError: nobody answers within ``timeout`` seconds, or the robot is refused.
+    """
+    deadline = time.monotonic() + timeout
+    idle: float | None = None
+    while True:
+        answer = _converse(bus, robot, question, max(deadline - time.monotonic(), 0.1))
+        if answer is None:
+            raise LinkError(f"no robot named {robot!r} answered within {timeout:g} s")
+        if isinstance(answer, Granted):
+            return answer
+        if not isinstance(answer, Refused):
+            raise LinkError("the robot's side answered with something else than a lease")
+        alive = idle is not None and answer.idle < idle + _PAUSE / 2
+        if alive or not answer.holder or time.monotonic() >= deadline:
+            raise LinkError(answer.reason)
+        idle = answer.idle
+        time.sleep(_PAUSE)
+
+
+def ask_state(bus: Bus, robot: str, epoch: int, timeout: float) -> State:
+    """How a lease and its episode stand.
+
+    Raises:
+        LinkError: nobody answers within ``timeout`` seconds.
+    """
+    answer = _converse(bus, robot, Ask(epoch=epoch), timeout)
+    if not isinstance(answer, State):
+        raise LinkError(f"{robot!r} no longer answers: it was asked for {timeout:g} s")
+    return answer
+
+
+def close_session(bus: Bus, robot: str, epoch: int, timeout: float) -> None:
+    """Give a robot back; where nobody answers, its side frees the lease by itself."""
+    _converse(bus, robot, Close(epoch=epoch), timeout)

@@ -1,0 +1,78 @@
+"""A world in turns: what a simulator offers to whoever shows it to a controller, in this process or over a network."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from transport.messages import Command, Observation
+
+
+class World(Protocol):
+    """One episode: a robot in its surroundings, moved on by commands, watched by a referee."""
+
+    @property
+    def observation(self) -> Observation:
+        """What the robot senses now."""
+        ...
+
+    @property
+    def finished(self) -> bool:
+        """Whether the referee has ended the episode."""
+        ...
+
+    def step(self, command: Command) -> Observation:
+        """Carry out a command for one period; the observation at its end."""
+        ...
+
+    def report(self) -> Mapping[str, object]:
+        """The referee's verdict so far, of JSON values."""
+        ...
+
+
+MakeWorld = Callable[[int | None], World]
+"""Begins an episode with a seed, or with the simulator's own where None is given."""
+
+
+class Refereed(Protocol):
+    """A robot that drives under a referee's eyes, as simulated ones do."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether the referee had ended the episode when the last observation was made."""
+        ...
+
+    def report(self) -> Mapping[str, object]:
+        """The referee's verdict so far, after the last command.
+
+        Raises:
+            LinkError: the referee cannot be reached.
+        """
+        ...
+
+
+class LockstepRobot:
+    """The robot of a world in the same process: each command carries the world to its next observation."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    @property
+    def finished(self) -> bool:
+        """Whether the referee has ended the episode."""
+        return self._world.finished
+
+    def report(self) -> Mapping[str, object]:
+        """The referee's verdict so far."""
+        return self._world.report()
+
+    def observe(self) -> Observation:
+        """The present observation."""
+        return self._world.observation
+
+    def command(self, command: Command) -> None:
+        """Step the world."""
+        self._world.step(command)
+
+    def close(self) -> None:
+        """Nothing moves in a world that is no longer stepped."""

@@ -1,0 +1,198 @@
+"""Zenoh as the bus; the one module that imports it.
+
+The robot's side or a router listens and the controller dials, so that exactly one side dials. Nothing is scouted for:
+who talks to whom is said by their endpoints alone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections import Counter
+from collections.abc import Callable, Mapping
+from typing import Literal
+
+import zenoh
+
+from transport.bus import MAX_PAYLOAD, Message, Request
+from transport.robot import LinkError
+
+Role = Literal["peer", "client", "router"]
+
+_RETRY = {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 2}
+
+
+def settings(
+    role: Role,
+    *,
+    listen: str | None = None,
+    connect: str | None = None,
+    security: Mapping[str, object] | None = None,
+    wait: float = 5.0,
+    lease: float = 0.5,
+) -> dict[str, object]:
+    """The session's configuration, by the paths of Zenoh's own configuration file.
+
+    Args:
+        role: how the session takes part; whoever dials is a client, and finds peers that listen as well as routers.
+        listen: the endpoint to be reached at, such as ``tcp/127.0.0.1:7447``.
+        connect: the endpoint to dial.
+        security: further settings for TLS and access control.
+        wait: how long to dial before giving up, s; a connection that was had once is dialled again for ever.
+        lease: after how long without any sign a connection counts as lost, s.
+    """
+    return {
+        "mode": role,
+        "listen/endpoints": [listen] if listen else [],
+        "connect/endpoints": [connect] if connect else [],
+        "listen/exit_on_failure": True,
+        "connect/exit_on_failure": True,
+        "connect/timeout_ms": round(1000 * wait),
+        "connect/retry": _RETRY,
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "scouting/delay": 0,
+        # No gain at these sizes, and a killed process leaves its files behind.
+        "transport/shared_memory/enabled": False,
+        "transport/unicast/open_timeout": round(1000 * wait),
+        "transport/link/tx/lease": round(1000 * lease),
+        **(security or {}),
+    }
+
+
+class ZenohBus:
+    """One Zenoh session.
+
+    Attributes:
+        dropped: how many messages were dropped before anybody read them, by reason.
+    """
+
+    def __init__(self, configuration: Mapping[str, object]) -> None:
+        """Open the session.
+
+        Raises:
+            LinkError: an endpoint is malformed, or the one to listen at is taken.
+        """
+        self.dropped: Counter[str] = Counter()
+        config = zenoh.Config()
+        try:
+            for path, value in configuration.items():
+                config.insert_json5(path, json.dumps(value))
+            self._session = zenoh.open(config)
+        except zenoh.ZError as error:
+            raise LinkError(_explain(error, configuration)) from None
+        # Zenoh undeclares what nobody holds.
+        self._declared: list[object] = []
+
+    def publisher(self, key: str, *, urgent: bool = False) -> ZenohPublisher:
+        """A sender on ``key``; it drops rather than waits behind a reader that has stopped."""
+        return ZenohPublisher(
+            self._session.declare_publisher(
+                key,
+                congestion_control=zenoh.CongestionControl.DROP,
+                priority=zenoh.Priority.REAL_TIME if urgent else zenoh.Priority.DATA,
+                express=urgent,
+            )
+        )
+
+    def subscribe(self, key: str, deliver: Callable[[Message], None]) -> None:
+        """Have every message on ``key`` handed over, from Zenoh's thread."""
+
+        def receive(sample: zenoh.Sample) -> None:
+            if (message := self._read(sample)) is not None:
+                deliver(message)
+
+        self._declared.append(self._session.declare_subscriber(key, receive))
+
+    def newest(self, key: str) -> ZenohNewest:
+        """Keep only the newest message on ``key``; the ring is Zenoh's own, so it holds also while Python hangs."""
+        ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(1)
+        subscriber = self._session.declare_subscriber(key, ring)
+        self._declared.append(subscriber)
+        return ZenohNewest(subscriber.try_recv, self._read)
+
+    def serve(self, key: str, deliver: Callable[[Request], None]) -> None:
+        """Have every question on ``key`` handed over, from Zenoh's thread."""
+
+        def receive(query: zenoh.Query) -> None:
+            payload = query.payload
+            if payload is not None and len(payload) > MAX_PAYLOAD:
+                self.dropped["oversized"] += 1
+                return
+
+            def reply(answer: bytes) -> None:
+                # An asker that has gone needs no answer.
+                with contextlib.suppress(zenoh.ZError):
+                    query.reply(query.key_expr, answer)
+                query.drop()  # type: ignore[no-untyped-call]
+
+            deliver(Request(b"" if payload is None else payload.to_bytes(), reply))
+
+        self._declared.append(self._session.declare_queryable(key, receive))
+
+    def ask(self, key: str, payload: bytes, timeout: float) -> bytes | None:
+        """One question and its first answer."""
+        try:
+            for reply in self._session.get(key, payload=payload, timeout=timeout):
+                if reply.ok is not None:
+                    return reply.ok.payload.to_bytes()
+        except zenoh.ZError:
+            pass
+        return None
+
+    def close(self) -> None:
+        """Close the session: without it, a process with a callback never exits."""
+        if not self._session.is_closed():
+            self._session.close()  # type: ignore[no-untyped-call]
+        self._declared.clear()
+
+    def _read(self, sample: zenoh.Sample) -> Message | None:
+        payload, attachment = sample.payload, sample.attachment
+        if len(payload) > MAX_PAYLOAD or (attachment is not None and len(attachment) > MAX_PAYLOAD):
+            self.dropped["oversized"] += 1
+            return None
+        return Message(payload.to_bytes(), b"" if attachment is None else attachment.to_bytes())
+
+
+class ZenohPublisher:
+    """A sender on one key."""
+
+    def __init__(self, publisher: zenoh.Publisher) -> None:
+        self._publisher = publisher
+
+    def put(self, payload: bytes, attachment: bytes = b"") -> None:
+        """Send a message.
+
+        Raises:
+            LinkError: the session was closed.
+        """
+        try:
+            self._publisher.put(payload, attachment=attachment or None)
+        except zenoh.ZError as error:
+            raise LinkError(f"nothing can be sent any more: {error}") from None
+
+
+class ZenohNewest:
+    """The newest message on one key."""
+
+    def __init__(
+        self, receive: Callable[[], zenoh.Sample | None], read: Callable[[zenoh.Sample], Message | None]
+    ) -> None:
+        self._receive, self._read = receive, read
+
+    def take(self) -> Message | None:
+        """The newest message since the last call, or None."""
+        sample = self._receive()
+        return None if sample is None else self._read(sample)
+
+
+def _explain(error: zenoh.ZError, configuration: Mapping[str, object]) -> str:
+    listen, connect = configuration.get("listen/endpoints"), configuration.get("connect/endpoints")
+    place = ", ".join([*(listen if isinstance(listen, list) else []), *(connect if isinstance(connect, list) else [])])
+    text = str(error)
+    if "os error 98" in text:
+        return f"{place} is taken by another program: stop it, or choose another port"
+    if "Unable to connect" in text or "timed out" in text.lower() or "timeout" in text.lower():
+        return f"nobody can be reached at {place}: is the simulator, gate or router running there?"
+    reason = text.split(" at /", maxsplit=1)[0].splitlines()[0]
+    return f"cannot use {place!r}: {reason} (an endpoint reads tcp/HOST:PORT)"

@@ -16,6 +16,8 @@ from transport.zenoh_bus import ZenohBus, settings
 
 CONNECT_LIMIT = 5.0
 """How long a robot is looked for, s."""
+ANSWER_LIMIT = 10.0
+"""How long one step of a simulator is waited for, s: its first may compile."""
 
 
 def controller_name() -> str:
@@ -47,6 +49,7 @@ def connect_lockstep(
     *,
     seed: int | None = None,
     limit: float = CONNECT_LIMIT,
+    patience: float = ANSWER_LIMIT,
     security: Mapping[str, object] | None = None,
 ) -> RemoteLockstep:
     """Begin an episode of the simulator at an endpoint.
@@ -55,7 +58,8 @@ def connect_lockstep(
         endpoint: where the simulator listens, such as ``tcp/127.0.0.1:7447``.
         robot: the robot's name.
         seed: the run to simulate; None leaves it to the simulator.
-        limit: how long to look for it, and how long to wait for any of its answers, s.
+        limit: how long to look for it, s.
+        patience: how long to wait for one step, s.
         security: settings for TLS, as :mod:`transport.certificates` makes them.
 
     Raises:
@@ -63,7 +67,7 @@ def connect_lockstep(
     """
     bus = ZenohBus(settings("client", connect=endpoint, security=security, wait=limit))
     try:
-        return open_lockstep(bus, robot, seed=seed, limit=limit)
+        return open_lockstep(bus, robot, seed=seed, limit=limit, patience=patience)
     except LinkError as error:
         bus.close()
         raise LinkError(f"{endpoint}: {error}") from None
@@ -72,11 +76,13 @@ def connect_lockstep(
         raise
 
 
-def open_lockstep(bus: Bus, robot: str, *, seed: int | None = None, limit: float = CONNECT_LIMIT) -> RemoteLockstep:
+def open_lockstep(
+    bus: Bus, robot: str, *, seed: int | None = None, limit: float = CONNECT_LIMIT, patience: float = ANSWER_LIMIT
+) -> RemoteLockstep:
     """Begin an episode over a bus.
 
     Raises:
         LinkError: nobody answers within the limit, or another controller drives the robot.
     """
     question = Open(request=secrets.token_hex(8), controller=controller_name(), mode="lockstep", seed=seed)
-    return RemoteLockstep(bus, open_session(bus, robot, question, limit), limit=limit)
+    return RemoteLockstep(bus, open_session(bus, robot, question, limit), limit=patience)

@@ -154,7 +154,6 @@ def test_the_lease_of_a_dead_controller_frees_by_itself() -> None:
         dead.command(wander(dead.observe()))
         heir = open_lockstep(network.bus(), "toy", seed=2)
         assert trace(heir) == trace(LockstepRobot(ToyWorld(2, LENGTH)))
-        dead.command(wander(dead.observe()))
         with pytest.raises(LinkError, match="another controller took the robot"):
             dead.observe()
         heir.close()
@@ -178,7 +177,7 @@ def test_a_simulator_that_is_gone_is_told_within_the_limit() -> None:
     network = MemoryNetwork()
     bus = network.bus()
     with served(bus):
-        robot = open_lockstep(network.bus(), "toy", limit=0.3)
+        robot = open_lockstep(network.bus(), "toy", patience=0.3)
         robot.command(wander(robot.observe()))
         robot.observe()
     bus.close()

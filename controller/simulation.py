@@ -1,0 +1,92 @@
+"""A simulator to drive in: mazes by name, a world in lockstep, the referee's verdict as a report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+from controller.errors import FileError
+from sim.formats import read_maze
+from sim.library import shipped_mazes
+from sim.maze import Maze
+from sim.referee import Verdict
+from sim.settings import SimulatorSettings
+from sim.simulation import Simulation
+from transport.description import RobotDescription
+from transport.messages import Command, Observation, Pose
+
+
+def find_maze(name: str) -> Maze:
+    """Read a maze.
+
+    Args:
+        name: a maze file of any format, or the name of a shipped maze.
+
+    Raises:
+        FileError: there is neither.
+        MazeError: the file is no maze, or one that cannot be solved.
+    """
+    shipped = shipped_mazes()
+    path = shipped.get(name, Path(name))
+    if not path.exists():
+        close = get_close_matches(name, shipped, n=1)
+        listed = f"shipped mazes: {', '.join(shipped)}"
+        raise FileError(
+            f"there is no maze {name}", f"did you mean `{close[0]}`? ({listed})" if close else f"give a file; {listed}"
+        )
+    return read_maze(path)
+
+
+class SimulatedWorld:
+    """One episode in a simulation: ``transport.world.World`` for a single robot."""
+
+    def __init__(
+        self, maze: Maze, robot: RobotDescription, seed: int = 0, settings: SimulatorSettings | None = None
+    ) -> None:
+        self._simulation = Simulation(maze, robot, seed, settings)
+
+    @property
+    def observation(self) -> Observation:
+        """What the robot senses now."""
+        return self._simulation.observation
+
+    @property
+    def finished(self) -> bool:
+        """Whether the referee has ended the episode."""
+        return self._simulation.verdict().finished
+
+    @property
+    def path(self) -> Sequence[Pose]:
+        """Where the robot really was at each tick, in the maze's frame."""
+        return self._simulation.path()
+
+    def step(self, command: Command) -> Observation:
+        """Carry out a command for one period."""
+        self._simulation.step(command)
+        return self._simulation.observation
+
+    def report(self) -> Mapping[str, object]:
+        """The referee's verdict so far, of JSON values."""
+        return {
+            "maze": self._simulation.maze.name,
+            "seed": self._simulation.seed,
+            **as_report(self._simulation.verdict()),
+        }
+
+
+def as_report(verdict: Verdict) -> dict[str, object]:
+    """A verdict as JSON values; lengths in m, times in s."""
+    return {
+        "escaped": verdict.escaped,
+        "outcome": verdict.outcome.value,
+        "reason": verdict.reason,
+        "line": verdict.line(),
+        "time": verdict.time,
+        "path_length": verdict.path_length,
+        "clearance": verdict.clearance if math.isfinite(verdict.clearance) else None,
+        "doors_opened": list(verdict.doors_opened),
+        "contacts": [str(contact) for contact in verdict.contacts],
+        "rings": verdict.rings,
+    }

@@ -1,0 +1,59 @@
+"""Write docs/reference/command-line.md from the command line itself: ``python docs/command_line.py``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import typer.main
+
+from controller.cli import app
+
+PAGE = Path(__file__).parent / "reference" / "command-line.md"
+
+
+def page() -> str:
+    """The whole reference page."""
+    command = typer.main.get_command(app)
+    head = ["# The command line", "", f"`maze-machine COMMAND`: {command.help}", "", command.epilog or "", ""]
+    return "\n".join([*head, *_subcommands(command, "maze-machine")]).rstrip() + "\n"
+
+
+def _subcommands(group: Any, prefix: str) -> Iterator[str]:
+    for name, command in group.commands.items():
+        full = f"{prefix} {name}"
+        yield from (f"## {full}", "", *(command.help or "").strip().splitlines(), "")
+        if hasattr(command, "commands"):
+            yield from _subcommands(command, full)
+        else:
+            yield from _parameters(command)
+
+
+def _parameters(command: Any) -> Iterator[str]:
+    shown = [one for one in command.params if not getattr(one, "hidden", False) and one.name != "help"]
+    if shown:
+        yield from ("| argument or option | default | what it says |", "|---|---|---|")
+        yield from (
+            f"| {_spelling(one)} | {_default(one)} | {(one.help or '').replace('|', chr(92) + '|')} |" for one in shown
+        )
+        yield ""
+
+
+def _spelling(parameter: Any) -> str:
+    if parameter.param_type_name == "argument":
+        return f"`{parameter.name.upper()}{'...' if parameter.nargs == -1 else ''}`"
+    return ", ".join(f"`{spelling}`" for spelling in (*parameter.opts, *parameter.secondary_opts))
+
+
+def _default(parameter: Any) -> str:
+    if parameter.required:
+        return "required"
+    default = parameter.default
+    if default in (None, False, True, ()) or callable(default) or isinstance(default, list):
+        return ""
+    return f"`{default}`"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,51 @@
+"""The command line as a whole: help, unknown names, what it imports before it is told to."""
+
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer.main
+from typer.testing import CliRunner
+
+from controller.cli import app
+
+
+def commands(group=None, prefix=()):
+    group = group or typer.main.get_command(app)
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from commands(command, (*prefix, name))
+        else:
+            yield (*prefix, name), command
+
+
+@pytest.mark.parametrize(
+    ("path", "command"), commands(), ids=lambda value: " ".join(value) if isinstance(value, tuple) else ""
+)
+def test_every_command_has_help_with_an_example(path, command):
+    shown = CliRunner().invoke(app, [*path, "--help"], env={"COLUMNS": "200"})
+    assert shown.exit_code == 0
+    assert f"maze-machine {' '.join(path)}" in command.help, "the docstring gives an example"
+    undocumented = [one.name for one in command.params if not one.help]
+    assert undocumented == []
+
+
+def test_help_needs_none_of_the_heavy_packages():
+    heavy = "numpy", "zenoh", "pymunk", "matplotlib", "lark", "pydantic", "numba", "rosbags", "transitions"
+    code = f"import sys, controller.cli; print([name for name in {heavy} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+@pytest.mark.parametrize("arguments", [["no-such-command"], ["run"], ["run", "--no-such-option"]])
+def test_wrong_usage_ends_with_status_2(arguments):
+    ended = CliRunner().invoke(app, arguments)
+    assert ended.exit_code == 2
+    assert "Usage" in ended.stderr
+    assert "Traceback" not in ended.stderr
+
+
+def test_the_reference_page_is_the_command_lines_own():
+    script = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "command_line.py"))
+    assert script["PAGE"].read_text(encoding="utf-8") == script["page"](), "run: python docs/command_line.py"

@@ -1,0 +1,55 @@
+"""Style, types and the import table hold for the whole project."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+ROOMS = ("hsm", "skills", "perception", "machines", "transport", "sim", "controller", "view")
+
+CHECKS = {
+    "style": ["-m", "ruff", "check", "--no-cache", "."],
+    "format": ["-m", "ruff", "format", "--no-cache", "--check", "."],
+    "types": ["-m", "mypy"],
+    "imports": ["-c", "from importlinter.cli import lint_imports_command; lint_imports_command()", "--no-cache"],
+}
+
+
+@pytest.mark.parametrize("check", CHECKS)
+def test_the_project_passes(check):
+    ended = subprocess.run(
+        [sys.executable, *CHECKS[check]], cwd=ROOT, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+def tracked_files():
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if listed.returncode != 0:
+        pytest.skip("not a git checkout")
+    return [ROOT / name for name in listed.stdout.split("\0") if name and (ROOT / name).is_file()]
+
+
+def test_no_file_names_a_place_on_somebodys_machine():
+    place = re.compile(rb"(?<![\w.])/(?:home|root|Users|work|tmp)/\w")
+    found = [path for path in tracked_files() if place.search(path.read_bytes())]
+    assert found == []
+
+
+def test_every_package_of_a_room_is_shipped():
+    """A folder without ``__init__.py`` would be left out of the wheel."""
+    folders = {path.parent for room in ROOMS for path in (ROOT / room).rglob("*.py")}
+    assert [str(folder) for folder in sorted(folders) if not (folder / "__init__.py").is_file()] == []
+
+
+def test_a_module_stays_small_enough_to_be_read():
+    longest = {
+        str(path.relative_to(ROOT)): lines
+        for room in ROOMS
+        for path in (ROOT / room).rglob("*.py")
+        if (lines := len(path.read_text(encoding="utf-8").splitlines())) > 600
+    }
+    assert longest == {}

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
+from perception.compass import Compass, compass_of
+from perception.door import Door, find_doors, is_near, open_share, passage_of
+from perception.exit import is_outside
+from perception.lines import Lines, find_lines
+from perception.repulsion import Force, repulsion_of
 from perception.settings import PerceptionSettings
+from perception.space import Space, space_of
+from perception.sweep import Floats, Sweep
+from perception.walls import Centre, Wall, centre_of, clearance_of, nearest_wall
+from perception.world import WorldModel, to_robot
 from transport.description import RobotDescription
-from transport.messages import Observation
+from transport.messages import Observation, Pose
 
 
 @dataclass(frozen=True)
@@ -18,13 +30,148 @@ class Facts:
         observation: the tick's scan, odometry and door answer.
         robot: shape, limits and laser of the robot.
         settings: perception's thresholds.
+        world: what is remembered from earlier ticks, already moved on to this one.
     """
 
     observation: Observation
     robot: RobotDescription
     settings: PerceptionSettings
+    world: WorldModel
 
     @cached_property
     def time(self) -> float:
         """The tick's time in seconds."""
         return self.observation.time
+
+    @property
+    def pose(self) -> Pose:
+        """The robot in the world model's frame."""
+        return self.world.pose
+
+    @cached_property
+    def sweep(self) -> Sweep:
+        """The scan with its readings sorted into hits, free beams and unknown ones."""
+        return Sweep.of(self.observation.scan, self.robot.laser.mount)
+
+    @property
+    def points(self) -> Floats:
+        """The hits in the robot's frame, m, shape (n, 2)."""
+        return self.sweep.points
+
+    @cached_property
+    def lines(self) -> Lines:
+        """The straight walls in sight, in the robot's frame."""
+        return find_lines(self.sweep, self.settings.lines)
+
+    @cached_property
+    def compass(self) -> Compass:
+        """The misalignment with the walls, from this scan alone."""
+        return compass_of(self.lines, self.settings.compass)
+
+    @cached_property
+    def misalignment(self) -> float:
+        """The turn that brings the robot along the walls, rad: the compass, or dead reckoning where it is unknown."""
+        return self.compass.misalignment if self.compass.known else self.world.misalignment
+
+    @cached_property
+    def aligned(self) -> Floats:
+        """The hits in the robot's place but turned along the walls, m, shape (n, 2)."""
+        return turned(self.points, -self.misalignment)
+
+    @cached_property
+    def space(self) -> Space:
+        """Space to the left, ahead and to the right."""
+        return space_of(self.sweep, self.settings.space)
+
+    @cached_property
+    def wall_left(self) -> Wall:
+        """The nearest wall at the left."""
+        return nearest_wall(self.lines, math.pi / 2, self.settings.wall)
+
+    @cached_property
+    def wall_right(self) -> Wall:
+        """The nearest wall at the right."""
+        return nearest_wall(self.lines, -math.pi / 2, self.settings.wall)
+
+    @cached_property
+    def centre(self) -> Centre:
+        """Where the robot is between the walls of a corridor."""
+        return centre_of(self.lines, self.misalignment, self.settings.centre)
+
+    @property
+    def centre_error(self) -> float:
+        """How far the middle of the corridor is to the robot's left, m; zero where there is no corridor."""
+        return self.centre.error
+
+    @cached_property
+    def clearance(self) -> float:
+        """Distance from the robot's outline to the nearest hit, m; infinity where nothing is seen."""
+        return clearance_of(self.points, self.robot.footprint)
+
+    @cached_property
+    def repulsion(self) -> Force:
+        """The push of the walls."""
+        return repulsion_of(self.sweep, self.settings.repulsion)
+
+    @cached_property
+    def outside(self) -> bool:
+        """Whether this scan alone shows the robot outside a wall that it has just passed."""
+        return is_outside(self.sweep, self.aligned, self.misalignment, self.robot.footprint, self.settings.exit)
+
+    @cached_property
+    def doors(self) -> tuple[Door, ...]:
+        """All dead ends in sight that may be doors, the nearest first."""
+        return find_doors(self.lines, self.robot, self.settings.door)
+
+    @cached_property
+    def door(self) -> Door | None:
+        """The possible door ahead that may be rung from here, if there is one."""
+        return next((door for door in self.doors if is_near(door, self.settings.door)), None)
+
+    @cached_property
+    def rung_door(self) -> Door | None:
+        """The door tried last, where it is now; its place is remembered, whether it is open or shut."""
+        if not self.world.doors:
+            return None
+        place = self.world.doors[-1]
+        return Door(to_robot(self.pose, place.right), to_robot(self.pose, place.left), math.inf)
+
+    @cached_property
+    def door_open_share(self) -> float:
+        """How far the door tried last stands open, 0 to 1: the share of the beams to it that go through."""
+        door = self.rung_door
+        return open_share(self.sweep, door.right, door.left, self.settings.door) if door else 0.0
+
+    @cached_property
+    def door_passable(self) -> bool:
+        """Whether the robot, going straight on as the door tried last faces, can pass it."""
+        door = self.rung_door
+        if door is None or not self.sweep.known.any():
+            return False
+        half_width = self.robot.half_width + self.settings.door.passage_margin
+        lane = passage_of(turned(self.points, -door.facing), half_width)
+        return lane >= door.distance + self.settings.door.opened_depth
+
+
+def turned(points: Floats, angle: float) -> Floats:
+    """Points turned about the origin, counter-clockwise by ``angle`` in rad."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    rotated: Floats = points @ np.array([[cosine, sine], [-sine, cosine]])
+    return rotated
+
+
+class Perception:
+    """Perception of one robot during one run: makes the facts of each tick and keeps the world model up to date."""
+
+    def __init__(self, robot: RobotDescription, settings: PerceptionSettings | None = None) -> None:
+        self.robot = robot
+        self.settings = settings or PerceptionSettings()
+        self.world = WorldModel(self.settings)
+
+    def facts(self, observation: Observation) -> Facts:
+        """The facts of the next tick; called once a tick, in order."""
+        facts = Facts(observation, self.robot, self.settings, self.world)
+        self.world.move(observation.odometry)
+        self.world.align(facts.compass)
+        self.world.clear_ticks = self.world.clear_ticks + 1 if facts.outside else 0
+        return facts

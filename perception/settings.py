@@ -2,8 +2,177 @@
 
 from __future__ import annotations
 
-from transport.description import Settings
+import math
+from typing import Annotated
+
+from pydantic import Field
+
+from transport.description import Positive, Settings
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Count = Annotated[int, Field(ge=1)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class LineSettings(Settings):
+    """Extraction of straight walls."""
+
+    split: Positive = 0.04
+    """A piece is split where a hit is farther than this from its chord, m: four times the noise."""
+    jump: Positive = 0.5
+    """Neighbouring hits farther apart than this belong to different walls, m."""
+    max_missing: Annotated[int, Field(ge=0)] = 3
+    """So many beams without a hit do not interrupt a wall."""
+    min_hits: Annotated[int, Field(ge=3)] = 5
+    """A wall has at least so many hits."""
+    min_length: Positive = 0.1
+    """A wall is at least so long, m."""
+    max_residual: Positive = 0.03
+    """Root mean square distance of a wall's hits from its line, at most, m."""
+
+
+class CompassSettings(Settings):
+    """Misalignment with the walls."""
+
+    world_angle: Positive = math.pi / 2
+    """Walls meet at multiples of this angle, rad."""
+    spread: Positive = math.radians(6)
+    """Walls within this angle of each other agree, rad."""
+    min_length: Positive = 0.4
+    """Total length of the walls that must agree before anything is said, m."""
+    min_confidence: Share = 0.4
+    """Share of the walls' weight that must agree before anything is said."""
+    range_noise: Positive = 0.006
+    """Standard deviation of a reading, m; uniform noise of 1 cm has 0.58 cm."""
+
+
+class SpaceSettings(Settings):
+    """Space to the left, ahead and to the right, by beams of some width (2017)."""
+
+    width: Positive = math.radians(10)
+    """Angle over which a beam looks, rad."""
+    side: Positive = 0.9
+    """There is space to a side when nothing is nearer than this, m from the robot's origin."""
+    front: Positive = 0.55
+    """There is space ahead when nothing is nearer than this, m from the robot's origin."""
+    bad_share: Share = 0.05
+    """Share of a beam's readings that may be bad: so many of the shortest are passed over."""
+
+
+class ExitSettings(Settings):
+    """Whether the robot has left the maze."""
+
+    range: Positive = 10.0
+    """Nothing may stand ahead of the robot within this distance, m; more than the largest open space's length."""
+    half_angle: Positive = math.radians(50)
+    """Half of the angle that counts as ahead, rad."""
+    beside: Positive = 1.5
+    """How far to the sides the posts of the exit must be behind the robot, m."""
+    margin: NotNegative = 0.02
+    """How far the robot's rear must be past the posts, m; more than the noise."""
+    ticks: Count = 3
+    """For so many ticks in a row."""
+
+
+class WallSettings(Settings):
+    """The nearest wall at a side."""
+
+    half_angle: Positive = math.radians(60)
+    """The wall's nearest point is within this angle of straight left or right, rad."""
+    min_length: Positive = 0.2
+    """Shorter pieces are not followed, m."""
+
+
+class CentreSettings(Settings):
+    """The middle of the corridor."""
+
+    behind: NotNegative = 0.1
+    """The walls are sought from so far behind the robot's origin, m."""
+    ahead: Positive = 1.0
+    """To so far ahead of it, m: a limited depth, so that a bend behind an opening does not pull."""
+    min_overlap: Positive = 0.15
+    """So much of a wall must lie within that stretch, m."""
+    parallel: Positive = math.radians(12)
+    """How far a wall of the corridor may be from parallel, rad."""
+    max_half_width: Positive = 1.0
+    """A wall farther than this to a side is not a wall of the corridor, m."""
+
+
+class RepulsionSettings(Settings):
+    """The artificial potential field (2017)."""
+
+    gain: Positive = 0.02
+    """Scale of the force, m^3/s: with it the force reads as a velocity in m/s."""
+    width_correction: NotNegative = 0.15
+    """Taken off every distance for the robot's own size, m."""
+    influence: Positive = 1.5
+    """Hits farther than this do not repel, m."""
+    front: Positive = math.radians(60)
+    """The whole angle ahead that makes the force along x, rad; the other beams make the force along y."""
+
+
+class DoorSettings(Settings):
+    """Door areas by the rules: a dead end between side walls."""
+
+    min_width: Positive = 0.5
+    """Shortest dead-end wall, m."""
+    max_width: Positive = 1.5
+    """Longest dead-end wall, m."""
+    min_side: Positive = 0.3
+    """Shortest side wall, m."""
+    margin: NotNegative = 0.06
+    """Tolerance on these sizes, m."""
+    corner_gap: Positive = 0.1
+    """The end of a wall and the beginning of the next within this distance are one corner, m."""
+    square: Positive = math.radians(15)
+    """How far a corner may be from a right angle, rad."""
+    range: Positive = 1.3
+    """The door opens for a robot of which no part is farther from it than this, m."""
+    range_margin: NotNegative = 0.05
+    """How far inside the rule's area the robot shall be before it counts as near, m."""
+    ahead: Positive = math.radians(30)
+    """A door is ahead when its direction is within this angle of straight on, rad."""
+    same_place: Positive = 0.5
+    """Two doors nearer than this are the same one, m; more than dead reckoning drifts in a run."""
+    passage_margin: NotNegative = 0.05
+    """Free space wanted at each side of the robot for passing an open door, m."""
+    inner_share: Share = 0.8
+    """The inner share of a door's width is looked at for its opening; beams at its edges meet the walls behind it."""
+    seen_depth: Positive = 0.08
+    """A beam that goes so far beyond the door's place goes through it, m."""
+    opened_depth: Positive = 0.3
+    """Free space wanted beyond an open door, m."""
+
+
+class OdometrySettings(Settings):
+    """Dead reckoning."""
+
+    heading_gain: Share = 0.3
+    """Share of the compass's correction that is taken in each tick."""
+    max_correction: Positive = math.radians(20)
+    """A compass that disagrees more than this is not followed, rad."""
+    max_jump: Positive = 0.5
+    """A step of the odometry longer than this, m, or turning by more than this times two, rad, is a restart."""
 
 
 class PerceptionSettings(Settings):
     """Thresholds and sizes of perception, one section for each skill."""
+
+    lines: LineSettings = LineSettings()
+    """Straight walls."""
+    compass: CompassSettings = CompassSettings()
+    """Misalignment with the walls."""
+    space: SpaceSettings = SpaceSettings()
+    """Space to the left, ahead and to the right."""
+    exit: ExitSettings = ExitSettings()
+    """Leaving the maze."""
+    wall: WallSettings = WallSettings()
+    """The nearest wall at a side."""
+    centre: CentreSettings = CentreSettings()
+    """The middle of the corridor."""
+    repulsion: RepulsionSettings = RepulsionSettings()
+    """The artificial potential field."""
+    door: DoorSettings = DoorSettings()
+    """Door areas."""
+    odometry: OdometrySettings = OdometrySettings()
+    """Dead reckoning."""

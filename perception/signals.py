@@ -1,0 +1,277 @@
+"""The signals that a machine can name, each a value of the tick's facts.
+
+Where a signal cannot be known, it has the neutral value that its description gives, and a companion signal ending in
+``.known`` is false.
+"""
+
+from __future__ import annotations
+
+from hsm.types import Angle, Duration, Length, Speed, TurnRate
+from perception.facts import Facts
+from perception.library import LIBRARY
+
+FAR = 1000.0
+"""Metres; what a distance signal gives where nothing is in sight, so that arithmetic on it stays finite."""
+
+
+def _finite(distance: float) -> float:
+    return min(distance, FAR)
+
+
+@LIBRARY.signal("space.left")
+def space_left(facts: Facts) -> bool:
+    """Whether there is space to the left; false where it is not known."""
+    return facts.space.left.free
+
+
+@LIBRARY.signal("space.front")
+def space_front(facts: Facts) -> bool:
+    """Whether there is space ahead; false where it is not known."""
+    return facts.space.front.free
+
+
+@LIBRARY.signal("space.right")
+def space_right(facts: Facts) -> bool:
+    """Whether there is space to the right; false where it is not known."""
+    return facts.space.right.free
+
+
+@LIBRARY.signal("space.known")
+def space_known(facts: Facts) -> bool:
+    """Whether the beams to the left, ahead and to the right could all be read."""
+    return facts.space.left.known and facts.space.front.known and facts.space.right.known
+
+
+@LIBRARY.signal("distance.left")
+def distance_left(facts: Facts) -> Length:
+    """Distance from the laser to what the left beam sees; 0 where it is not known."""
+    return facts.space.left.distance
+
+
+@LIBRARY.signal("distance.front")
+def distance_front(facts: Facts) -> Length:
+    """Distance from the laser to what the beam ahead sees; 0 where it is not known."""
+    return facts.space.front.distance
+
+
+@LIBRARY.signal("distance.right")
+def distance_right(facts: Facts) -> Length:
+    """Distance from the laser to what the right beam sees; 0 where it is not known."""
+    return facts.space.right.distance
+
+
+@LIBRARY.signal("exit.crossed")
+def exit_crossed(facts: Facts) -> bool:
+    """Whether the whole robot has been outside the maze for some ticks; false where it is not known."""
+    return facts.world.clear_ticks >= facts.settings.exit.ticks
+
+
+@LIBRARY.signal("misalignment")
+def misalignment(facts: Facts) -> Angle:
+    """The turn that brings the robot along the walls, by the compass, else by dead reckoning, else 0."""
+    return facts.misalignment
+
+
+@LIBRARY.signal("misalignment.known")
+def misalignment_known(facts: Facts) -> bool:
+    """Whether the compass finds straight walls enough in this scan."""
+    return facts.compass.known
+
+
+@LIBRARY.signal("misalignment.confidence")
+def misalignment_confidence(facts: Facts) -> float:
+    """Share of the walls that agree with the compass, 0 to 1; 0 where it is not known."""
+    return facts.compass.confidence
+
+
+@LIBRARY.signal("centre.error")
+def centre_error(facts: Facts) -> Length:
+    """How far the middle of the corridor is to the left; 0 where not both walls are seen."""
+    return facts.centre.error
+
+
+@LIBRARY.signal("centre.known")
+def centre_known(facts: Facts) -> bool:
+    """Whether walls on both sides make a corridor."""
+    return facts.centre.known
+
+
+@LIBRARY.signal("corridor.width")
+def corridor_width(facts: Facts) -> Length:
+    """Width of the corridor; 1000 m where not both walls are seen."""
+    return _finite(facts.centre.width)
+
+
+@LIBRARY.signal("wall.left")
+def wall_left(facts: Facts) -> Length:
+    """Distance from the robot's origin to the nearest wall at the left; 1000 m where there is none."""
+    return _finite(facts.wall_left.distance)
+
+
+@LIBRARY.signal("wall.left.angle")
+def wall_left_angle(facts: Facts) -> Angle:
+    """The turn that brings the robot parallel to the wall at the left; 0 where there is none."""
+    return facts.wall_left.angle
+
+
+@LIBRARY.signal("wall.left.known")
+def wall_left_known(facts: Facts) -> bool:
+    """Whether there is a wall at the left."""
+    return facts.wall_left.known
+
+
+@LIBRARY.signal("wall.right")
+def wall_right(facts: Facts) -> Length:
+    """Distance from the robot's origin to the nearest wall at the right; 1000 m where there is none."""
+    return _finite(facts.wall_right.distance)
+
+
+@LIBRARY.signal("wall.right.angle")
+def wall_right_angle(facts: Facts) -> Angle:
+    """The turn that brings the robot parallel to the wall at the right; 0 where there is none."""
+    return facts.wall_right.angle
+
+
+@LIBRARY.signal("wall.right.known")
+def wall_right_known(facts: Facts) -> bool:
+    """Whether there is a wall at the right."""
+    return facts.wall_right.known
+
+
+@LIBRARY.signal("clearance")
+def clearance(facts: Facts) -> Length:
+    """Distance from the robot's outline to the nearest hit; 1000 m where nothing is seen."""
+    return _finite(facts.clearance)
+
+
+@LIBRARY.signal("clearance.known")
+def clearance_known(facts: Facts) -> bool:
+    """Whether the scan could be read at all."""
+    return bool(facts.sweep.known.any())
+
+
+@LIBRARY.signal("repulsion.forward")
+def repulsion_forward(facts: Facts) -> Speed:
+    """The push of the walls ahead, as a velocity along x; 0 where nothing is near."""
+    return facts.repulsion.forward
+
+
+@LIBRARY.signal("repulsion.left")
+def repulsion_left(facts: Facts) -> Speed:
+    """The push of the walls at the sides, as a velocity along y; 0 where nothing is near."""
+    return facts.repulsion.left
+
+
+@LIBRARY.signal("door.near")
+def door_near(facts: Facts) -> bool:
+    """Whether a possible door is ahead and the whole robot within the area from which it may be rung."""
+    return facts.door is not None
+
+
+@LIBRARY.signal("door.tried")
+def door_tried(facts: Facts) -> bool:
+    """Whether the possible door ahead has been remembered before; false where there is none."""
+    return facts.door is not None and facts.world.has_tried(facts.door)
+
+
+@LIBRARY.signal("door.distance")
+def door_distance(facts: Facts) -> Length:
+    """Distance from the robot's origin to the possible door ahead; 1000 m where there is none."""
+    return facts.door.distance if facts.door else FAR
+
+
+@LIBRARY.signal("door.open")
+def door_open(facts: Facts) -> bool:
+    """Whether the door remembered last stands fully open; false where none was remembered."""
+    return facts.door_open_share >= 0.9
+
+
+@LIBRARY.signal("door.passable")
+def door_passable(facts: Facts) -> bool:
+    """Whether the way through the door remembered last is wide enough for the robot; false where there is none."""
+    return facts.door_passable
+
+
+@LIBRARY.action("door.remember")
+def door_remember(facts: Facts) -> None:
+    """Remember the possible door ahead as tried; nothing where there is none."""
+    if facts.door:
+        facts.world.remember_door(facts.door)
+
+
+@LIBRARY.signal("door.accepted")
+def door_accepted(facts: Facts) -> bool:
+    """Whether the answer to the last ring came in this tick and a door will open."""
+    return facts.observation.door is not None and facts.observation.door.accepted
+
+
+@LIBRARY.signal("door.refused")
+def door_refused(facts: Facts) -> bool:
+    """Whether the answer to the last ring came in this tick and no door will open."""
+    return facts.observation.door is not None and not facts.observation.door.accepted
+
+
+@LIBRARY.signal("moved.distance")
+def moved_distance(facts: Facts) -> Length:
+    """Length of the path since the run began, by odometry."""
+    return facts.world.travelled
+
+
+@LIBRARY.signal("moved.turn")
+def moved_turn(facts: Facts) -> Angle:
+    """Sum of all turns since the run began, counter-clockwise, not wrapped, by odometry."""
+    return facts.world.turned
+
+
+@LIBRARY.signal("position.x")
+def position_x(facts: Facts) -> Length:
+    """The robot's x in the world model's frame, which begins where the run began."""
+    return facts.pose.x
+
+
+@LIBRARY.signal("position.y")
+def position_y(facts: Facts) -> Length:
+    """The robot's y in the world model's frame."""
+    return facts.pose.y
+
+
+@LIBRARY.signal("heading")
+def heading(facts: Facts) -> Angle:
+    """The robot's heading in the world model's frame, whose axes run along the walls; within half a turn of zero."""
+    return facts.pose.heading
+
+
+@LIBRARY.signal("speed")
+def speed(facts: Facts) -> Speed:
+    """How fast the base moves, by odometry."""
+    return facts.observation.odometry.twist.speed
+
+
+@LIBRARY.signal("turn_rate")
+def turn_rate(facts: Facts) -> TurnRate:
+    """How fast the base turns counter-clockwise, by odometry."""
+    return facts.observation.odometry.twist.turn
+
+
+@LIBRARY.signal("link.scan_age")
+def link_scan_age(facts: Facts) -> Duration:
+    """Age of the newest scan."""
+    return facts.observation.link.scan_age
+
+
+@LIBRARY.signal("link.odometry_age")
+def link_odometry_age(facts: Facts) -> Duration:
+    """Age of the newest odometry."""
+    return facts.observation.link.odometry_age
+
+
+@LIBRARY.signal("link.reconnects")
+def link_reconnects(facts: Facts) -> int:
+    """How often the link was lost and found again in this run."""
+    return facts.observation.link.reconnects
+
+
+@LIBRARY.signal("link.stopped")
+def link_stopped(facts: Facts) -> bool:
+    """Whether the robot's dead man has stopped it."""
+    return facts.observation.link.stopped

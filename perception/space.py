@@ -1,0 +1,70 @@
+"""Space to the left, ahead and to the right: the beams of 2017."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from perception.settings import SpaceSettings
+from perception.sweep import Sweep
+
+
+@dataclass(frozen=True, slots=True)
+class Beam:
+    """What a beam of some width sees.
+
+    Attributes:
+        distance: m from the sensor to the nearest thing that is not a stray reading; the sensor's reach where there is
+            nothing, 0 where nothing is known.
+        free: whether that is beyond the beam's threshold; False where nothing is known.
+        known: whether at least half of the readings could be used.
+    """
+
+    distance: float = 0.0
+    free: bool = False
+    known: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Space:
+    """Whether there is space to the left, ahead and to the right."""
+
+    left: Beam
+    front: Beam
+    right: Beam
+
+
+def look(sweep: Sweep, direction: float, width: float, threshold: float, bad_share: float) -> Beam:
+    """Look in one direction.
+
+    A single reading must not close a way, nor shall a thin post be overlooked: the shortest ``bad_share`` of the
+    readings, and always the shortest one of three or more, are passed over; the next one is the distance.
+
+    Args:
+        sweep: the scan.
+        direction: rad in the robot's frame.
+        width: rad.
+        threshold: m.
+        bad_share: 0 to 1.
+    """
+    beams = sweep.fan.sector(direction, width)
+    ranges = sweep.ranges[beams]
+    ranges = ranges[~np.isnan(ranges)]
+    if not len(ranges) or 2 * len(ranges) < len(beams):
+        return Beam()
+    passed_over = max(int(bad_share * len(ranges)), int(len(ranges) >= 3))
+    passed_over = min(passed_over, len(ranges) - 1)
+    distance = min(float(np.partition(ranges, passed_over)[passed_over]), sweep.reach)
+    return Beam(distance, distance >= threshold, known=True)
+
+
+def space_of(sweep: Sweep, settings: SpaceSettings) -> Space:
+    """Look to the left, ahead and to the right."""
+    side, front = settings.side, settings.front
+    return Space(
+        left=look(sweep, math.pi / 2, settings.width, side, settings.bad_share),
+        front=look(sweep, 0.0, settings.width, front, settings.bad_share),
+        right=look(sweep, -math.pi / 2, settings.width, side, settings.bad_share),
+    )

@@ -1,0 +1,131 @@
+"""One scan made ready for use: readings sorted into hits, free beams and unknown ones, hits as points of the robot.
+
+A reading beyond the sensor's range, infinity and a reading below the sensor's shortest range all mean that the beam hit
+nothing (PICO's sensor reports what it cannot see as a distance near zero). NaN and minus infinity (an object too close
+to be measured, REP 117) mean that nothing is known of the beam.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from transport.messages import Pose, Scan, ScanGeometry
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+ORIGIN = Pose()
+
+LONGEST_RANGE = 1000.0
+"""A range sensor that claims to see farther, in metres, is not believed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fan:
+    """The directions of a sensor's beams in the robot's frame; worked out once for a geometry and a mounting.
+
+    Attributes:
+        angles: rad within [-pi, pi], counter-clockwise from the robot's x axis, shape (n,), in the order of the beams.
+        cosines: of the angles.
+        sines: of the angles.
+        mount: pose of the sensor in the robot's frame.
+        step: angle from one beam to the next, rad, positive.
+    """
+
+    angles: Floats
+    cosines: Floats
+    sines: Floats
+    mount: Pose
+    step: float
+
+    def sector(self, centre: float, width: float) -> Indices:
+        """The beams whose direction is within ``width / 2`` of ``centre`` (both in rad), shape (k,)."""
+        return _sector(self, centre, width)
+
+
+@lru_cache(maxsize=64)
+def _sector(fan: Fan, centre: float, width: float) -> Indices:
+    offset = np.abs((fan.angles - centre + math.pi) % math.tau - math.pi)
+    return np.flatnonzero(offset <= width / 2 + 1e-9)
+
+
+@lru_cache(maxsize=8)
+def fan_of(geometry: ScanGeometry, mount: Pose) -> Fan:
+    """The beams of a geometry seen by a sensor at ``mount``, in counter-clockwise order."""
+    angles = geometry.angles() + mount.heading
+    if geometry.angle_increment < 0:
+        angles = angles[::-1]
+    angles = (angles + math.pi) % math.tau - math.pi
+    return Fan(angles, np.cos(angles), np.sin(angles), mount, abs(geometry.angle_increment))
+
+
+_NOTHING = np.empty(0)
+_EMPTY_FAN = Fan(_NOTHING, _NOTHING, _NOTHING, Pose(), math.inf)
+
+
+def is_plausible(scan: Scan) -> bool:
+    """Whether a scan can be read at all: finite angles, positive ranges and as many readings as beams."""
+    geometry = scan.geometry
+    return (
+        np.shape(scan.ranges) == (geometry.beams,)
+        and geometry.beams > 0
+        and math.isfinite(geometry.angle_min)
+        and math.isfinite(geometry.angle_increment)
+        and 0 < abs(geometry.angle_increment) * geometry.beams <= 2 * math.tau
+        and geometry.range_max > max(geometry.range_min, 0.0)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """The readings of one scan with their meaning.
+
+    Attributes:
+        fan: directions of the beams in the robot's frame, counter-clockwise.
+        ranges: metres from the sensor, shape (n,); infinity where the beam hit nothing, NaN where nothing is known.
+        reach: how far a beam that hit nothing is known to be free, m.
+    """
+
+    fan: Fan
+    ranges: Floats
+    reach: float
+
+    @classmethod
+    def of(cls, scan: Scan, mount: Pose = ORIGIN) -> Sweep:
+        """Sort the readings of a scan; a scan that cannot be read gives a sweep without beams."""
+        if not is_plausible(scan):
+            return cls(_EMPTY_FAN, _NOTHING, 0.0)
+        geometry = scan.geometry
+        reach = min(geometry.range_max, LONGEST_RANGE)
+        ranges = np.array(scan.ranges, dtype=np.float64)
+        if geometry.angle_increment < 0:
+            ranges = ranges[::-1].copy()
+        ranges[ranges == -np.inf] = np.nan
+        ranges[(ranges > reach) | (ranges < geometry.range_min)] = np.inf
+        return cls(fan_of(geometry, mount), ranges, reach)
+
+    @cached_property
+    def beams(self) -> Indices:
+        """Which beams hit something, shape (k,)."""
+        return np.flatnonzero(np.isfinite(self.ranges))
+
+    @cached_property
+    def points(self) -> Floats:
+        """The hits in the robot's frame, m, shape (k, 2), counter-clockwise as the sensor sees them."""
+        beams = self.beams
+        ranges = self.ranges[beams]
+        points = np.empty((len(beams), 2))
+        points[:, 0] = ranges * self.fan.cosines[beams] + self.fan.mount.x
+        points[:, 1] = ranges * self.fan.sines[beams] + self.fan.mount.y
+        return points
+
+    @cached_property
+    def known(self) -> Mask:
+        """Of which beams anything is known, shape (n,)."""
+        return ~np.isnan(self.ranges)

@@ -1,0 +1,131 @@
+"""The world model: what perception remembers from one tick to the next."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from perception.compass import Compass
+from perception.door import Door
+from perception.odometry import Step, corrected, is_restart, moved, step_between
+from perception.settings import PerceptionSettings
+from transport.description import Point
+from transport.messages import Odometry, Pose
+
+
+def to_world(pose: Pose, point: Point) -> Point:
+    """A point of the robot's frame in the frame in which ``pose`` is the robot's."""
+    cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+    return (pose.x + point[0] * cosine - point[1] * sine, pose.y + point[0] * sine + point[1] * cosine)
+
+
+def to_robot(pose: Pose, point: Point) -> Point:
+    """The inverse of ``to_world``."""
+    cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+    dx, dy = point[0] - pose.x, point[1] - pose.y
+    return (dx * cosine + dy * sine, dy * cosine - dx * sine)
+
+
+@dataclass(frozen=True, slots=True)
+class DoorPlace:
+    """The place of a door in the world model's frame.
+
+    Attributes:
+        right: end at the right hand of someone who faces it from inside, m.
+        left: the other end, m.
+    """
+
+    right: Point
+    left: Point
+
+    @property
+    def centre(self) -> Point:
+        """The middle, m."""
+        return ((self.right[0] + self.left[0]) / 2, (self.right[1] + self.left[1]) / 2)
+
+    @property
+    def facing(self) -> float:
+        """Heading of a robot that faces it squarely, rad."""
+        return math.atan2(self.right[0] - self.left[0], self.left[1] - self.right[1])
+
+
+@dataclass(slots=True)
+class WorldModel:
+    """Memory over the ticks of one run.
+
+    The frame begins where the run begins; its axes run along the walls as soon as the compass knows them. Positions are
+    dead reckoning: odometry's steps along a heading that the compass keeps from drifting.
+
+    Attributes:
+        settings: perception's thresholds.
+        pose: the robot in the world model's frame.
+        travelled: length of the path so far, m.
+        turned: sum of all turns so far, rad, counter-clockwise, not wrapped.
+        step: the last tick's movement.
+        restarts: how often the odometry began anew.
+        clear_ticks: for how many ticks in a row the scan has shown the robot outside.
+        doors: the doors tried so far, in order.
+    """
+
+    settings: PerceptionSettings
+    pose: Pose = field(default_factory=Pose)
+    travelled: float = 0.0
+    turned: float = 0.0
+    step: Step = field(default_factory=Step)
+    restarts: int = 0
+    clear_ticks: int = 0
+    doors: list[DoorPlace] = field(default_factory=list)
+    _odometry: Pose | None = None
+    _aligned: bool = False
+
+    def move(self, odometry: Odometry) -> None:
+        """Dead reckoning: take in the newest odometry."""
+        before, after = self._odometry, odometry.pose
+        step = step_between(before, after) if before else Step()
+        if is_restart(step, self.settings.odometry):
+            self.restarts += 1
+            step = Step()
+        if math.isfinite(after.x + after.y + after.heading):
+            self._odometry = after
+        self.step = step
+        self.travelled += step.length
+        self.turned += step.turn
+        self.pose = moved(self.pose, step)
+
+    def align(self, compass: Compass) -> None:
+        """Correct the heading by the compass; the first known compass gives the frame its axes."""
+        if not compass.known:
+            return
+        if self._aligned:
+            heading = corrected(self.pose.heading, compass, self.settings.compass.world_angle, self.settings.odometry)
+            self.pose = Pose(self.pose.x, self.pose.y, heading)
+            return
+        self._aligned = True
+        correction = math.remainder(-compass.misalignment - self.pose.heading, self.settings.compass.world_angle)
+        x, y = to_world(Pose(heading=correction), (self.pose.x, self.pose.y))
+        self.pose = Pose(x, y, self.pose.heading + correction)
+
+    @property
+    def misalignment(self) -> float:
+        """The turn that, by dead reckoning, brings the robot along the walls, rad."""
+        return math.remainder(-self.pose.heading, self.settings.compass.world_angle) if self._aligned else 0.0
+
+    def place(self, door: Door) -> DoorPlace:
+        """Where a door in sight is in the world model's frame."""
+        return DoorPlace(to_world(self.pose, door.right), to_world(self.pose, door.left))
+
+    def remember_door(self, door: Door) -> None:
+        """Note that a door has been tried; one already noted is moved to where it is now seen, as the latest."""
+        place = self.place(door)
+        self.doors = [other for other in self.doors if not self._same(other, place)]
+        self.doors.append(place)
+
+    def has_tried(self, door: Door) -> bool:
+        """Whether a door in sight has been tried."""
+        place = self.place(door)
+        return any(self._same(other, place) for other in self.doors)
+
+    def _same(self, one: DoorPlace, other: DoorPlace) -> bool:
+        apart = math.dist(one.centre, other.centre)
+        turned = abs(math.remainder(one.facing - other.facing, math.tau))
+        return apart <= self.settings.door.same_place and turned <= math.pi / 4

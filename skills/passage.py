@@ -18,6 +18,10 @@ ALONGSIDE = 0.15
 SPARE = 0.05
 """A gap must leave this at either side of the robot, m."""
 
+Gap = tuple[float, float]
+NOWHERE: Gap = (-math.inf, math.inf)
+"""The gap that nothing bounds."""
+
 
 @dataclass(frozen=True, slots=True)
 class Passage:
@@ -54,8 +58,8 @@ def points_along(facts: Facts, error: float) -> Points:
 def passage_of(points: Points, robot: RobotDescription, look_ahead: float) -> Passage:
     """The passage in which the robot drives.
 
-    Of the gaps between what is seen up to ``look_ahead`` in front, the nearest one that the robot fits into; where
-    something closes the way before that, the gap in front of it.
+    Of the gaps between what is seen up to ``look_ahead`` in front, the nearest one that the robot can reach and fits
+    into; where something closes the way before that, the gap in front of it.
 
     Args:
         points: hits in the frame of the course, m, shape (n, 2).
@@ -66,20 +70,19 @@ def passage_of(points: Points, robot: RobotDescription, look_ahead: float) -> Pa
     half = robot.half_width
     faced = x[(np.abs(y) < half) & (x > 0)]
     ahead = float(faced.min()) if len(faced) else math.inf
-    window = (x > -half) & (x < look_ahead)
-    gap = _gap(y[window], 2 * (half + SPARE))
-    if gap is None:
-        gap = _gap(y[window & (x < max(ahead - ALONGSIDE, 0.0))], 0.0) or (-math.inf, math.inf)
-    return Passage(ahead, *gap)
+    beside = x > -half
+    around = _gap(y[beside & (x < min(max(ahead - ALONGSIDE, 0.0), look_ahead))], NOWHERE, 0.0) or NOWHERE
+    farther = _gap(y[beside & (x < look_ahead)], around, 2 * (half + SPARE))
+    return Passage(ahead, *(farther or around))
 
 
-def _gap(y: np.ndarray[tuple[int, ...], np.dtype[np.float64]], width: float) -> tuple[float, float] | None:
-    """The gap of at least ``width`` between neighbouring values that is nearest to zero."""
-    edges = np.concatenate([[-math.inf], np.sort(y), [math.inf]])
-    low, high = edges[:-1], edges[1:]
-    wide = np.flatnonzero(high - low >= width)
+def _gap(y: np.ndarray[tuple[int, ...], np.dtype[np.float64]], within: Gap, width: float) -> Gap | None:
+    """The gap of at least ``width`` between neighbouring values, cut to a gap around it, that is nearest to zero."""
+    low, high = within
+    edges = np.concatenate([[low], np.sort(y[(y > low) & (y < high)]), [high]])
+    wide = np.flatnonzero(np.diff(edges) >= width)
     if not len(wide):
         return None
-    distance = np.maximum(np.maximum(low[wide], -high[wide]), 0)
+    distance = np.maximum(np.maximum(edges[wide], -edges[wide + 1]), 0)
     best = wide[int(distance.argmin())]
-    return float(low[best]), float(high[best])
+    return float(edges[best]), float(edges[best + 1])

@@ -1,0 +1,103 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skills.limits import within_acceleration
+from skills.safety import Guard, moved
+from skills.settings import SafetySettings
+from transport.description import RobotDescription
+from transport.messages import STOP, Pose, Twist
+
+ROBOT = RobotDescription()
+SETTINGS = SafetySettings()
+components = st.floats(-1, 1)
+twists = st.builds(Twist, components, components, st.floats(-2, 2))
+
+
+def corridor(width, length=2.0, middle=0.0):
+    x = np.arange(-length, length, 0.02)
+    return np.concatenate([np.column_stack([x, np.full_like(x, middle + side * width / 2)]) for side in (-1, 1)])
+
+
+def wall_ahead(distance):
+    y = np.arange(-1, 1, 0.02)
+    return np.column_stack([np.full_like(y, distance), y])
+
+
+def seen_from(points, pose):
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    return (points - (pose.x, pose.y)) @ np.array([[cos, -sin], [sin, cos]])
+
+
+def driven(points, wanted, ticks=80):
+    """The smallest clearance on a drive with a constant wish, and where it ends."""
+    guard, pose, twist, least = Guard(ROBOT, SETTINGS), Pose(), STOP, math.inf
+    for _ in range(ticks):
+        seen = seen_from(points, pose)
+        twist = guard.admit(twist, wanted, seen)
+        pose = moved(pose, twist, ROBOT.period)
+        least = min(least, guard.clearance(seen_from(points, pose), np.zeros((1, 3))))
+    return least, pose
+
+
+def test_with_room_a_wish_is_granted():
+    guard = Guard(ROBOT, SETTINGS)
+    wanted = Twist(0.1, 0.02, 0.3)
+    assert guard.admit(Twist(0.1, 0.02, 0.3), wanted, corridor(1.5)) == wanted
+
+
+def test_a_robot_that_wants_into_a_wall_stops_before_it():
+    least, pose = driven(wall_ahead(2.0), Twist(0.5))
+    assert least == pytest.approx(SETTINGS.margin, abs=0.04)
+    assert least >= SETTINGS.margin - 1e-9
+    assert abs(pose.y) < 0.2
+
+
+def test_without_the_guard_it_would_have_hit_it():
+    pose = Pose()
+    for _ in range(80):
+        pose = moved(pose, Twist(0.5), 0.1)
+    assert pose.x > 2.0
+
+
+def test_a_robot_that_wants_along_a_wall_and_into_it_slides_along_it():
+    _, pose = driven(corridor(1.0, length=6.0), Twist(0.3, 0.2))
+    assert pose.x > 1.5
+
+
+def test_a_corridor_of_60_cm_can_be_driven():
+    least, pose = driven(corridor(0.6, length=6.0), Twist(0.4))
+    assert pose.x > 2.5
+    assert least > 0.09
+
+
+@given(twists, st.integers(0, 1000))
+@settings(max_examples=60, deadline=None, derandomize=True)
+def test_no_wish_brings_the_outline_into_the_margin(wanted, seed):
+    rng = np.random.default_rng(seed)
+    scattered = rng.uniform(-1.5, 1.5, (60, 2))
+    points = np.concatenate([scattered[np.abs(scattered).max(axis=1) > 0.45], corridor(1.2)])
+    least, _ = driven(points, wanted, ticks=40)
+    assert least >= SETTINGS.least_margin - 1e-6
+
+
+@given(twists, twists, st.floats(0.2, 1.5))
+@settings(max_examples=100, deadline=None, derandomize=True)
+def test_what_the_guard_answers_keeps_the_limits(before, wanted, distance):
+    limits = ROBOT.limits
+    before = within_acceleration(STOP, before, limits, 0.1)
+    got = Guard(ROBOT, SETTINGS).admit(before, wanted, wall_ahead(distance))
+    assert got.speed <= limits.speed + 1e-9
+    assert abs(got.turn) <= limits.turn_rate + 1e-9
+    assert math.hypot(got.forward - before.forward, got.left - before.left) <= limits.acceleration * 0.1 + 1e-9
+    assert abs(got.turn - before.turn) <= limits.turn_acceleration * 0.1 + 1e-9
+
+
+def test_the_margin_is_less_where_there_is_less_room():
+    guard = Guard(ROBOT, SETTINGS)
+    assert guard.margin(corridor(1.0)) == SETTINGS.margin
+    assert guard.margin(corridor(0.6)) == pytest.approx(0.07, abs=1e-6)
+    assert guard.margin(wall_ahead(0.4)) == SETTINGS.margin

@@ -1,0 +1,134 @@
+"""From a file and all that it imports to a machine, or to everything that is wrong with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from lark import Token
+
+from hsm.diagnostics import Diagnostic, MachineError, Severity
+from hsm.dsl import syntax
+from hsm.dsl.codes import Report
+from hsm.dsl.compile import Unit, compile_file
+from hsm.dsl.parser import parse
+from hsm.dsl.syntax import place_of
+from hsm.model import Model
+from hsm.registry import Library
+
+SUFFIX = ".maze-machine"
+"""What the name of a machine's file ends with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What became of a file.
+
+    Attributes:
+        model: the machine; None where there are errors.
+        diagnostics: all findings, in the order of the files and of their lines.
+        sources: the text of every file that was read, by name.
+    """
+
+    model: Model | None
+    diagnostics: tuple[Diagnostic, ...]
+    sources: dict[str, str] = field(default_factory=dict)
+
+
+def load_model(path: str | Path, library: Library) -> Model:
+    """The machine in a file.
+
+    Raises:
+        MachineError: it, or a machine that it imports, cannot be built; with all findings.
+    """
+    return _model(check_file(path, library))
+
+
+def parse_model(text: str, library: Library, file: str = "<text>") -> Model:
+    """The machine in a text; imports are looked for beside ``file``.
+
+    Raises:
+        MachineError: it, or a machine that it imports, cannot be built; with all findings.
+    """
+    return _model(check_text(text, library, file))
+
+
+def check_file(path: str | Path, library: Library) -> Checked:
+    """Read and check a file and all that it imports."""
+    loader = _Loader(library)
+    try:
+        text = Path(path).read_bytes().decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        report = Report(str(path))
+        report.add("E0107", None, f"{path} cannot be read: {_reason(error)}")
+        return Checked(None, tuple(report.found))
+    return loader.check(text, str(path))
+
+
+def check_text(text: str, library: Library, file: str = "<text>") -> Checked:
+    """Check a text; imports are looked for beside ``file``."""
+    return _Loader(library).check(text, file)
+
+
+def _model(checked: Checked) -> Model:
+    if checked.model is None:
+        raise MachineError(checked.diagnostics)
+    return checked.model
+
+
+def _reason(error: OSError | UnicodeDecodeError) -> str:
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start + 1} is not UTF-8"
+    return error.strerror or str(error)
+
+
+@dataclass(slots=True)
+class _Loader:
+    """Compiles each file once; knows which files are being compiled, so that a ring of imports is seen."""
+
+    library: Library
+    units: dict[Path, Unit] = field(default_factory=dict)
+    open_files: list[Path] = field(default_factory=list)
+    sources: dict[str, str] = field(default_factory=dict)
+
+    def check(self, text: str, file: str) -> Checked:
+        """Compile a text and what it imports; collect what was found anywhere."""
+        main = self._compile(text, file)
+        findings = [*main.diagnostics]
+        for unit in self.units.values():
+            if unit is not main:
+                findings.extend(unit.diagnostics)
+        failed = any(one.severity is Severity.ERROR for one in findings)
+        return Checked(None if failed else main.model, tuple(findings), self.sources)
+
+    def _compile(self, text: str, file: str) -> Unit:
+        path = Path(file).resolve()
+        self.sources[file] = text
+        self.open_files.append(path)
+        tree, findings = parse(text, file)
+        machines: dict[str, Unit | None] = {}
+        report = Report(file, findings)
+        for item in tree.items:
+            if isinstance(item, syntax.ImportLine):
+                machines[item.name.rpartition(".")[2]] = self._import(item.name, report)
+        self.open_files.pop()
+        unit = compile_file(tree, findings, self.library, machines)
+        self.units[path] = unit
+        return unit
+
+    def _import(self, name: Token, report: Report) -> Unit | None:
+        path = Path(report.file).parent.joinpath(*name.split(".")).with_suffix(SUFFIX)
+        key = path.resolve()
+        place = place_of(report.file, name)
+        if key in self.open_files:
+            ring = [one.stem for one in self.open_files[self.open_files.index(key) :]]
+            report.add("E0410", place, f"machines import one another in a ring: {' -> '.join([*ring, ring[0]])}")
+            return None
+        if key in self.units:
+            return self.units[key]
+        try:
+            text = path.read_bytes().decode("utf-8-sig")
+        except (OSError, UnicodeDecodeError) as error:
+            report.add("E0208", place, f"machine `{name}` cannot be read from {path}: {_reason(error)}")
+            return None
+        return self._compile(text, str(path))

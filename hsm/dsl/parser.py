@@ -1,0 +1,285 @@
+"""From text to a syntax tree; a line that cannot be read is reported, skipped, and the rest is read all the same."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from lark import Lark, Token
+from lark.exceptions import UnexpectedToken
+from lark.lark import PostLex
+
+from hsm.diagnostics import Diagnostic, Place
+from hsm.dsl import syntax
+from hsm.dsl.codes import Report
+from hsm.dsl.syntax import depth_of, place_of
+from hsm.dsl.syntax_errors import STATEMENTS, explain
+
+_NAME = re.compile(r"[A-Za-z_][\w.]*")
+
+
+class _Blocks(PostLex):
+    """Turns the spaces at the beginnings of lines into the beginnings and ends of blocks.
+
+    A line within brackets continues the one before, unless it begins like a statement: then the bracket was never
+    closed. What is wrong is kept in ``problems``.
+    """
+
+    always_accept = ("_NL", "UNKNOWN")
+
+    def __init__(self) -> None:
+        self.problems: list[tuple[str, Token]] = []
+
+    def process(self, stream: Iterator[Token]) -> Iterator[Token]:
+        self.problems = problems = []
+        levels = [0]
+        opened: list[Token] = []
+        held: Token | None = None
+        for token in stream:
+            kind = token.type
+            if kind == "_NL":
+                if opened:
+                    held = token
+                    continue
+                yield token
+                yield from self._indentation(token, levels)
+                continue
+            if held is not None:
+                if token.value in STATEMENTS:
+                    problems.append(("bracket", opened[0]))
+                    opened.clear()
+                    yield held
+                    yield from self._indentation(held, levels)
+                held = None
+            if kind == "LPAR":
+                opened.append(token)
+            elif kind == "RPAR" and opened:
+                opened.pop()
+            yield token
+        if held is not None:
+            problems.append(("bracket", opened[0]))
+            yield held
+        for _ in levels[1:]:
+            yield Token("_DEDENT", "")
+
+    def _indentation(self, newline: Token, levels: list[int]) -> Iterator[Token]:
+        width = len(newline) - newline.rindex("\n") - 1
+        if width > levels[-1]:
+            levels.append(width)
+            yield Token.new_borrow_pos("_INDENT", "", newline)
+            return
+        while width < levels[-1]:
+            levels.pop()
+            if width > levels[-1]:
+                self.problems.append(("dedent", newline))
+                levels.append(width)
+                return
+            yield Token.new_borrow_pos("_DEDENT", "", newline)
+
+
+class _Builder:
+    """Makes the nodes of the syntax tree; lark calls the method named after each rule with the rule's parts."""
+
+    def file(self, parts: list[Any]) -> tuple[syntax.Item, ...]:
+        return tuple(parts)
+
+    def machine(self, parts: list[Any]) -> syntax.MachineLine:
+        return syntax.MachineLine(parts[0])
+
+    def import_line(self, parts: list[Any]) -> syntax.ImportLine:
+        return syntax.ImportLine(parts[0])
+
+    def param(self, parts: list[Any]) -> syntax.ParameterLine:
+        return syntax.ParameterLine(parts[0], parts[1], parts[2] if len(parts) > 2 else None)
+
+    def var(self, parts: list[Any]) -> syntax.VariableLine:
+        return syntax.VariableLine(*parts)
+
+    def event(self, parts: list[Any]) -> syntax.EventLine:
+        return syntax.EventLine(tuple(parts))
+
+    def state(self, parts: list[Any]) -> syntax.StateBlock:
+        if len(parts) > 1 and isinstance(parts[1], syntax.CallSyntax):
+            return syntax.StateBlock(parts[0], False, parts[1], tuple(parts[2:]))  # noqa: FBT003
+        return syntax.StateBlock(parts[0], False, None, tuple(parts[1:]))  # noqa: FBT003
+
+    def parallel(self, parts: list[Any]) -> syntax.StateBlock:
+        return syntax.StateBlock(parts[0], True, None, tuple(parts[1:]))  # noqa: FBT003
+
+    def final(self, parts: list[Any]) -> syntax.FinalLine:
+        return syntax.FinalLine(parts[0])
+
+    def initial(self, parts: list[Any]) -> syntax.InitialLine:
+        return syntax.InitialLine(parts[0], parts[1].actions if len(parts) > 1 else ())
+
+    def do(self, parts: list[Any]) -> syntax.DoLine:
+        return syntax.DoLine(parts[0])
+
+    def entry(self, parts: list[Any]) -> syntax.EntryLine:
+        return syntax.EntryLine(parts[0].actions)
+
+    def exit(self, parts: list[Any]) -> syntax.ExitLine:
+        return syntax.ExitLine(parts[0].actions)
+
+    def on(self, parts: list[Any]) -> syntax.TransitionLine:
+        end = 1
+        while end < len(parts) and isinstance(parts[end], Token):
+            end += 1
+        return self._transition(parts[0], tuple(parts[1:end]), None, parts[end:])
+
+    def when(self, parts: list[Any]) -> syntax.TransitionLine:
+        return self._transition(parts[0], (), parts[1], parts[2:])
+
+    after = when
+
+    def _transition(
+        self, keyword: Token, names: tuple[Token, ...], operand: syntax.Expression | None, clauses: list[Any]
+    ) -> syntax.TransitionLine:
+        guard = target = None
+        actions: tuple[syntax.ActionSyntax, ...] = ()
+        for clause in clauses:
+            if isinstance(clause, syntax.TargetSyntax):
+                target = clause
+            elif isinstance(clause, syntax.ActionsSyntax):
+                actions = clause.actions
+            else:
+                guard = clause.condition
+        return syntax.TransitionLine(keyword, names, operand, guard, target, actions)
+
+    def guard(self, parts: list[Any]) -> syntax.GuardSyntax:
+        return syntax.GuardSyntax(parts[0])
+
+    def target(self, parts: list[Any]) -> syntax.TargetSyntax:
+        return syntax.TargetSyntax(parts[0], tuple(parts[1:]))
+
+    def actions(self, parts: list[Any]) -> syntax.ActionsSyntax:
+        return syntax.ActionsSyntax(tuple(parts))
+
+    def assign(self, parts: list[Any]) -> syntax.AssignSyntax:
+        return syntax.AssignSyntax(*parts)
+
+    def raise_event(self, parts: list[Any]) -> syntax.RaiseSyntax:
+        return syntax.RaiseSyntax(parts[0])
+
+    def disjunction(self, parts: list[Any]) -> syntax.Chain:
+        return syntax.Chain("or", tuple(parts), 1 + max(map(depth_of, parts)))
+
+    def conjunction(self, parts: list[Any]) -> syntax.Chain:
+        return syntax.Chain("and", tuple(parts), 1 + max(map(depth_of, parts)))
+
+    def binary(self, parts: list[Any]) -> syntax.Binary:
+        left, operator, right = parts
+        return syntax.Binary(operator, left, right, 1 + max(depth_of(left), depth_of(right)))
+
+    comparison = binary
+    undivided = binary
+    product = binary
+
+    def negation(self, parts: list[Any]) -> syntax.Unary:
+        return syntax.Unary(parts[0], parts[1], 1 + depth_of(parts[1]))
+
+    unary = negation
+
+    def group(self, parts: list[Any]) -> syntax.Expression:
+        inner: syntax.Expression = parts[0]
+        return inner
+
+    def call(self, parts: list[Any]) -> syntax.CallSyntax:
+        arguments = tuple(parts[1:-1])
+        return syntax.CallSyntax(parts[0], arguments, parts[-1], 1 + max(map(depth_of, arguments), default=0))
+
+    def named(self, parts: list[Any]) -> syntax.Named:
+        return syntax.Named(parts[0], parts[2], depth_of(parts[2]))
+
+    def bad(self, parts: list[Any]) -> syntax.BadLine:
+        return syntax.BadLine(frozenset(_NAME.findall(parts[0])), tuple(parts[1:]))
+
+
+@cache
+def _parser() -> tuple[Lark, _Blocks]:
+    blocks = _Blocks()
+    grammar = files("hsm.dsl").joinpath("grammar.lark").read_text(encoding="utf-8")
+    builder: Any = _Builder()
+    lark = Lark(grammar, parser="lalr", start="file", postlex=blocks, transformer=builder, maybe_placeholders=False)
+    return lark, blocks
+
+
+def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
+    """Read a file.
+
+    Args:
+        text: what stands in it.
+        file: its name, for diagnostics.
+
+    Returns:
+        The syntax tree, with a ``BadLine`` wherever a line could not be read, and what was wrong.
+    """
+    report = Report(file)
+    text = _without_tabs(text.replace("\r\n", "\n"), report)
+    lines = text.split("\n")
+    lark, blocks = _parser()
+    interactive = lark.parse_interactive(text + "\n")
+    state = interactive.parser_state
+    tokens: Iterator[Token] = interactive.lexer_thread.lex(state)  # type: ignore[no-untyped-call]
+    accepted: list[bool] = []
+    last_line = 0
+    for token in tokens:
+        kind = token.type
+        if kind == "_DEDENT" and not accepted.pop():
+            continue
+        try:
+            state.feed_token(token)
+            if kind == "_INDENT":
+                accepted.append(True)
+        except UnexpectedToken as error:
+            if kind == "_INDENT":
+                accepted.append(False)
+                report.add("E0103", _line_place(file, lines, token.end_line or 1))
+                continue
+            line = token.line or 1
+            if line != last_line:
+                report.add(*explain(token, error.expected, lines[line - 1], place_of(file, token)))
+            last_line = line
+            _skip_line(state, tokens, token, lines)
+    items = state.feed_token(Token("$END", ""), is_end=True)
+    for problem, token in blocks.problems:
+        if problem == "bracket":
+            report.add("E0104", place_of(file, token))
+        else:
+            report.add("E0105", _line_place(file, lines, token.end_line or 1))
+    return syntax.File(file, items, tuple(lines)), report.found
+
+
+def _skip_line(state: Any, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
+    """Puts ``BAD`` in place of the line that ``token`` cannot stand on, and goes on behind that line."""
+    actions = state.parse_conf.states
+    while "BAD" not in actions[state.state_stack[-1]]:
+        state.state_stack.pop()
+        state.value_stack.pop()
+    first = token.line or 1
+    while token.type != "_NL":
+        token = next(tokens)
+    stretch = lines[first - 1 : token.line]
+    state.feed_token(Token("BAD", "\n".join(stretch)))
+    state.feed_token(token)
+
+
+def _without_tabs(text: str, report: Report) -> str:
+    """The text with tabs replaced; each line that has one before its comment is reported."""
+    if "\t" not in text:
+        return text
+    lines = text.split("\n")
+    for number, line in enumerate(lines, 1):
+        column = line.partition("#")[0].find("\t") + 1
+        if column:
+            report.add("E0102", Place(report.file, number, column, number, column + 1))
+        lines[number - 1] = line.replace("\t", "    ")
+    return "\n".join(lines)
+
+
+def _line_place(file: str, lines: list[str], number: int) -> Place:
+    line = lines[number - 1].partition("#")[0]
+    return Place(file, number, len(line) - len(line.lstrip()) + 1, number, len(line.rstrip()) + 1)

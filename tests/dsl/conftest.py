@@ -1,0 +1,9 @@
+import pytest
+
+from hsm.registry import Library
+from tests.dsl.library import make_library
+
+
+@pytest.fixture(scope="session")
+def library() -> Library:
+    return make_library()

@@ -1,0 +1,46 @@
+from pathlib import Path
+
+import pytest
+
+from hsm.diagnostics import MachineError
+from hsm.dsl import load_model, parse_model
+from hsm.model import StateKind
+
+MACHINES = Path(__file__).parent / "machines"
+
+
+def test_the_pledge_machine_is_read_with_its_door(library):
+    model = load_model(MACHINES / "pledge.maze-machine", library)
+    assert [state.name for state in model.states] == [
+        "pledge",
+        "start",
+        "maze",
+        "straight_pref",
+        "straight",
+        "turn_left",
+        "turn_right",
+        "turn_180",
+        "maze.history",
+        "open_door",
+        "open_door.ringing",
+        "open_door.waiting",
+        "open_door.opened",
+        "open_door.stayed_shut",
+        "finished",
+    ]
+    assert model.states[8].kind is StateKind.SHALLOW_HISTORY
+    assert [variable.name for variable in model.variables] == ["turns", "open_door.timeout", "open_door.rings"]
+    assert [(one.name, one.default) for one in model.parameters] == [("cruise", 0.5), ("patience", 5.0)]
+
+
+def test_all_faults_are_told_at_once(library):
+    text = "machine m\nstate a\n    on done ->\n    do rotat(5 deg)\nstate b\n    when nonsense -> c\n    on x -> a\n"
+    with pytest.raises(MachineError) as caught:
+        parse_model(text, library)
+    assert [(one.code, one.place.line) for one in caught.value.diagnostics] == [
+        ("E0101", 3),
+        ("E0204", 4),
+        ("E0202", 6),
+        ("E0201", 6),
+        ("E0203", 7),
+    ]

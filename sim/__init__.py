@@ -1,1 +1,1 @@
-"""A robot that is not there: mazes, laser, physics, doors, noise and the referee."""
+"""A robot that is not there: maze files, laser, physics, doors, noise, odometry and the referee."""

@@ -1,0 +1,75 @@
+"""A door at work: shut, sliding open, open, sliding shut."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sim.maze import Door, Segments
+
+
+class SlidingDoor:
+    """The running state of one door."""
+
+    def __init__(self, door: Door) -> None:
+        self.door = door
+        self.stuck = False
+        self.shift = 0.0
+        """How far it has slid, m: from zero, shut, to its length, open."""
+        self._opening = False
+        self._closes_in = math.inf
+        (ax, ay), (bx, by) = door.leaf
+        self._leaf = np.array([[ax, ay, bx, by]])
+        self._axis = ((bx - ax) / door.length, (by - ay) / door.length)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it is wide open."""
+        return self.shift == self.door.length
+
+    def ask(self) -> None:
+        """Somebody rang as the rules demand: it opens, or stays open for its full time."""
+        if not self.stuck:
+            self._opening = True
+            self._closes_in = self.door.stays
+
+    def velocity(self, duration: float, *, occupied: bool) -> tuple[float, float]:
+        """Slide for a while and say how fast.
+
+        Args:
+            duration: how long, s.
+            occupied: somebody stands in the doorway; an open door waits for that before it closes.
+
+        Returns:
+            The leaf's mean velocity along x and y, m/s.
+        """
+        before = self.shift
+        travel = self.door.speed * duration
+        if self._opening:
+            self.shift = min(self.shift + travel, self.door.length)
+            if self.door.length - self.shift < 1e-9:
+                self.shift = self.door.length
+                self._closes_in -= duration
+                if self._closes_in <= 0.0 and not occupied:
+                    self._opening = False
+        else:
+            self.shift = self.shift - travel if self.shift - travel > 1e-9 else 0.0
+        speed = (self.shift - before) / duration
+        return speed * self._axis[0], speed * self._axis[1]
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing will change without a ring."""
+        shut = not self._opening and self.shift == 0.0
+        return shut or (self._opening and self.is_open and math.isinf(self._closes_in))
+
+    def leaf(self) -> Segments:
+        """Where the leaf is now, shape (1, 4)."""
+        dx, dy = self.shift * self._axis[0], self.shift * self._axis[1]
+        moved: Segments = self._leaf + np.array([dx, dy, dx, dy])
+        return moved
+
+    def doorway(self) -> Segments:
+        """Where the leaf stands when it is shut, shape (1, 4)."""
+        return self._leaf

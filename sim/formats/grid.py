@@ -1,0 +1,101 @@
+"""A maze of square cells with walls between them, as micromouse files have it, and its use as an exit maze."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.maze import Maze, Start, merge_collinear
+from transport.messages import Pose
+
+Cell = tuple[int, int]
+"""Column from the west and row from the south, counted from 0."""
+
+SIDES = {"north": (0, 1), "east": (1, 0), "south": (0, -1), "west": (-1, 0)}
+OPPOSITE = {"north": "south", "east": "west", "south": "north", "west": "east"}
+HEADINGS = {"north": math.pi / 2, "east": 0.0, "south": -math.pi / 2, "west": math.pi}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellMaze:
+    """Cells and the walls between them.
+
+    Attributes:
+        name: the maze's name.
+        across: walls that run east-west: [line, column], line 0 in the south; shape (rows + 1, columns).
+        upright: walls that run north-south: [row, line], line 0 in the west; shape (rows, columns + 1).
+        entrance: the corner cell where a mouse would start.
+        goals: the goal cells.
+    """
+
+    name: str
+    across: NDArray[np.bool_]
+    upright: NDArray[np.bool_]
+    entrance: Cell
+    goals: tuple[Cell, ...]
+
+    @property
+    def columns(self) -> int:
+        """Number of cells from west to east."""
+        return int(self.across.shape[1])
+
+    @property
+    def rows(self) -> int:
+        """Number of cells from south to north."""
+        return int(self.upright.shape[0])
+
+    def wall(self, cell: Cell, side: str) -> bool:
+        """Whether there is a wall on a side of a cell."""
+        column, row = cell
+        if side in {"north", "south"}:
+            return bool(self.across[row + (side == "north"), column])
+        return bool(self.upright[row, column + (side == "east")])
+
+    def outer(self, cell: Cell, side: str) -> bool:
+        """Whether a side of a cell lies on the maze's outer boundary."""
+        step = SIDES[side]
+        return not (0 <= cell[0] + step[0] < self.columns and 0 <= cell[1] + step[1] < self.rows)
+
+
+def exit_maze(cells: CellMaze, size: float) -> Maze:
+    """The maze the other way round: from a goal cell to an opening in the outer wall beside the entrance.
+
+    The origin is the south-west corner, x goes east, y north. The robot starts in the middle of the first goal cell
+    and faces its first open side of north, east, south, west. The opening is in line with the way into the entrance
+    cell where that side lies on the boundary, otherwise on its first outer side of south, west, east, north.
+
+    Args:
+        cells: the maze.
+        size: edge of a cell, m.
+    """
+    goal = cells.goals[0]
+    facing = next((side for side in HEADINGS if not cells.wall(goal, side)), "north")
+    entrance = cells.entrance
+    outer = [side for side in ("south", "west", "east", "north") if cells.outer(entrance, side)]
+    ahead = [side for side in outer if not cells.wall(entrance, OPPOSITE[side])]
+    segments = []
+    opening = _edge(entrance, (ahead or outer)[0], size)
+    for line, column in np.argwhere(cells.across).tolist():
+        segments.append((column * size, line * size, (column + 1) * size, line * size))
+    for row, line in np.argwhere(cells.upright).tolist():
+        segments.append((line * size, row * size, line * size, (row + 1) * size))
+    kept = [segment for segment in segments if segment not in (opening, (*opening[2:], *opening[:2]))]
+    return Maze(
+        name=cells.name,
+        walls=merge_collinear(np.asarray(kept, dtype=np.float64).reshape(-1, 4)),
+        start=Start(Pose((goal[0] + 0.5) * size, (goal[1] + 0.5) * size, HEADINGS[facing])),
+        exits=np.asarray([opening]),
+        time_limit=math.inf,
+    )
+
+
+def _edge(cell: Cell, side: str, size: float) -> tuple[float, float, float, float]:
+    column, row = cell
+    if side in {"north", "south"}:
+        y = (row + (side == "north")) * size
+        return column * size, y, (column + 1) * size, y
+    x = (column + (side == "east")) * size
+    return x, row * size, x, (row + 1) * size

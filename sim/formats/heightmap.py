@@ -1,0 +1,146 @@
+"""Heightmap images (PNG, PGM): white is free, black is wall, grey is a door.
+
+Frame: the origin is the centre of the image, x points up, y points left. A pixel is a square; walls are the exact
+outlines of the black pixels, so nothing is shifted by a pixel or by half of one. The robot starts at the origin and
+faces up.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+
+from sim.free_space import Flags, flood
+from sim.maze import Door, Maze, MazeError, Point, Segments, merge_collinear
+
+METRES_A_PIXEL = 0.025
+WALL_BELOW = 50
+"""Pixels darker than this are walls."""
+DOOR_UP_TO = 205
+"""Pixels from the walls' limit up to this grey, inclusive, are doors; lighter ones are free."""
+
+
+def recognises(content: bytes) -> bool:
+    """Whether a file's content is a PNG or a PGM image."""
+    return content.startswith((b"\x89PNG\r\n\x1a\n", b"P5", b"P2"))
+
+
+def read(path: Path, content: bytes, metres_a_pixel: float = METRES_A_PIXEL) -> Maze:
+    """A heightmap image as a maze without exits; those are found from the walls.
+
+    Args:
+        path: where the image comes from.
+        content: the file's bytes.
+        metres_a_pixel: edge of a pixel, m.
+
+    Raises:
+        MazeError: the image cannot be decoded, or has neither wall nor door.
+    """
+    try:
+        with Image.open(io.BytesIO(content)) as image:
+            grey = np.asarray(_on_white(image))
+    except (UnidentifiedImageError, OSError, ValueError, SyntaxError) as error:
+        raise MazeError(str(path), f"the image cannot be decoded: {error}") from None
+    wall = grey < WALL_BELOW
+    if not wall.any():
+        raise MazeError(str(path), "the image has no wall", hint=f"walls are pixels darker than {WALL_BELOW}")
+    frame = _Frame(grey.shape[0], grey.shape[1], metres_a_pixel)
+    return Maze(
+        name=path.stem,
+        walls=frame.segments(merge_collinear(outlines(wall))),
+        doors=tuple(_doors((grey >= WALL_BELOW) & (grey <= DOOR_UP_TO), frame)),
+    )
+
+
+def _on_white(image: Image.Image) -> Image.Image:
+    if image.has_transparency_data:
+        white = Image.new("RGBA", image.size, "white")
+        white.alpha_composite(image.convert("RGBA"))
+        return white.convert("L")
+    if image.mode.startswith("I"):
+        deep = np.asarray(image, dtype=np.int64)
+        return Image.fromarray((deep >> 8 if deep.max() > 255 else deep).astype(np.uint8))
+    return image.convert("L")
+
+
+def outlines(mask: Flags) -> Segments:
+    """The edges between marked and other pixels; the outside of the image counts as not marked.
+
+    Args:
+        mask: shape (rows, columns).
+
+    Returns:
+        Segments in pixels: column and row of the corners, one pixel long each, shape (n, 4).
+    """
+    padded = np.pad(mask, 1)
+    rows, columns = np.nonzero(padded[1:, :] != padded[:-1, :])
+    level = np.stack([columns - 1, rows, columns, rows], axis=1)
+    rows, columns = np.nonzero(padded[:, 1:] != padded[:, :-1])
+    upright = np.stack([columns, rows - 1, columns, rows], axis=1)
+    return np.concatenate([level, upright]).astype(np.float64)
+
+
+class _Frame:
+    """From pixel corners (column, row) to metres."""
+
+    def __init__(self, rows: int, columns: int, metres_a_pixel: float) -> None:
+        self._rows, self._columns, self._scale = rows, columns, metres_a_pixel
+
+    def points(self, corners: NDArray[np.float64]) -> NDArray[np.float64]:
+        x = (self._rows / 2 - corners[:, 1]) * self._scale
+        y = (self._columns / 2 - corners[:, 0]) * self._scale
+        return np.stack([x, y], axis=1)
+
+    def segments(self, pixels: Segments) -> Segments:
+        return np.hstack([self.points(pixels[:, :2]), self.points(pixels[:, 2:])])
+
+
+def _doors(grey: Flags, frame: _Frame) -> list[Door]:
+    doors: list[Door] = []
+    remaining = grey.copy()
+    while remaining.any():
+        seed = np.zeros_like(remaining)
+        row, column = np.argwhere(remaining)[0]
+        seed[row, column] = True
+        blob = _connected(remaining, seed)
+        remaining &= ~blob
+        doors.append(Door(f"door {len(doors) + 1}", _axis(blob, frame)))
+    return doors
+
+
+def _connected(mask: Flags, seed: Flags) -> Flags:
+    """The pixels of the mask that hang together with the seed by an edge or a corner."""
+    blob = seed
+    while True:
+        padded = np.pad(blob, 1)
+        grown = np.zeros_like(padded)
+        for rows in (-1, 0, 1):
+            for columns in (-1, 0, 1):
+                grown |= np.roll(padded, (rows, columns), axis=(0, 1))
+        touched = flood(mask, grown[1:-1, 1:-1]) >= 0
+        if (touched == blob).all():
+            return blob
+        blob = touched
+
+
+def _axis(blob: Flags, frame: _Frame) -> tuple[Point, Point]:
+    """The two ends of a door: the blob's principal axis, as long as the blob's corners reach along it."""
+    rows, columns = np.nonzero(blob)
+    centres = frame.points(np.stack([columns + 0.5, rows + 0.5], axis=1))
+    middle = centres.mean(axis=0)
+    spread = centres - middle
+    angle = 0.5 * math.atan2(
+        2.0 * float((spread[:, 0] * spread[:, 1]).sum()),
+        float((spread[:, 0] ** 2).sum() - (spread[:, 1] ** 2).sum()),
+    )
+    direction = np.array([math.cos(angle), math.sin(angle)])
+    direction[np.abs(direction) < 1e-9] = 0.0
+    corners = np.concatenate([frame.points(np.stack([columns + i, rows + j], axis=1)) for i in (0, 1) for j in (0, 1)])
+    reach = (corners - middle) @ direction
+    first, second = middle + reach.min() * direction, middle + reach.max() * direction
+    return (float(first[0]), float(first[1])), (float(second[0]), float(second[1]))

@@ -1,0 +1,110 @@
+"""Micromouse text mazes: posts `o` every fourth column, walls `---` and `|`, marks `S` and `G`, north first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from sim.formats.grid import Cell, CellMaze, exit_maze
+from sim.maze import Maze, MazeError
+
+METRES_A_CELL = 1.0
+"""Edge of a cell as this project uses such mazes, m."""
+
+
+def recognises(lines: Sequence[str]) -> bool:
+    """Whether the first line looks like the north wall of such a maze."""
+    first = lines[0].rstrip() if lines else ""
+    return len(first) >= 5 and first[0] in "o+" and set(first) <= set("o+- ")
+
+
+def parse(path: Path, lines: Sequence[str]) -> CellMaze:
+    """The cells of a micromouse text maze.
+
+    Raises:
+        MazeError: a line does not fit the grid, or ``S`` or ``G`` is missing.
+    """
+    rows_of_text = [line.rstrip() for line in lines]
+    while rows_of_text and not rows_of_text[-1]:
+        rows_of_text.pop()
+    if len(rows_of_text) % 2 == 0:
+        raise MazeError(
+            str(path), "a maze of H rows of cells has 2H+1 lines; this one has an even number", line=len(rows_of_text)
+        )
+    rows, columns = len(rows_of_text) // 2, (len(rows_of_text[0]) - 1) // 4
+    width = 4 * columns + 1
+    across = np.zeros((rows + 1, columns), dtype=np.bool_)
+    upright = np.zeros((rows, columns + 1), dtype=np.bool_)
+    entrances: list[Cell] = []
+    goals: list[Cell] = []
+    for number, text in enumerate(rows_of_text):
+        if len(text) > width:
+            raise MazeError(
+                str(path),
+                f"the line is longer than the first one ({width} characters)",
+                line=number + 1,
+                column=width + 1,
+            )
+        line = text.ljust(width)
+        if number % 2 == 0:
+            across[rows - number // 2] = _posts_and_walls(path, number, line, columns)
+        else:
+            row = rows - 1 - number // 2
+            upright[row], marks = _cells(path, number, line, columns)
+            entrances += [(column, row) for column, mark in marks if mark == "S"]
+            goals += [(column, row) for column, mark in marks if mark == "G"]
+    for letter, found in (("S", entrances), ("G", goals)):
+        if not found:
+            raise MazeError(
+                str(path), f"no cell is marked `{letter}`", hint="S: where the opening is made, G: the start"
+            )
+    return CellMaze(path.stem, across, upright, entrances[0], tuple(goals))
+
+
+def _posts_and_walls(path: Path, number: int, line: str, columns: int) -> list[bool]:
+    for column in range(columns + 1):
+        if line[4 * column] not in "o+":
+            raise MazeError(str(path), "a post `o` is missing", line=number + 1, column=4 * column + 1)
+    walls = []
+    for column in range(columns):
+        piece = line[4 * column + 1 : 4 * column + 4]
+        if piece not in {"---", "   "}:
+            raise MazeError(
+                str(path),
+                f"between two posts stands `{piece}`",
+                line=number + 1,
+                column=4 * column + 2,
+                hint="`---` for a wall, three spaces for none",
+            )
+        walls.append(piece == "---")
+    return walls
+
+
+def _cells(path: Path, number: int, line: str, columns: int) -> tuple[list[bool], list[tuple[int, str]]]:
+    walls, marks = [], []
+    for at, character in enumerate(line):
+        allowed = "| " if at % 4 == 0 else " SG" if at % 4 == 2 else " "
+        if character not in allowed:
+            raise MazeError(
+                str(path),
+                f"`{character}` cannot stand here",
+                line=number + 1,
+                column=at + 1,
+                hint="`|` stands in the columns of the posts, `S` and `G` in the middle of a cell",
+            )
+        if at % 4 == 0:
+            walls.append(character == "|")
+        elif character != " ":
+            marks.append((at // 4, character))
+    return walls, marks
+
+
+def read(path: Path, lines: Sequence[str], size: float = METRES_A_CELL) -> Maze:
+    """A micromouse text maze as an exit maze; see `sim.formats.grid.exit_maze`.
+
+    Raises:
+        MazeError: the text is not such a maze.
+    """
+    return exit_maze(parse(path, lines), size)

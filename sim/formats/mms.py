@@ -1,0 +1,71 @@
+"""Mazes of the mms simulator (``.num``): one line a cell, ``x y N E S W`` with 0 or 1 for each wall."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from sim.formats.grid import Cell, CellMaze, exit_maze
+from sim.formats.micromouse import METRES_A_CELL
+from sim.maze import Maze, MazeError
+
+
+def recognises(lines: Sequence[str]) -> bool:
+    """Whether the first line consists of six whole numbers."""
+    words = lines[0].split() if lines else []
+    return len(words) == 6 and all(word.isdigit() for word in words)
+
+
+def parse(path: Path, lines: Sequence[str]) -> CellMaze:
+    """The cells of an mms maze; the entrance is cell (0, 0), the goals are the cells in the middle.
+
+    Raises:
+        MazeError: a line does not hold six numbers, a cell is missing or told twice, or neighbours disagree.
+    """
+    cells: dict[Cell, tuple[int, tuple[bool, ...]]] = {}
+    for number, line in enumerate(lines, start=1):
+        words = line.split()
+        if not words:
+            continue
+        if len(words) != 6 or not all(word.isdigit() for word in words) or not set(words[2:]) <= {"0", "1"}:
+            raise MazeError(
+                str(path),
+                "a cell is `x y N E S W` with 0 or 1 for each wall",
+                line=number,
+                hint="such as `0 0 0 1 1 1`",
+            )
+        cell = int(words[0]), int(words[1])
+        if cell in cells:
+            raise MazeError(str(path), f"cell {cell} was told in line {cells[cell][0]} already", line=number)
+        cells[cell] = number, tuple(word == "1" for word in words[2:])
+    if not cells:
+        raise MazeError(str(path), "the file holds no cell")
+    columns, rows = max(x for x, _ in cells) + 1, max(y for _, y in cells) + 1
+    if len(cells) != columns * rows:
+        missing = next((x, y) for x in range(columns) for y in range(rows) if (x, y) not in cells)
+        raise MazeError(str(path), f"cell {missing} is missing", hint=f"the maze has {columns} by {rows} cells")
+    across = np.zeros((rows + 1, columns), dtype=np.bool_)
+    upright = np.zeros((rows, columns + 1), dtype=np.bool_)
+    for (x, y), (number, (north, east, south, west)) in cells.items():
+        for neighbour, mine, theirs in (((x, y + 1), north, 2), ((x + 1, y), east, 3)):
+            if neighbour in cells and cells[neighbour][1][theirs] != mine:
+                raise MazeError(
+                    str(path), f"cells {(x, y)} and {neighbour} disagree about the wall between them", line=number
+                )
+        across[y, x], across[y + 1, x] = south, north
+        upright[y, x], upright[y, x + 1] = west, east
+    middle_x = range((columns - 1) // 2, columns // 2 + 1)
+    middle_y = range((rows - 1) // 2, rows // 2 + 1)
+    goals = tuple((x, y) for y in reversed(middle_y) for x in middle_x)
+    return CellMaze(path.stem, across, upright, (0, 0), goals)
+
+
+def read(path: Path, lines: Sequence[str], size: float = METRES_A_CELL) -> Maze:
+    """An mms maze as an exit maze; see `sim.formats.grid.exit_maze`.
+
+    Raises:
+        MazeError: the text is not such a maze.
+    """
+    return exit_maze(parse(path, lines), size)

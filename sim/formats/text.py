@@ -1,0 +1,197 @@
+"""Our own maze format (``.maze``): one declaration a line, metres and degrees, ``#`` to the end of a line is a comment.
+
+::
+
+    name   the final of 2015
+    start  0.5 0.5  90                       # x y heading; then `spread DX DY DEGREES` if it is drawn by the seed
+    wall   0 0  4 0  4 3                     # two or more points: a wall along them
+    exit   0 3  1 3                          # its two ends
+    door   front  2 1  3 1                   # a name and its two ends; it slides towards the second end
+    door   back   5 1  6 1  speed 0.2  stays 10
+    object cart  box 0.4 0.3  path 1 1  3 1  speed 0.3  near 1.5  returns
+    object post  outline 0.1 0  0 0.1  -0.1 0  path 2 2
+    limit  300                               # seconds for all attempts; 420 if not given
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from sim.maze import DOOR_SPEED, MAZE_TIME_LIMIT, Door, Maze, MazeError, MovingObject, Point, Start
+from transport.messages import Pose
+
+
+class _Line:
+    """The words of one line, taken one after the other."""
+
+    def __init__(self, path: Path, number: int, text: str) -> None:
+        self._path, self._number = path, number
+        self._words = [(match.group(), match.start() + 1) for match in re.finditer(r"\S+", text.partition("#")[0])]
+        self._next = 0
+
+    def __bool__(self) -> bool:
+        return self._next < len(self._words)
+
+    def error(self, reason: str, hint: str = "", *, back: int = 0) -> MazeError:
+        at = self._next - back
+        column = self._words[at][1] if at < len(self._words) else self._words[-1][1] + len(self._words[-1][0])
+        return MazeError(str(self._path), reason, line=self._number, column=column, hint=hint)
+
+    def word(self, what: str) -> str:
+        if not self:
+            raise self.error(f"{what} is missing")
+        self._next += 1
+        return self._words[self._next - 1][0]
+
+    def rest(self) -> str:
+        words = [word for word, _ in self._words[self._next :]]
+        self._next = len(self._words)
+        return " ".join(words)
+
+    def number(self, what: str) -> float:
+        word = self.word(what)
+        try:
+            value = float(word)
+        except ValueError:
+            raise self.error(f"{what} should be a number, not `{word}`", back=1) from None
+        if not math.isfinite(value):
+            raise self.error(f"{what} should be a finite number", back=1)
+        return value
+
+    def positive(self, what: str) -> float:
+        value = self.number(what)
+        if value <= 0:
+            raise self.error(f"{what} should be greater than zero", back=1)
+        return value
+
+    def point(self) -> Point:
+        return self.number("an x in metres"), self.number("a y in metres")
+
+    def points(self, at_least: int) -> tuple[Point, ...]:
+        points = []
+        while self and re.match(r"[-+.\d]", self._words[self._next][0]):
+            points.append(self.point())
+        if len(points) < at_least:
+            raise self.error(f"needs at least {at_least} points", "a point is its x and y in metres")
+        for first, second in pairwise(points):
+            if first == second:
+                raise self.error("two points in a row are the same", back=1)
+        return tuple(points)
+
+    def keyword(self, allowed: Sequence[str]) -> str:
+        word = self.word("a keyword")
+        if word not in allowed:
+            raise self.error(f"`{word}` is not known here", "one of: " + ", ".join(allowed), back=1)
+        return word
+
+
+class _Reader:
+    """Collects the declarations of one file."""
+
+    def __init__(self, path: Path) -> None:
+        self.name = path.stem
+        self.walls: list[tuple[float, float, float, float]] = []
+        self.exits: list[tuple[float, float, float, float]] = []
+        self.doors: list[Door] = []
+        self.objects: list[MovingObject] = []
+        self.start: Start | None = None
+        self.time_limit = MAZE_TIME_LIMIT
+
+    def read_name(self, line: _Line) -> None:
+        self.name = line.rest() or self.name
+
+    def read_start(self, line: _Line) -> None:
+        if self.start is not None:
+            raise line.error("the start was given already", back=1)
+        x, y = line.point()
+        pose, spread = Pose(x, y, math.radians(line.number("a heading in degrees"))), Pose()
+        if line:
+            line.keyword(["spread"])
+            x, y = line.point()
+            spread = Pose(x, y, math.radians(line.number("a spread in degrees")))
+        self.start = Start(pose, spread)
+
+    def read_limit(self, line: _Line) -> None:
+        self.time_limit = line.positive("a time in seconds")
+
+    def read_wall(self, line: _Line) -> None:
+        points = line.points(2)
+        self.walls += [(*first, *second) for first, second in pairwise(points)]
+
+    def read_exit(self, line: _Line) -> None:
+        first, second = line.points(2)[:2]
+        self.exits.append((*first, *second))
+
+    def read_door(self, line: _Line) -> None:
+        name = line.word("a name")
+        points = line.points(2)
+        if len(points) != 2:
+            raise line.error("a door has two ends", back=1)
+        speed, stays = DOOR_SPEED, math.inf
+        while line:
+            if line.keyword(["speed", "stays"]) == "speed":
+                speed = line.positive("a speed in m/s")
+            else:
+                stays = line.positive("a time in seconds")
+        self.doors.append(Door(name, (points[0], points[1]), speed, stays))
+
+    def read_object(self, line: _Line) -> None:
+        name = line.word("a name")
+        if line.keyword(["box", "outline"]) == "box":
+            length, width = line.positive("a length in metres") / 2, line.positive("a width in metres") / 2
+            outline: tuple[Point, ...] = ((length, -width), (length, width), (-length, width), (-length, -width))
+        else:
+            outline = line.points(3)
+        line.keyword(["path"])
+        path = line.points(1)
+        speed, near, returns = 0.3, math.inf, False
+        while line:
+            match line.keyword(["speed", "near", "returns"]):
+                case "speed":
+                    speed = line.positive("a speed in m/s")
+                case "near":
+                    near = line.positive("a distance in metres")
+                case _:
+                    returns = True
+        self.objects.append(MovingObject(name, outline, path, speed, near, returns))
+
+
+def read(path: Path, lines: Sequence[str]) -> Maze:
+    """A ``.maze`` file as a maze.
+
+    Raises:
+        MazeError: a line cannot be understood, or there is no start.
+    """
+    reader = _Reader(path)
+    readers: dict[str, Callable[[_Line], None]] = {
+        "name": reader.read_name,
+        "limit": reader.read_limit,
+        "start": reader.read_start,
+        "wall": reader.read_wall,
+        "exit": reader.read_exit,
+        "door": reader.read_door,
+        "object": reader.read_object,
+    }
+    for number, text in enumerate(lines, start=1):
+        line = _Line(path, number, text)
+        if line:
+            readers[line.keyword(list(readers))](line)
+            if line:
+                raise line.error(f"`{line.word('')}` is one word too many")
+    if reader.start is None:
+        raise MazeError(str(path), "the maze has no start", hint="add a line such as `start 0.5 0.5 90`")
+    return Maze(
+        name=reader.name,
+        walls=np.asarray(reader.walls, dtype=np.float64).reshape(-1, 4),
+        start=reader.start,
+        exits=np.asarray(reader.exits, dtype=np.float64).reshape(-1, 4),
+        doors=tuple(reader.doors),
+        objects=tuple(reader.objects),
+        time_limit=reader.time_limit,
+    )

@@ -1,0 +1,62 @@
+"""A moving object at work: it waits, goes along its path, comes back or stays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from sim.geometry import edges
+from sim.maze import MovingObject, Point, Segments
+
+
+class Traveller:
+    """The running state of one moving object."""
+
+    def __init__(self, thing: MovingObject) -> None:
+        self.thing = thing
+        self.halted = False
+        self._outline = np.asarray(thing.outline, dtype=np.float64)
+        self._lengths = [math.dist(*leg) for leg in pairwise(thing.path)]
+        self._way = sum(self._lengths)
+        self._travelled = 0.0
+        self._direction = 1
+        self._waiting = math.isfinite(thing.near)
+        self.place: Point = thing.path[0]
+        """Where its origin is, m."""
+
+    def velocity(self, duration: float, robots: Sequence[Point]) -> Point:
+        """Go on for a while and say how fast.
+
+        Args:
+            duration: how long, s.
+            robots: where the robots are; one near enough sets it off.
+
+        Returns:
+            Its mean velocity along x and y, m/s.
+        """
+        if self._waiting:
+            self._waiting = all(math.dist(self.place, robot) > self.thing.near for robot in robots)
+        if self._waiting or self.halted or self._way == 0.0:
+            return 0.0, 0.0
+        self._travelled += self._direction * self.thing.speed * duration
+        if not 0.0 <= self._travelled <= self._way:
+            self._travelled = min(max(self._travelled, 0.0), self._way)
+            self._direction = -self._direction if self.thing.returns else 0
+        before, self.place = self.place, self._at(self._travelled)
+        return (self.place[0] - before[0]) / duration, (self.place[1] - before[1]) / duration
+
+    def _at(self, travelled: float) -> Point:
+        for leg, length in enumerate(self._lengths):
+            if travelled <= length:
+                (ax, ay), (bx, by) = self.thing.path[leg], self.thing.path[leg + 1]
+                part = travelled / length
+                return ax + part * (bx - ax), ay + part * (by - ay)
+            travelled -= length
+        return self.thing.path[-1]
+
+    def sides(self) -> Segments:
+        """Its sides where it is now, shape (corners, 4)."""
+        return edges(self._outline + np.asarray(self.place))

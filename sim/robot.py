@@ -1,0 +1,56 @@
+"""A simulated robot in memory, in lockstep: a command carries the world on by one period."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sim.maze import Maze
+from sim.referee import Verdict
+from sim.settings import SimulatorSettings
+from sim.simulation import Simulation
+from transport.description import RobotDescription
+from transport.messages import Command, Observation, Pose
+
+
+class SimulatedRobot:
+    """The `transport.robot.Robot` whose far side is a `Simulation` in the same process."""
+
+    def __init__(
+        self,
+        maze: Maze,
+        description: RobotDescription | None = None,
+        seed: int = 0,
+        settings: SimulatorSettings | None = None,
+    ) -> None:
+        self.simulation = Simulation(maze, description, seed, settings)
+
+    def observe(self) -> Observation:
+        """The observation of this moment; the same one until the next command."""
+        return self.simulation.observation
+
+    def command(self, command: Command) -> None:
+        """Carry the world on by one period."""
+        self.simulation.step(command)
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the referee says of the attempt so far."""
+        return self.simulation.verdict()
+
+    @property
+    def finished(self) -> bool:
+        """Whether the referee has ended the attempt."""
+        return self.verdict.finished
+
+    @property
+    def truth(self) -> Pose:
+        """Where the robot really is; for referees, pictures and tests, never for a controller."""
+        return self.simulation.truth()
+
+    @property
+    def path(self) -> Sequence[Pose]:
+        """Where the robot really was at each tick."""
+        return self.simulation.path()

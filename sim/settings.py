@@ -1,0 +1,71 @@
+"""What of a simulation can be chosen: noise, odometry, rules of the challenge, physics."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from transport.description import Settings
+
+NotNegative = Annotated[float, Field(ge=0)]
+Fraction = Annotated[float, Field(ge=0, le=1)]
+
+
+class LaserNoise(Settings):
+    """How the laser's readings differ from the truth."""
+
+    model: Literal["uniform", "gaussian", "none"] = "uniform"
+    """Distribution of the error of each beam."""
+    size: NotNegative = 0.01
+    """Half the width of the uniform distribution, or the standard deviation of the Gaussian one, m."""
+    dropout: Fraction = 0.0
+    """Probability that a beam measures nothing; it reads NaN."""
+
+
+class OdometryNoise(Settings):
+    """How the three wheels miscount."""
+
+    scale: NotNegative = 0.002
+    """Each wheel's speed is multiplied by 1 + U(-scale, scale)."""
+    redraw: Annotated[float, Field(gt=0)] = 6.0
+    """Time after which the factors are drawn anew, s."""
+    lever: Annotated[float, Field(gt=0)] = 0.1
+    """Distance of the wheels from the robot's origin, m."""
+    start_spread: NotNegative = 2.0
+    """Half the width of the uniform distribution of the first position, m; the first heading is any."""
+    slip: NotNegative = 0.0
+    """Standard deviation of the part of each step's motion that the wheels do not notice."""
+
+
+class Rules(Settings):
+    """What the referee holds the robot to."""
+
+    still_limit: Annotated[float, Field(gt=0)] = 30.0
+    """Standing still for this long fails the attempt, s."""
+    door_reach: Annotated[float, Field(gt=0)] = 1.3
+    """No part of the robot may be farther from the door than this when it rings, m."""
+    lax_door: bool = False
+    """The course simulator's door: it opens when the robot's origin is within a metre, moving or not."""
+    contact_fails: bool = True
+    """Whether a touched wall fails the attempt."""
+
+
+class SimulatorSettings(Settings):
+    """All settings of a simulation."""
+
+    noise: LaserNoise = LaserNoise()
+    """The laser's noise."""
+    odometry: OdometryNoise = OdometryNoise()
+    """The odometry's noise."""
+    rules: Rules = Rules()
+    """The challenge's rules."""
+    substep: Annotated[float, Field(gt=0)] = 0.01
+    """Step of the physics, s."""
+
+
+IDEAL = SimulatorSettings(noise=LaserNoise(model="none"), odometry=OdometryNoise(scale=0.0, start_spread=0.0))
+"""No noise anywhere; the odometry frame is still turned at random."""
+
+UNLIMITED = math.inf

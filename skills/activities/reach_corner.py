@@ -1,0 +1,49 @@
+"""Driving to the corner that the robot has turned about."""
+
+from __future__ import annotations
+
+from hsm.registry import Outcome
+from hsm.types import Length, Speed
+from perception.facts import Facts
+from skills.activities.drive import Drive
+from skills.frames import Frame
+from skills.library import LIBRARY
+from skills.passage import points_along
+from skills.sides import Side
+from transport.messages import Command
+
+JUST_PASSED = 0.1
+"""The corner is reached when it is beside the robot's origin, or this much behind, m: two ticks at full speed."""
+BESIDE = 0.1
+"""What is nearer to the robot's line than this is not beside it, m."""
+
+
+@LIBRARY.activity("reach_corner", outcomes=("done", "blocked"), holds=("base",))
+class ReachCorner(Drive):
+    """Drive straight on until a wall or its end stands beside the robot.
+
+    After a turn into an opening the corner is still ahead; to look for space at that side before it is reached would
+    find the way that the robot came from. Outcomes: `done` when it is reached, or not found within the distance;
+    `blocked` when the robot gets no farther.
+    """
+
+    def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5, distance: Length = 1.2) -> None:
+        super().__init__(speed)
+        self._side = side
+        self._distance = distance
+        self._start: Frame | None = None
+
+    def tick(self, facts: Facts) -> Command | Outcome:
+        """The next velocity."""
+        pose = facts.observation.odometry.pose
+        if self._start is None:
+            self._start = Frame(pose)
+        if self._start.local(pose).x >= self._distance or self._beside(facts):
+            return Outcome("done")
+        return super().tick(facts)
+
+    def _beside(self, facts: Facts) -> bool:
+        points = points_along(facts, facts.misalignment)
+        x, y = points[:, 0], points[:, 1] * self._side.sign
+        near = (x > -JUST_PASSED) & (x <= 0) & (y > BESIDE) & (y < facts.settings.space.side)
+        return bool(near.sum() >= 2)

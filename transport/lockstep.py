@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from transport.bus import MAX_PAYLOAD, Bus, Mailbox, Message, Request
@@ -58,7 +58,7 @@ class LockstepServer:
         self, bus: Bus, robot: str, period: float, make_world: MakeWorld, *, patience: float = PATIENCE
     ) -> None:
         self.dropped: Counter[str] = Counter()
-        self.episodes = 0
+        self._reports: list[Mapping[str, object]] = []
         self._robot, self._period, self._make_world = robot, period, make_world
         self._lease = Lease(patience)
         self._world: World | None = None
@@ -75,14 +75,23 @@ class LockstepServer:
         bus.subscribe(keys.command, self._inbox.put)
         bus.serve(keys.session, self._inbox.put)
 
-    def serve(self, stop: Callable[[], bool], *, heartbeat: float = 0.1) -> None:
-        """Answer until ``stop`` says so, which is asked at least every ``heartbeat`` seconds."""
+    def episodes(
+        self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1
+    ) -> Iterator[Mapping[str, object]]:
+        """Answer controllers; yields the referee's verdict on each episode that was given back or given up.
+
+        Args:
+            stop: says when to end; asked at least every ``heartbeat`` seconds.
+            heartbeat: s.
+        """
         while not stop():
             item = self._inbox.take(heartbeat)
             if isinstance(item, Message):
                 self._obey(item)
             elif isinstance(item, Request):
                 item.reply(self._answer(item.payload).model_dump_json().encode())
+            while self._reports:
+                yield self._reports.pop(0)
 
     def _answer(self, payload: bytes) -> Granted | Refused | State:
         try:
@@ -109,7 +118,7 @@ class LockstepServer:
             return self._granted
         if not self._lease.grant(question):
             return self._lease.refusal()
-        self.episodes += self._world is not None
+        self._end()
         self._world = self._make_world(question.seed)
         self._granted = Granted(epoch=self._lease.epoch, robot=self._robot, period=self._period)
         self._sequence = 0
@@ -119,9 +128,13 @@ class LockstepServer:
 
     def _close(self) -> State:
         self._lease.release()
-        self._world, self._granted, self._sent = None, None, ()
-        self.episodes += 1
+        self._end()
         return State(held=False, reason="given back")
+
+    def _end(self) -> None:
+        if self._world is not None:
+            self._reports.append(self._world.report())
+        self._world, self._granted, self._sent = None, None, ()
 
     def _obey(self, message: Message) -> None:
         if len(message.payload) > MAX_PAYLOAD:

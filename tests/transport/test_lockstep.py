@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
@@ -25,7 +26,7 @@ def served(bus: Bus, *, patience: float = 0.3, length: int = LENGTH) -> Iterator
     """A simulator in a thread of its own."""
     stop = threading.Event()
     server = LockstepServer(bus, "toy", PERIOD, lambda seed: ToyWorld(seed, length), patience=patience)
-    thread = threading.Thread(target=server.serve, args=(stop.is_set,), kwargs={"heartbeat": 0.02})
+    thread = threading.Thread(target=lambda: deque(server.episodes(stop.is_set, heartbeat=0.02), maxlen=0))
     thread.start()
     try:
         yield server

@@ -81,7 +81,8 @@ def main() -> None:
     with listening(sys.argv[1]) as bus:
         server = LockstepServer(bus, "toy", PERIOD, ToyWorld, patience=float(sys.argv[2]))
         print("ready", flush=True)
-        server.serve(lambda: bool(stopped))
+        for report in server.episodes(lambda: bool(stopped)):
+            print(report, flush=True)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,9 @@
 """Straight walls in a scan: iterative end-point split, then one weighted total-least-squares fit of each piece.
 
 The pieces are split by their end points alone and fitted only once they are final; fitting during the splits moves
-the places of the splits (Schaefer et al., 2018). All pieces of a round are split together in vectors. The noise of a
-range sensor points along the beam, so that across a wall it is smaller the more the beam grazes it: a hit at range r of
-a wall at distance d deviates by sigma d / r. The fit weighs each hit by the square of its range, which makes it the
-maximum likelihood estimate for such noise.
+the places of the splits (Schaefer et al., 2018). The noise of a range sensor points along the beam, so that across a
+wall it is smaller the more the beam grazes it: a hit at range r of a wall at distance d deviates by sigma d / r. The
+fit weighs each hit by the square of its range, which makes it the maximum likelihood estimate for such noise.
 """
 
 from __future__ import annotations
@@ -72,7 +71,7 @@ class Lines:
     residual: Floats
 
     def __len__(self) -> int:
-        return len(self.alpha)
+        return len(self.p)
 
     def __getitem__(self, index: int) -> Line:
         (x0, y0), (x1, y1) = self.starts[index].tolist(), self.ends[index].tolist()
@@ -104,110 +103,152 @@ def find_lines(sweep: Sweep, settings: LineSettings) -> Lines:
     points = sweep.points
     if len(points) < settings.min_hits:
         return no_lines()
-    bounds = split_at_end_points(points, _runs(sweep, settings), settings.split)
-    firsts, lasts = bounds
-    # The points at a split belong to both sides or, at a jump, to neither for sure: the fit leaves them out.
-    large = lasts - firsts + 1 >= settings.min_hits + 2
-    firsts, lasts = firsts[large] + 1, lasts[large] - 1
-    if not len(firsts):
+    pieces = split_at_end_points(points, _runs(sweep, settings), settings.split, settings.min_hits + 1)
+    if not pieces:
         return no_lines()
-    weights = sweep.ranges[sweep.beams] ** 2
-    return _chosen(_fit(points, weights, firsts, lasts), settings)
+    firsts, lasts = np.array(pieces).T
+    # The points at a split belong to both sides or, at a jump, to neither for sure: the fit leaves them out.
+    firsts, lasts = firsts + 1, lasts - 1
+    sums = _sums(points, sweep.ranges[sweep.beams] ** 2, firsts, lasts)
+    merged = _merged(sums, firsts, lasts, settings)
+    return _chosen(_fit(points, *merged), settings)
 
 
-def _runs(sweep: Sweep, settings: LineSettings) -> tuple[Indices, Indices]:
-    """First and last hit of each run without a gap in the beams and without a jump too wide to be wall."""
+def _runs(sweep: Sweep, settings: LineSettings) -> list[tuple[int, int]]:
+    """First and last hit of each run without a gap in the beams and without a jump too wide to be wall.
+
+    On a wall at distance d, neighbouring hits at range r are ``r^2 step / d`` apart.
+    """
     points, beams = sweep.points, sweep.beams
-    steps = np.diff(points, axis=0)
-    apart = np.hypot(steps[:, 0], steps[:, 1])
-    missing = np.diff(beams) - 1
-    cut = np.flatnonzero((missing > settings.max_missing) | (apart > settings.jump))
-    firsts = np.concatenate(([0], cut + 1))
-    lasts = np.concatenate((cut, [len(points) - 1]))
-    return firsts, lasts
+    x, y = points[:, 0], points[:, 1]
+    dx, dy = x[1:] - x[:-1], y[1:] - y[:-1]
+    ranges = sweep.ranges[beams]
+    apart = np.minimum(ranges[1:], ranges[:-1]) ** 2 * (sweep.fan.step / settings.nearest) + settings.jump
+    cut = (dx * dx + dy * dy > apart * apart) | (beams[1:] - beams[:-1] > settings.max_missing + 1)
+    lasts = [*np.flatnonzero(cut).tolist(), len(points) - 1]
+    return list(zip([0, *(last + 1 for last in lasts[:-1])], lasts, strict=True))
 
 
-def split_at_end_points(points: Floats, runs: tuple[Indices, Indices], tolerance: float) -> tuple[Indices, Indices]:
+def split_at_end_points(
+    points: Floats, runs: list[tuple[int, int]], tolerance: float, min_step: int
+) -> list[tuple[int, int]]:
     """Split runs of points until no point is farther than ``tolerance`` from the chord of its piece.
 
     Args:
         points: in order along the walls, m, shape (n, 2).
         runs: first and last index of each run.
         tolerance: m.
+        min_step: a piece whose last index is less than this above its first is dropped.
 
     Returns:
-        First and last index of each piece of at least three points, in order; neighbours share the point between them.
+        First and last index of each piece, in order; neighbours share the point between them.
     """
     x, y = points[:, 0], points[:, 1]
-    firsts, lasts = runs
-    done_firsts: list[Indices] = []
-    done_lasts: list[Indices] = []
-    while True:
-        long_enough = lasts - firsts >= 2
-        firsts, lasts = firsts[long_enough], lasts[long_enough]
-        if not len(firsts):
-            break
-        counts = lasts - firsts + 1
-        offsets = np.cumsum(counts) - counts
-        x0, y0 = x[firsts], y[firsts]
-        dx, dy = x[lasts] - x0, y[lasts] - y0
-        norms = np.hypot(dx, dy)
-        closed = norms < 1e-9
-        norms[closed], dx[closed] = 1.0, 1.0
-        normal_x, normal_y = -dy / norms, dx / norms
-        shifts = normal_x * x0 + normal_y * y0
-        index = np.arange(len(counts)).repeat(counts)
-        flat = np.arange(len(index)) + (firsts - offsets)[index]
-        away = np.abs(normal_x[index] * x[flat] + normal_y[index] * y[flat] - shifts[index])
-        peaks = np.maximum.reduceat(away, offsets)
-        straight = peaks <= tolerance
-        done_firsts.append(firsts[straight])
-        done_lasts.append(lasts[straight])
-        bent = ~straight
-        if not bent.any():
-            break
-        at_peak = np.flatnonzero(away == peaks[index])
-        middles = flat[at_peak[np.searchsorted(at_peak, offsets[bent])]]
-        firsts, lasts = np.concatenate((firsts[bent], middles)), np.concatenate((middles, lasts[bent]))
-    if not done_firsts:
-        return np.empty(0, np.intp), np.empty(0, np.intp)
-    all_firsts, all_lasts = np.concatenate(done_firsts), np.concatenate(done_lasts)
-    order = np.argsort(all_firsts, kind="stable")
-    return all_firsts[order], all_lasts[order]
+    away, work = np.empty(len(points)), np.empty(len(points))
+    waiting = runs[::-1]
+    pieces: list[tuple[int, int]] = []
+    while waiting:
+        first, last = waiting.pop()
+        if last - first < min_step:
+            continue
+        x0, y0 = x.item(first), y.item(first)
+        dx, dy = x.item(last) - x0, y.item(last) - y0
+        norm = math.hypot(dx, dy)
+        if norm < 1e-9:
+            dx, norm = 1.0, 1.0
+        normal_x, normal_y = dy / norm, -dx / norm
+        signed = np.multiply(x[first:last], normal_x, out=away[first:last])
+        signed += np.multiply(y[first:last], normal_y, out=work[first:last])
+        signed -= normal_x * x0 + normal_y * y0
+        high, low = int(signed.argmax()), int(signed.argmin())
+        farthest = high if signed.item(high) >= -signed.item(low) else low
+        if abs(signed.item(farthest)) <= tolerance:
+            pieces.append((first, last))
+        else:
+            waiting += [(first + farthest, last), (first, first + farthest)]
+    return pieces
 
 
-def _fit(points: Floats, weights: Floats, firsts: Indices, lasts: Indices) -> Lines:
-    """Weighted total least squares of each piece, all at once."""
-    edges = np.stack((firsts, lasts + 1), axis=1).ravel()
+def _sums(points: Floats, weights: Floats, firsts: Indices, lasts: Indices) -> Floats:
+    """For each piece the sums of w, wx, wy, wxx, wxy and wyy, shape (6, m)."""
     x, y = points[:, 0], points[:, 1]
-    padded = np.zeros((6, len(points) + 1))
-    wx, wy = weights * x, weights * y
-    padded[:, :-1] = (weights, wx, wy, wx * x, wx * y, wy * y)
-    total, sx, sy, sxx, sxy, syy = np.add.reduceat(padded, edges, axis=1)[:, ::2]
-    mx, my = sx / total, sy / total
-    cxx, cxy, cyy = sxx - sx * mx, sxy - sx * my, syy - sy * my
-    # The normal is the eigenvector of the scatter's smaller eigenvalue.
+    terms = np.zeros((6, len(points) + 1))
+    w, wx, wy = terms[0, :-1], terms[1, :-1], terms[2, :-1]
+    w[:] = weights
+    np.multiply(weights, x, out=wx)
+    np.multiply(weights, y, out=wy)
+    np.multiply(wx, x, out=terms[3, :-1])
+    np.multiply(wx, y, out=terms[4, :-1])
+    np.multiply(wy, y, out=terms[5, :-1])
+    edges = np.empty(2 * len(firsts), np.intp)
+    edges[::2], edges[1::2] = firsts, lasts + 1
+    return np.add.reduceat(terms, edges, axis=1)[:, ::2]
+
+
+def _scatter(sums: Floats) -> tuple[Floats, Floats, Floats]:
+    """Sums of w (x - mean x)^2, w (x - mean x) (y - mean y) and w (y - mean y)^2 of each piece."""
+    total, sx, sy, sxx, sxy, syy = sums
+    return sxx - sx * sx / total, sxy - sx * sy / total, syy - sy * sy / total
+
+
+def _deviation(sums: Floats) -> Floats:
+    """Root mean square distance of each piece's hits from the line that fits best, m."""
+    cxx, cxy, cyy = _scatter(sums)
+    across = (cxx + cyy) / 2 - np.hypot((cxx - cyy) / 2, cxy)
+    deviation: Floats = np.sqrt(np.maximum(across, 0.0) / sums[0])
+    return deviation
+
+
+def _merged(sums: Floats, firsts: Indices, lasts: Indices, settings: LineSettings) -> tuple[Floats, Indices, Indices]:
+    """Put neighbours together that one line fits about as well as two, the best pair first.
+
+    A split that noise put a little beside a corner tilts the chord of the next piece so that it is split once more.
+    """
+    while len(firsts) > 1:
+        joined = firsts[1:] - lasts[:-1] == 2
+        own = _deviation(sums)
+        excess = _deviation(sums[:, 1:] + sums[:, :-1]) - 1.2 * np.maximum(own[1:], own[:-1])
+        excess[~joined] = math.inf
+        best = int(excess.argmin())
+        if excess[best] > settings.merge:
+            break
+        sums = np.delete(sums, best + 1, axis=1) + np.eye(1, len(firsts) - 1, best) * sums[:, best + 1, None]
+        firsts, lasts = np.delete(firsts, best + 1), np.delete(lasts, best)
+    return sums, firsts, lasts
+
+
+def _fit(points: Floats, sums: Floats, firsts: Indices, lasts: Indices) -> Lines:
+    """Weighted total least squares of each piece: the normal is the eigenvector of the scatter's smaller eigenvalue."""
+    cxx, cxy, cyy = _scatter(sums)
     alpha = 0.5 * np.arctan2(-2 * cxy, cyy - cxx)
     cosine, sine = np.cos(alpha), np.sin(alpha)
-    p = mx * cosine + my * sine
-    flip = p < 0
-    alpha[flip] -= np.copysign(math.pi, alpha[flip])
-    cosine, sine, p = np.where(flip, -cosine, cosine), np.where(flip, -sine, sine), np.abs(p)
-    across = np.maximum(cxx * cosine**2 + 2 * cxy * cosine * sine + cyy * sine**2, 0.0)
-    along = np.maximum(cxx + cyy - across, 0.0)
-    starts = _onto(points[firsts], cosine, sine, p)
-    ends = _onto(points[lasts], cosine, sine, p)
-    information = along / np.maximum(p, 0.02) ** 2
-    return Lines(alpha, p, starts, ends, lasts - firsts + 1, information, np.sqrt(across / total))
+    p = (sums[1] * cosine + sums[2] * sine) / sums[0]
+    sign = np.where(p < 0, -1.0, 1.0)
+    cosine, sine, p = cosine * sign, sine * sign, np.abs(p)
+    along = np.hypot(cxx - cyy, 2 * cxy)
+    across = np.maximum((cxx + cyy - along) / 2, 0.0)
+    return Lines(
+        alpha=np.arctan2(sine, cosine),
+        p=p,
+        starts=_onto(points[firsts], cosine, sine, p),
+        ends=_onto(points[lasts], cosine, sine, p),
+        hits=lasts - firsts + 1,
+        information=(along + across) / np.maximum(p, 0.02) ** 2,
+        residual=np.sqrt(across / sums[0]),
+    )
 
 
 def _onto(points: Floats, cosine: Floats, sine: Floats, p: Floats) -> Floats:
     away = points[:, 0] * cosine + points[:, 1] * sine - p
-    return points - np.stack((away * cosine, away * sine), axis=1)
+    points[:, 0] -= away * cosine
+    points[:, 1] -= away * sine
+    return points
 
 
 def _chosen(lines: Lines, settings: LineSettings) -> Lines:
     keep = (lines.lengths >= settings.min_length) & (lines.residual <= settings.max_residual)
+    if keep.all():
+        return lines
     return Lines(
         lines.alpha[keep],
         lines.p[keep],

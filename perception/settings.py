@@ -17,10 +17,15 @@ NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 class LineSettings(Settings):
     """Extraction of straight walls."""
 
-    split: Positive = 0.04
-    """A piece is split where a hit is farther than this from its chord, m: four times the noise."""
-    jump: Positive = 0.5
-    """Neighbouring hits farther apart than this belong to different walls, m."""
+    split: Positive = 0.03
+    """A piece is split where a hit is farther than this from its chord, m: three times the noise."""
+    merge: Positive = 0.001
+    """Neighbours are put together again if their hits deviate from one line by at most so much more than from two, m
+    (root mean square)."""
+    nearest: Positive = 0.2
+    """Walls are at least so far from the sensor, m: neighbouring hits too far apart for that belong to two walls."""
+    jump: Positive = 0.05
+    """So much farther apart than that, m."""
     max_missing: Annotated[int, Field(ge=0)] = 3
     """So many beams without a hit do not interrupt a wall."""
     min_hits: Annotated[int, Field(ge=3)] = 5

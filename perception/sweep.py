@@ -120,10 +120,13 @@ class Sweep:
         """The hits in the robot's frame, m, shape (k, 2), counter-clockwise as the sensor sees them."""
         beams = self.beams
         ranges = self.ranges[beams]
-        points = np.empty((len(beams), 2))
-        points[:, 0] = ranges * self.fan.cosines[beams] + self.fan.mount.x
-        points[:, 1] = ranges * self.fan.sines[beams] + self.fan.mount.y
-        return points
+        # The columns lie apart in memory: most uses want all x or all y.
+        columns = np.empty((2, len(beams)))
+        np.multiply(ranges, self.fan.cosines[beams], out=columns[0])
+        np.multiply(ranges, self.fan.sines[beams], out=columns[1])
+        columns[0] += self.fan.mount.x
+        columns[1] += self.fan.mount.y
+        return columns.T
 
     @cached_property
     def known(self) -> Mask:

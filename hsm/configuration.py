@@ -1,0 +1,160 @@
+"""A configuration: the states that are active together, with what can be known about them before a step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from hsm.codegen import NONE, Chain
+from hsm.events import Event, Scoped, matches
+from hsm.model import After, Always, On, Transition, When
+from hsm.plans import Plan
+from hsm.topology import Remembered
+
+if TYPE_CHECKING:
+    from hsm.machine import Machine
+
+CACHE = 4096
+"""How many plans, or selectors of events, a configuration keeps before it forgets them all."""
+
+Picked = int | tuple[int, ...]
+"""What a selector gives: a transition, several of them in order, or ``NONE``."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Selector:
+    """All transitions that a configuration offers to one kind of trigger.
+
+    Attributes:
+        chains: one for each atomic state that offers any, in document order.
+        pick: gives what fires.
+    """
+
+    chains: tuple[Chain, ...]
+    pick: Callable[..., Picked]
+
+
+class Configuration:
+    """The active states of a machine; made once for each combination that occurs, shared by all runs.
+
+    Attributes:
+        machine: whose states they are.
+        leaves: the active atomic states, by index, in document order.
+        active: all active states, the root included.
+    """
+
+    def __init__(self, machine: Machine, leaves: tuple[int, ...]) -> None:
+        self.machine = machine
+        self.leaves = leaves
+        self.active = machine.topology.closure(leaves)
+        self._events: dict[Event, Selector | None] = {}
+        self._plans: dict[Any, Plan | None] = {}
+
+    @cached_property
+    def states(self) -> tuple[int, ...]:
+        """All active states but the root, in document order."""
+        return tuple(sorted(self.active)[1:])
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """The full names of all active states but the root."""
+        return frozenset(self.machine.model.states[state].name for state in self.states)
+
+    @cached_property
+    def activities(self) -> tuple[int, ...]:
+        """The active states that do something, in document order."""
+        return tuple(state for state in sorted(self.active) if self.machine.model.states[state].activity is not None)
+
+    @cached_property
+    def when(self) -> Selector | None:
+        """What conditions can fire."""
+        return self._selector(lambda transition: isinstance(transition.trigger, When))
+
+    @cached_property
+    def always(self) -> Selector | None:
+        """What fires without a trigger."""
+        return self._selector(lambda transition: isinstance(transition.trigger, Always))
+
+    @cached_property
+    def after(self) -> Selector | None:
+        """What time-outs can fire."""
+        return self._selector(lambda transition: isinstance(transition.trigger, After))
+
+    def on(self, event: Event) -> Selector | None:
+        """What an event can fire."""
+        if event not in self._events:
+            if len(self._events) >= CACHE:
+                self._events.clear()
+            self._events[event] = self._selector(lambda transition: self._listens(transition, event))
+        return self._events[event]
+
+    def plan(self, picked: Picked, remembered: Remembered, memory: object) -> Plan:
+        """What is done for the transitions that a selector picked.
+
+        Args:
+            picked: what the selector gave.
+            remembered: what each history state remembers.
+            memory: the same, as a key.
+        """
+        plan = self._plans.get(picked)
+        if plan is not None:
+            return plan
+        key = (picked, memory)
+        plan = self._plans.get(key)
+        if plan is None:
+            if len(self._plans) >= CACHE:
+                self._plans.clear()
+            enabled = (picked,) if isinstance(picked, int) else picked
+            plan = self.machine.planner.plan(self.active, enabled, remembered)
+            depends = plan.restored or any(self.machine.topology.has_history_target(one) for one in enabled)
+            self._plans[key if depends else picked] = plan
+        return plan
+
+    def forget(self) -> None:
+        """Drop the plans, which keep other configurations alive."""
+        self._plans.clear()
+
+    def _listens(self, transition: Transition, event: Event) -> bool:
+        if not isinstance(transition.trigger, On):
+            return False
+        inside = isinstance(event, Scoped) and (
+            event.origin == transition.source or self.machine.topology.inside(event.origin, transition.source)
+        )
+        return matches(transition.trigger, event, inside=inside)
+
+    def _selector(self, belongs: Callable[[Transition], bool]) -> Selector | None:
+        offered: dict[int, tuple[int, ...]] = {}
+        for leaf in self.leaves:
+            for state in self.machine.topology.up(leaf):
+                if state not in offered:
+                    offered[state] = self._own(state, belongs)
+        # States that share all their candidates give the same answer: one of them is asked.
+        lists = dict.fromkeys(self._candidates(leaf, offered) for leaf in self.leaves)
+        chains = tuple(self.machine.generator.chain(candidates) for candidates in lists if candidates)
+        if not chains:
+            return None
+        return Selector(chains, chains[0].pick if len(chains) == 1 else _together(chain.pick for chain in chains))
+
+    def _own(self, state: int, belongs: Callable[[Transition], bool]) -> tuple[int, ...]:
+        model = self.machine.model
+        return tuple(index for index in model.states[state].transitions if belongs(model.transitions[index]))
+
+    def _candidates(self, leaf: int, offered: dict[int, tuple[int, ...]]) -> tuple[int, ...]:
+        return tuple(index for state in self.machine.topology.up(leaf) for index in offered[state])
+
+
+def _together(picks: Iterable[Callable[..., int]]) -> Callable[..., Picked]:
+    """One selector for several atomic states: each contributes the first of its transitions that fires."""
+    functions = tuple(picks)
+
+    def pick(*arguments: Any) -> Picked:
+        found: list[int] = []
+        for function in functions:
+            index = function(*arguments)
+            if index != NONE and index not in found:
+                found.append(index)
+        return (tuple(found) if len(found) > 1 else found[0]) if found else NONE
+
+    return pick

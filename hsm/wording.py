@@ -1,0 +1,111 @@
+"""Expressions, triggers and actions in the author's words, for reports, drawings and explanations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import Enum
+from typing import Any
+
+from hsm.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model import Action, ActivityCall, After, Assign, Call, On, Raise, Trigger, When
+from hsm.registry import Parameter
+from hsm.types import UNITS, Quantity, Type
+
+_BINDING = {"or": 1, "and": 2, "not": 3, "==": 4, "!=": 4, "<": 4, "<=": 4, ">": 4, ">=": 4}
+_BINDING |= {"+": 5, "-": 5, "*": 6, "/": 6}
+_ATOM = 9
+_ANGLE = Quantity(angle=1)
+
+
+def value_text(value: Any, kind: Type | None = None) -> str:
+    """A value of the language as an author would write it; quantities carry their unit.
+
+    Args:
+        value: a bool, a number in SI units, a string or a member of an enumeration.
+        kind: its type, which gives the unit.
+    """
+    if value is True or value is False:
+        return "true" if value else "false"
+    if isinstance(value, Enum):
+        return str(value.value)
+    if isinstance(kind, Quantity) and kind != Quantity():
+        unit, factor = ("deg", math.degrees(1)) if kind == _ANGLE else (kind.si_unit, 1.0)
+        written = f"{value * factor:.10g}"
+        return f"{written} {unit}" if unit in UNITS else f"{written} ({unit})"
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
+def expression_text(expression: Expression) -> str:
+    """An expression with as few parentheses as its meaning needs."""
+    return _bound(expression)[0]
+
+
+def _bound(expression: Expression) -> tuple[str, int]:
+    """The text of an expression and how tightly its outermost operator binds."""
+    match expression:
+        case Literal(value, kind):
+            return value_text(value, kind), _ATOM
+        case VariableValue(name):
+            return name, _ATOM
+        case SignalValue(signal, arguments):
+            return call_text(signal.name, signal.parameters, arguments), _ATOM
+        case Active(state):
+            return f"in {state}", _BINDING["not"]
+        case Unary("abs", operand):
+            return f"abs({expression_text(operand)})", _ATOM
+        case Unary(operator, operand):
+            level = _BINDING["not"] if operator == "not" else _BINDING["*"]
+            space = " " if operator == "not" else ""
+            return f"{operator}{space}{_inside(operand, level)}", level
+        case Binary("min" | "max" as operator, left, right):
+            return f"{operator}({expression_text(left)}, {expression_text(right)})", _ATOM
+        case Binary(operator, left, right):
+            level = _BINDING[operator]
+            loose = level if level != _BINDING["=="] else level + 1
+            return f"{_inside(left, loose)} {operator} {_inside(right, level + 1)}", level
+
+
+def _inside(expression: Expression, level: int) -> str:
+    text, binding = _bound(expression)
+    return text if binding >= level else f"({text})"
+
+
+def call_text(name: str, parameters: Sequence[Parameter], arguments: Sequence[Expression]) -> str:
+    """A call with named arguments; arguments that are the default are left out."""
+    given = [
+        f"{parameter.name} = {expression_text(argument)}"
+        for parameter, argument in zip(parameters, arguments, strict=False)
+        if parameter.required or not (isinstance(argument, Literal) and argument.value == parameter.default)
+    ]
+    return f"{name}({', '.join(given)})" if given else name
+
+
+def activity_text(call: ActivityCall) -> str:
+    """What a state does."""
+    return call_text(call.activity.name, call.activity.parameters, call.arguments)
+
+
+def trigger_text(trigger: Trigger, guard: Expression | None = None) -> str:
+    """What a transition waits for, with its guard."""
+    match trigger:
+        case On(names):
+            text = f"on {', '.join(names)}"
+        case When(condition):
+            text = f"when {expression_text(condition)}"
+        case After(duration):
+            text = f"after {expression_text(duration)}"
+        case _:
+            text = ""
+    return " ".join(part for part in (text, f"if {expression_text(guard)}" if guard else "") if part)
+
+
+def action_text(action: Action) -> str:
+    """One action."""
+    match action:
+        case Assign(variable, value):
+            return f"{variable} = {expression_text(value)}"
+        case Call(declared, arguments):
+            return call_text(declared.name, declared.parameters, arguments)
+        case Raise(event):
+            return f"raise {event}"

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from controller.commands import run, sim
+from controller.commands import profile, run, sim
 from controller.errors import reported
 
 
@@ -57,6 +57,7 @@ def maze_machine(
 # One line a command, in the order of the help text.
 DRIVE, WRITE, WORLD, LINK = "Drive", "Write machines", "Mazes and simulation", "Link"
 app.command("run", rich_help_panel=DRIVE)(run.run)
+app.command("profile", rich_help_panel=DRIVE)(profile.profile)
 app.command("sim", rich_help_panel=LINK)(sim.sim)
 
 

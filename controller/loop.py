@@ -1,1 +1,125 @@
-"""The loop that runs a machine on a robot, one tick after the other."""
+"""The loop that runs a machine on a robot: communicate, prepare, coordinate, act, communicate, log, tick by tick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import count
+from time import perf_counter
+from typing import Any, NamedTuple, cast
+
+from hsm import Machine, Macrostep, Supervisor
+from perception import Perception
+from skills.chain import MotionChain
+from transport.messages import Command, Observation, Pose, Twist
+from transport.robot import Robot
+
+
+class Phases(NamedTuple):
+    """Where a tick's time went, s of the wall clock; statistics that nothing decides by.
+
+    Perception is lazy: what it takes falls to the phase that first asks for a fact.
+    """
+
+    observe: float
+    prepare: float
+    coordinate: float
+    act: float
+    command: float
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """What happened in one tick.
+
+    Attributes:
+        index: number of the tick, from 0.
+        observation: what the robot sensed.
+        step: what the machine did about it.
+        configuration: names of all active states, in document order.
+        doing: name of the first state whose activity asked for something; where none did, of the last active state.
+        outcome: how the machine ended, or None while it runs.
+        command: what the robot was told.
+        phases: where the time went.
+    """
+
+    index: int
+    observation: Observation
+    step: Macrostep
+    configuration: tuple[str, ...]
+    doing: str
+    outcome: str | None
+    command: Command
+    phases: Phases
+
+    @property
+    def time(self) -> float:
+        """The tick's time on the robot's clock, s."""
+        return self.observation.time
+
+    @property
+    def pose(self) -> Pose:
+        """Where the odometry sees the robot."""
+        return self.observation.odometry.pose
+
+
+def ticks(
+    robot: Robot, machine: Machine, parameters: Mapping[str, Any], perception: Perception, chain: MotionChain
+) -> Iterator[Tick]:
+    """Run a machine on a robot, tick by tick, until the machine ends.
+
+    The last phase, log, is what the caller does with a tick. Whoever calls closes the robot, which stops it, in every
+    case: at the end, on a fault, and when a run is given up by closing the iterator.
+
+    Args:
+        robot: the robot, in this process or elsewhere.
+        machine: the machine.
+        parameters: the machine's parameters, in SI units.
+        perception: makes facts of observations.
+        chain: shapes what the activities want into what the base is sent.
+
+    Raises:
+        MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
+        LinkError: the robot is out of reach.
+    """
+    supervisor: Supervisor | None = None
+    for index in count():
+        began = perf_counter()
+        observation = robot.observe()  # communicate
+        observed = perf_counter()
+        facts = perception.facts(observation)  # prepare
+        prepared = perf_counter()
+        if supervisor is None:  # coordinate
+            supervisor = machine.start(parameters, facts=facts, time=observation.time)
+        step = supervisor.step(observation.time, facts=facts)
+        coordinated = perf_counter()
+        effects = supervisor.act(facts)  # act
+        wanted = merged(effect for _, effect in effects)
+        command = Command(chain.shape(wanted.twist, facts), wanted.ring, observation.stamp)
+        acted = perf_counter()
+        robot.command(command)  # communicate
+        commanded = perf_counter()
+        phases = Phases(
+            observed - began, prepared - observed, coordinated - prepared, acted - coordinated, commanded - acted
+        )
+        active = tuple(sorted(supervisor.configuration, key=machine.indices.__getitem__))
+        doing = next((state for state, _ in effects), active[-1] if active else "")
+        yield Tick(index, observation, step, active, doing, supervisor.outcome, command, phases)  # log
+        if supervisor.outcome is not None:
+            return
+
+
+def merged(effects: Iterable[object]) -> Command:
+    """One command from what the active activities want.
+
+    At most one of them holds the base, which the checker sees to; the others ask for no motion, so twists add up.
+    """
+    forward = left = turn = 0.0
+    ring = False
+    for effect in effects:
+        command = cast(Command, effect)
+        forward += command.twist.forward
+        left += command.twist.left
+        turn += command.twist.turn
+        ring = ring or command.ring
+    return Command(Twist(forward, left, turn), ring)

@@ -131,7 +131,8 @@ def _section(section: BaseModel, path: tuple[str, ...]) -> Iterator[str]:
     if plain:
         yield from ("", f"[{'.'.join(path)}]")
     for name in plain:
-        yield from (f"# {fields[name].description}", f"{name} = {_toml(values[name])}")
+        yield from (f"# {line}" for line in (fields[name].description or "").splitlines())
+        yield f"{name} = {_toml(values[name])}"
     for name, value in values.items():
         if isinstance(value, BaseModel):
             yield from _section(value, (*path, name))

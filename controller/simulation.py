@@ -48,6 +48,11 @@ class SimulatedWorld:
         self._simulation = Simulation(maze, robot, seed, settings)
 
     @property
+    def maze(self) -> Maze:
+        """Where it takes place."""
+        return self._simulation.maze
+
+    @property
     def observation(self) -> Observation:
         """What the robot senses now."""
         return self._simulation.observation

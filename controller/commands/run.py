@@ -2,16 +2,120 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
+from controller.completion import complete_machine, complete_maze, complete_profile
+from controller.errors import ExitStatus, UsageError
+
+DEFAULT_MAZE = "final_2015"
+
 
 def run(
-    machine: Annotated[str, typer.Argument(help="A .maze-machine file, or the name of a shipped machine.")],
+    machine: Annotated[
+        str,
+        typer.Argument(help="A .maze-machine file, or the name of a shipped machine.", autocompletion=complete_machine),
+    ],
+    maze: Annotated[
+        str | None,
+        typer.Option(
+            help="Maze of the embedded simulator: a file of any format, or the name of a shipped maze. "
+            "Default: final_2015.",
+            autocompletion=complete_maze,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Which run: all that is random is drawn from it. Default: 0.")
+    ] = None,
+    connect: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ENDPOINT",
+            help="Drive the robot that listens there, such as tcp/127.0.0.1:7447, and start no simulator.",
+        ),
+    ] = None,
+    robot: Annotated[
+        str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
+    ] = "pico",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of the profile; may be repeated."),
+    ] = None,
+    parameters: Annotated[
+        list[str] | None,
+        typer.Option("--param", metavar="NAME=VALUE", help="Set a parameter, with its unit; may be repeated."),
+    ] = None,
+    time_limit: Annotated[
+        float | None, typer.Option(min=0, metavar="SECONDS", help="End the run after so much of the robot's time.")
+    ] = None,
+    trace: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write states, poses and commands as JSON lines.")
+    ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Where to save the picture of the path. Default: in the folder runs/."),
+    ] = None,
+    no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Run a machine on a robot until it ends.
+    """Run a machine on a robot until the machine, the referee or a limit ends it.
 
-    Example: `maze-machine run pledge --seed 3`
+    Without `--connect` a simulator is started in the same process. The exit status is 0 only if the robot is out of the
+    maze by the rules.
+
+    Example: `maze-machine run pledge`
+
+    Example: `maze-machine run my.maze-machine --maze maze.pgm --seed 3 --param "cruise=0.3 m/s"`
+
+    Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
     """
-    raise NotImplementedError(machine)
+    from contextlib import ExitStack
+    from json import dumps
+
+    from rich.console import Console
+
+    from controller.mission import Watcher, drive, prepare
+    from controller.parameters import split_setting
+    from controller.picture import TrailKeeper, save_run
+    from controller.profile import load_profile
+    from controller.progress import Progress
+    from controller.result import Result
+    from controller.simulation import SimulatedWorld, find_maze
+    from controller.trace import TraceWriter
+    from transport.connect import connect_lockstep
+    from transport.world import LockstepRobot
+
+    if connect is not None and maze is not None:
+        raise UsageError(
+            "--maze does not go with --connect", "the maze is the simulator's: give it to `maze-machine sim`"
+        )
+    profile = load_profile(robot, settings or ())
+    mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit)
+    world = None if connect else SimulatedWorld(find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0)
+    files: dict[str, Path] = {}
+    trail = TrailKeeper()
+    with ExitStack() as stack:
+        watchers: list[Watcher] = [trail, stack.enter_context(Progress(Console(stderr=True)))]
+        if trace is not None:
+            files["trace"] = trace
+            file = stack.enter_context(trace.open("w", encoding="utf-8", newline="\n"))
+            watchers.append(TraceWriter(file, mission.machine, mission.parameters))
+        driven = LockstepRobot(world) if world else connect_lockstep(str(connect), profile.robot.name, seed=seed)
+        ending = drive(mission, driven, driven, watchers)
+    result = Result(mission.machine.name, mission.parameters, ending, files)
+    if not no_picture:
+        files["picture"] = picture or default_picture(mission.machine.name, ending.report)
+        save_run(files["picture"], world, trail, result.line)
+    print(dumps(result.as_json()) if json else "\n".join(result.lines()))
+    raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
+
+
+def default_picture(machine: str, report: Mapping[str, Any]) -> Path:
+    """Where the picture of a run goes if nobody says so: ``runs/MACHINE-MAZE-SEED.png``."""
+    names = [machine, str(report.get("maze", "robot")), str(report.get("seed", ""))]
+    stem = "-".join(re.sub(r"[^\w.]+", "_", name) for name in names if name)
+    return Path("runs") / f"{stem}.png"

@@ -1,9 +1,7 @@
 """The command line as a whole: help, unknown names, what it imports before it is told to."""
 
-import runpy
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 import typer.main
@@ -44,8 +42,3 @@ def test_wrong_usage_ends_with_status_2(arguments):
     assert ended.exit_code == 2
     assert "Usage" in ended.stderr
     assert "Traceback" not in ended.stderr
-
-
-def test_the_reference_page_is_the_command_lines_own():
-    script = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "command_line.py"))
-    assert script["PAGE"].read_text(encoding="utf-8") == script["page"](), "run: python docs/command_line.py"

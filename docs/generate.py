@@ -1,4 +1,7 @@
-"""Write docs/reference/command-line.md from the command line itself: ``python docs/command_line.py``."""
+"""Write what repeats the code: the reference of the command line and the profile of every default.
+
+Run as ``python docs/generate.py``.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,13 @@ from typing import Any
 import typer.main
 
 from controller.cli import app
+from controller.profile import Profile, profile_text
 
-PAGE = Path(__file__).parent / "reference" / "command-line.md"
+ROOT = Path(__file__).parents[1]
 
 
-def page() -> str:
-    """The whole reference page."""
+def command_line() -> str:
+    """The reference page of the command line."""
     command = typer.main.get_command(app)
     head = ["# The command line", "", f"`maze-machine COMMAND`: {command.help}", "", command.epilog or "", ""]
     return "\n".join([*head, *_subcommands(command, "maze-machine")]).rstrip() + "\n"
@@ -55,5 +59,19 @@ def _default(parameter: Any) -> str:
     return f"`{default}`"
 
 
+def default_profile() -> str:
+    """The profile that spells out every default."""
+    return "# PICO as it is simulated. Every key may be left out; its value is then the one here.\n" + profile_text(
+        Profile()
+    )
+
+
+GENERATED = {
+    ROOT / "docs" / "reference" / "command-line.md": command_line,
+    ROOT / "controller" / "profiles" / "pico.toml": default_profile,
+}
+
+
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    for path, text in GENERATED.items():
+        path.write_text(text(), encoding="utf-8")

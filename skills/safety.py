@@ -45,19 +45,29 @@ class Guard:
         reachable = within_acceleration(before, within_speed(wanted, limits), limits, period)
         if not len(points):
             return reachable
-        margin = self.margin(points)
-        now, away = self._nearest(points)
+        apart = self._apart(points)
+        distance = np.hypot(apart[:, 0], apart[:, 1])
+        nearest = int(distance.argmin())
+        now = float(distance[nearest])
+        margin = min(self._margin_ahead(points), self._margin_across(apart, distance, nearest))
         if now >= margin and self.clearance(points, self._stop(reachable)) >= margin:
             return reachable
+        x, y = (-apart[nearest] / now).tolist() if now > 0 else (0.0, 0.0)
         keep = min(margin, now)
-        for other in self._alternatives(wanted, away, pressed=min(1.0, max(0.0, margin - now) / SOFT)):
+        for other in self._alternatives(wanted, (x, y), pressed=min(1.0, max(0.0, margin - now) / SOFT)):
             reachable = within_acceleration(before, within_speed(other, limits), limits, period)
             if self.clearance(points, self._stop(reachable)) >= keep:
                 return reachable
         return within_acceleration(before, STOP, limits, period)
 
     def margin(self, points: Points) -> float:
-        """The distance to keep from the walls, m: less where the passage ahead leaves less."""
+        """The distance to keep from the walls, m: less where they leave less room."""
+        apart = self._apart(points)
+        distance = np.hypot(apart[:, 0], apart[:, 1])
+        return min(self._margin_ahead(points), self._margin_across(apart, distance, int(distance.argmin())))
+
+    def _margin_ahead(self, points: Points) -> float:
+        """The margin for the passage between what is at the left and at the right, up to a little ahead."""
         x, y = points[:, 0], points[:, 1]
         rear, front = self._middle[0] - self._half[0], self._middle[0] + self._half[0]
         side = float(self._half[1])
@@ -65,11 +75,23 @@ class Guard:
         ahead = min(0.5, float(faced.min()) - 0.1) if len(faced) else 0.5
         beside = y[(x > rear) & (x < ahead)]
         left, right = beside[beside > 0], beside[beside < 0]
-        most = self._settings.margin
-        if not len(left) or not len(right):
-            return most
-        spare = (float(left.min()) - float(right.max())) / 2 - side - self._settings.spare
-        return min(most, max(self._settings.least_margin, spare))
+        room = float(left.min()) - float(right.max()) if len(left) and len(right) else math.inf
+        return self._margin_for(room - 2 * side)
+
+    def _margin_across(self, apart: Points, distance: NDArray[np.float64], nearest: int) -> float:
+        """The margin between the nearest point and what is opposite to it, however the robot stands."""
+        towards = apart[nearest] / max(float(distance[nearest]), 1e-9)
+        opposite = distance[apart @ towards < -0.5 * distance]
+        return self._margin_for(float(distance[nearest] + opposite.min()) if len(opposite) else math.inf)
+
+    def _margin_for(self, room: float) -> float:
+        """The margin where the robot has so much room (m) besides itself."""
+        return min(self._settings.margin, max(self._settings.least_margin, room / 2 - self._settings.spare))
+
+    def _apart(self, points: Points) -> Points:
+        """From the robot's box to each point, m; zero for a point within it."""
+        offset = points - self._middle
+        return np.asarray(np.sign(offset) * np.maximum(np.abs(offset) - self._half, 0))
 
     def clearance(self, points: Points, poses: NDArray[np.float64]) -> float:
         """Smallest distance from any of the points to the robot's box at any of the poses, m; negative within it.
@@ -84,18 +106,6 @@ class Guard:
         y = np.abs(cos * dy - sin * dx - self._middle[1]) - self._half[1]
         outside = np.hypot(np.maximum(x, 0), np.maximum(y, 0))
         return float((outside + np.minimum(np.maximum(x, y), 0)).min())
-
-    def _nearest(self, points: Points) -> tuple[float, tuple[float, float]]:
-        """Distance to the nearest point and the direction that leads away from it."""
-        offset = points - self._middle
-        beyond = np.abs(offset) - self._half
-        distance = np.hypot(*np.maximum(beyond, 0).T) + np.minimum(beyond.max(axis=1), 0)
-        index = int(distance.argmin())
-        apart = np.sign(offset[index]) * np.maximum(beyond[index], 0)
-        if not apart.any():
-            apart = offset[index]
-        size = math.hypot(*apart) or 1.0
-        return float(distance[index]), (-float(apart[0]) / size, -float(apart[1]) / size)
 
     def _alternatives(self, wanted: Twist, away: tuple[float, float], pressed: float) -> Iterator[Twist]:
         """What to try instead, the nearest to the wanted command first.

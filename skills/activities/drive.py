@@ -12,7 +12,8 @@ from skills.passage import Passage, passage_of, points_along
 from skills.settings import SkillSettings
 from transport.messages import Command
 
-PATIENCE = 5.0
+PATIENCE = 2.0
+"""After so long without headway the way is blocked, s."""
 BLOCKED = Outcome("blocked")
 
 

@@ -68,7 +68,7 @@ def save_picture(file: Path, scene: Scene, trail: Trail, title: str = "") -> Non
     _draw_trail(figure, axes, trail)
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     axes.set_title(title, fontsize=10, loc="left")
-    figure.savefig(file)
+    figure.savefig(file, bbox_inches="tight")
 
 
 def draw_scene(axes: Axes, scene: Scene) -> None:
@@ -84,26 +84,39 @@ def draw_scene(axes: Axes, scene: Scene) -> None:
 
 
 def _draw_trail(figure: Figure, axes: Axes, trail: Trail) -> None:
-    """The way in segments, coloured by state where these are few, otherwise by time; a circle at its beginning."""
+    """The way, coloured by state where these are few, otherwise by time; a circle at its beginning."""
     if not len(trail.positions):
         return
-    pieces = np.stack([trail.positions[:-1], trail.positions[1:]], axis=1)
     names = list(dict.fromkeys(trail.states))
     if 0 < len(names) <= LINES_OF_LEGEND:
-        palette = colormaps["tab20" if len(names) > 10 else "tab10"]
-        chosen = [palette(names.index(state)) for state in trail.states]
-        axes.add_collection(LineCollection(list(pieces), colors=chosen[1:], linewidths=1.8))
-        for name in names:
-            axes.plot([], [], color=palette(names.index(name)), label=name)
+        colours = colormaps["tab20" if len(names) > 10 else "tab10"]
+        palette = {name: colours(index) for index, name in enumerate(names)}
+        ways = LineCollection(
+            [trail.positions[first : last + 1] for _, first, last in stretches(trail.states)],
+            colors=[palette[name] for name, _, _ in stretches(trail.states)],
+            linewidths=2.0,
+            capstyle="round",
+            joinstyle="round",
+        )
+        for name, colour in palette.items():
+            axes.plot([], [], color=colour, label=name)
     else:
         scale = Normalize(float(trail.times[0]), float(trail.times[-1]))
-        coloured = LineCollection(list(pieces), cmap="viridis", norm=scale, linewidths=1.8)
-        coloured.set_array(trail.times[1:])
-        axes.add_collection(coloured)
+        pieces = list(np.stack([trail.positions[:-1], trail.positions[1:]], axis=1))
+        ways = LineCollection(pieces, cmap="viridis", norm=scale, linewidths=2.0, capstyle="round")
+        ways.set_array(trail.times[1:])
         figure.colorbar(ScalarMappable(scale, "viridis"), ax=axes, label="time [s]", shrink=0.6)
+    axes.add_collection(ways)
     x, y = trail.positions[0]
-    axes.plot([x], [y], "o", color="white", markeredgecolor="black", markersize=9, label="start")
-    figure.legend(loc="outside right upper", fontsize=8, frameon=False)
+    axes.plot([x], [y], "o", color="white", markeredgecolor="black", markersize=9, label="start of the path", zorder=3)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8, frameon=False)
+
+
+def stretches(states: Sequence[str]) -> list[tuple[str, int, int]]:
+    """Runs of the same state: its name, the index where it begins, and the one where the next begins or all ends."""
+    begins = [index for index, state in enumerate(states) if index == 0 or state != states[index - 1]]
+    ends = [*begins[1:], len(states) - 1]
+    return [(states[begin], begin, end) for begin, end in zip(begins, ends, strict=True)]
 
 
 def _extent(scene: Scene, trail: Trail) -> tuple[float, float]:

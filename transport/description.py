@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from transport.messages import Pose, ScanGeometry
+from transport.messages import Pose, ScanGeometry, Twist
 
 Point = tuple[float, float]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -33,6 +33,15 @@ class Limits(Settings):
     """Largest change of the rate of rotation, rad/s^2."""
     translation: Literal["norm", "axis"] = "norm"
     """Whether the speed limit holds for the norm of the translational velocity or for each of its axes."""
+
+    def clamp(self, twist: Twist) -> Twist:
+        """A twist within the speed limits; where they hold for the norm, it points the same way."""
+        turn = min(max(twist.turn, -self.turn_rate), self.turn_rate)
+        if self.translation == "axis":
+            forward = min(max(twist.forward, -self.speed), self.speed)
+            return Twist(forward, min(max(twist.left, -self.speed), self.speed), turn)
+        share = self.speed / max(twist.speed, self.speed)
+        return Twist(twist.forward * share, twist.left * share, turn)
 
 
 class Laser(Settings):

@@ -27,22 +27,24 @@ from transport.keys import RobotKeys
 from transport.messages import STOP, Command, Observation, Odometry, Scan
 from transport.robot import LinkError
 from transport.session import (
-    PROTOCOL,
+    Ask,
     Close,
     Granted,
     Lease,
+    Mode,
     Open,
     Refused,
     State,
     ask_state,
     close_session,
-    read_question,
+    respond,
 )
 from transport.world import MakeWorld, World
 
 PATIENCE = 2.0
 """After how long without a word from its holder a lease is free, s."""
 
+_NOT_HELD = State(held=False, reason="the simulator was restarted, or another controller took the robot")
 _FIRST_RESEND, _LONGEST_RESEND = 0.1, 1.0
 
 
@@ -89,31 +91,14 @@ class LockstepServer:
             if isinstance(item, Message):
                 self._obey(item)
             elif isinstance(item, Request):
-                item.reply(self._answer(item.payload).model_dump_json().encode())
+                answer, understood = respond(self, item.payload)
+                self.dropped.update([] if understood else ["malformed question"])
+                item.reply(answer)
             while self._reports:
                 yield self._reports.pop(0)
 
-    def _answer(self, payload: bytes) -> Granted | Refused | State:
-        try:
-            question = read_question(payload)
-        except CodecError:
-            self.dropped["malformed question"] += 1
-            return Refused(reason=f"the question is not one of protocol version {PROTOCOL}")
-        if question.protocol != PROTOCOL:
-            return Refused(reason=f"the simulator speaks protocol version {PROTOCOL}, not {question.protocol}")
-        if isinstance(question, Open):
-            return self._open(question)
-        if question.epoch != self._lease.epoch:
-            return State(held=False, reason="the simulator was restarted, or another controller took the robot")
-        if isinstance(question, Close):
-            return self._close()
-        self._lease.heard()
-        report = dict(self._world.report()) if self._world else None
-        return State.model_validate({"held": True, "sequence": self._sequence, "report": report})
-
-    def _open(self, question: Open) -> Granted | Refused:
-        if question.mode != "lockstep":
-            return Refused(reason="this simulator runs in lockstep, not in real time")
+    def open(self, question: Open) -> Granted | Refused:
+        """Begin an episode for a controller."""
         if self._granted is not None and self._lease.repeats(question):
             return self._granted
         if not self._lease.grant(question):
@@ -126,10 +111,20 @@ class LockstepServer:
         self._show(self._world.observation)
         return self._granted
 
-    def _close(self) -> State:
+    def close(self, question: Close) -> State:
+        """End the episode of a controller."""
+        if question.epoch != self._lease.epoch:
+            return _NOT_HELD
         self._lease.release()
         self._end()
         return State(held=False, reason="given back")
+
+    def state(self, question: Ask) -> State:
+        """How the episode of a controller stands."""
+        if question.epoch != self._lease.epoch or self._world is None:
+            return _NOT_HELD
+        self._lease.heard()
+        return State.model_validate({"held": True, "sequence": self._sequence, "report": dict(self._world.report())})
 
     def _end(self) -> None:
         if self._world is not None:

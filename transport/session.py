@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import secrets
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
 
@@ -38,6 +39,9 @@ class Open(_Part):
     """Who asks, for people."""
     mode: Mode
     seed: int | None = None
+    """Which run to simulate; None leaves it to the simulator."""
+    previous: int = 0
+    """The asker's last lease, if it takes the robot again: a simulator then goes on where it was."""
 
 
 class Close(_Part):
@@ -49,7 +53,7 @@ class Close(_Part):
 
 
 class Ask(_Part):
-    """Ask for the referee's verdict and for the state of a lease."""
+    """Ask for the state of a lease and for the referee's verdict."""
 
     kind: Literal["ask"] = "ask"
     protocol: int = PROTOCOL
@@ -102,7 +106,6 @@ _Question = Annotated[Open | Close | Ask, Field(discriminator="kind")]
 _Answer = Annotated[Granted | Refused | State, Field(discriminator="kind")]
 _QUESTION: TypeAdapter[Open | Close | Ask] = TypeAdapter(_Question)
 _ANSWER: TypeAdapter[Granted | Refused | State] = TypeAdapter(_Answer)
-_A = TypeVar("_A", Granted, Refused, State)
 
 
 def read_question(payload: bytes) -> Open | Close | Ask:
@@ -137,11 +140,13 @@ class Lease:
 
     Attributes:
         patience: a holder that was not heard for so long may be replaced, s.
+        clock: monotonic time, s.
         epoch: the lease's number; 0 where none is held.
         holder: who holds it, for people.
     """
 
     patience: float
+    clock: Callable[[], float] = time.monotonic
     epoch: int = 0
     holder: str = ""
     _heard: float = 0.0
@@ -149,7 +154,7 @@ class Lease:
 
     def grant(self, question: Open) -> bool:
         """Whether the asker may have the robot; if so, a new epoch has begun."""
-        if self.epoch and self.idle < self.patience:
+        if self.epoch and self.idle < self.patience and question.previous != self.epoch:
             return False
         # Random, so that a robot's side that was restarted never takes an old command for one of its own.
         self.epoch = secrets.randbits(62) + 1
@@ -163,12 +168,12 @@ class Lease:
 
     def heard(self) -> None:
         """Its holder gave a sign of life."""
-        self._heard = time.monotonic()
+        self._heard = self.clock()
 
     @property
     def idle(self) -> float:
         """How long its holder has not been heard, s."""
-        return time.monotonic() - self._heard
+        return self.clock() - self._heard
 
     def release(self) -> None:
         """Nobody holds it any more."""
@@ -182,6 +187,45 @@ class Lease:
             idle=round(self.idle, 3),
             patience=self.patience,
         )
+
+
+class Desk(Protocol):
+    """The robot's side of a session."""
+
+    mode: Mode
+
+    def open(self, question: Open) -> Granted | Refused:
+        """Somebody wants the robot."""
+        ...
+
+    def close(self, question: Close) -> State:
+        """Somebody gives the robot back."""
+        ...
+
+    def state(self, question: Ask) -> State:
+        """Somebody asks how things stand."""
+        ...
+
+
+def respond(desk: Desk, payload: bytes) -> tuple[bytes, bool]:
+    """The answer to a question, and whether it made sense."""
+    answer: Granted | Refused | State
+    try:
+        question = read_question(payload)
+    except CodecError:
+        answer = Refused(reason=f"the question is not one of protocol version {PROTOCOL}")
+        return answer.model_dump_json().encode(), False
+    if question.protocol != PROTOCOL:
+        answer = Refused(reason=f"the robot's side speaks protocol version {PROTOCOL}, not {question.protocol}")
+    elif isinstance(question, Close):
+        answer = desk.close(question)
+    elif isinstance(question, Ask):
+        answer = desk.state(question)
+    elif question.mode != desk.mode:
+        answer = Refused(reason=f"the robot's side runs in {desk.mode}, the controller asks for {question.mode}")
+    else:
+        answer = desk.open(question)
+    return answer.model_dump_json().encode(), True
 
 
 def _converse(bus: Bus, robot: str, question: Open | Close | Ask, timeout: float) -> Granted | Refused | State | None:

@@ -1,0 +1,103 @@
+"""What stands between a controller and a base on the robot's side: lease, age of answers, limits, dead man.
+
+Nothing here waits or reads a clock of its own, so that every promise can be tested to the millisecond.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, deque
+from collections.abc import Callable
+
+from transport.description import Limits
+from transport.envelope import CommandTag
+from transport.messages import STOP, Twist
+from transport.session import Lease, Open
+from transport.settings import LinkSettings
+
+_REMEMBERED = 64
+
+
+class Guard:
+    """Decides which commands reach the base.
+
+    The dead man is armed by the first accepted command of a lease. Once it has stopped the base, nothing moves it until
+    a controller has taken the lease anew.
+
+    Attributes:
+        lease: who may command.
+        stopped: the dead man has stopped the base, and waits for a new lease.
+        rejected: how many commands were rejected, by reason.
+        stops: how often the dead man stopped the base.
+    """
+
+    def __init__(self, limits: Limits, settings: LinkSettings, clock: Callable[[], float]) -> None:
+        self.lease = Lease(settings.patience, clock)
+        self.stopped = False
+        self.rejected: Counter[str] = Counter()
+        self.stops = 0
+        self._limits, self._settings, self._clock = limits, settings, clock
+        self._shown: deque[tuple[int, float]] = deque(maxlen=_REMEMBERED)
+        self._sequence = -1
+        self._twist = STOP
+        self._accepted: float | None = None
+
+    def grant(self, question: Open) -> bool:
+        """Whether a controller may have the robot; if so, the latch of the dead man is released."""
+        if not self.lease.grant(question):
+            return False
+        self._rest()
+        self.stopped = False
+        self._sequence = -1
+        return True
+
+    def release(self) -> None:
+        """The controller gives the robot back: the base stops."""
+        self.lease.release()
+        self._rest()
+
+    def shown(self, stamp: int) -> None:
+        """An observation with this stamp leaves for the controller now."""
+        self._shown.append((stamp, self._clock()))
+
+    def accepts(self, tag: CommandTag, twist: Twist) -> bool:
+        """Whether a command may reach the base; if so, it counts from now on."""
+        reason = self._fault(tag, twist)
+        if reason:
+            self.rejected[reason] += 1
+            return False
+        self._sequence = tag.sequence
+        self._twist = self._limits.clamp(twist)
+        self._accepted = self._clock()
+        return True
+
+    def twist(self) -> Twist:
+        """What the base must do now."""
+        if self._accepted is not None and self._clock() - self._accepted > self._settings.dead_man:
+            self.stopped = True
+            self.stops += 1
+            self._rest()
+        return self._twist
+
+    def _rest(self) -> None:
+        self._twist, self._accepted = STOP, None
+
+    def _fault(self, tag: CommandTag, twist: Twist) -> str:
+        """Why a command is rejected, or nothing."""
+        if not self.lease.epoch or tag.epoch != self.lease.epoch:
+            return "no lease"
+        self.lease.heard()
+        # A command that came too late to keep the dead man quiet must not be taken for one that came in time.
+        self.twist()
+        if self.stopped:
+            return "stopped by the dead man"
+        if tag.sequence <= self._sequence:
+            return "repeated"
+        if not all(map(math.isfinite, (twist.forward, twist.left, twist.turn))):
+            return "not finite"
+        age = next((self._clock() - at for stamp, at in reversed(self._shown) if stamp == tag.answers), None)
+        if age is None:
+            return "answers nothing that was shown"
+        if age > self._settings.answer_age:
+            return "answers too old an observation"
+        return ""

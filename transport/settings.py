@@ -1,0 +1,44 @@
+"""What is tunable of the link to a robot: the section ``[link]`` of a robot profile."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from transport.description import Positive, Settings
+
+
+class LinkSettings(Settings):
+    """How a robot is reached, and when either side of the link loses patience with the other."""
+
+    gate: bool = True
+    """Whether a simulator or `maze-machine gate` answers at the other end, with leases and a dead man; if not,
+    it is a bare ROS 2 driver, whose own command time-out must stop it."""
+    keys: Literal["bridge", "rmw_zenoh"] = "bridge"
+    """How ROS names become keys: as zenoh-bridge-ros2dds lays them out, or as rmw_zenoh does."""
+    domain: Annotated[int, Field(ge=0, le=232)] = 0
+    """ROS domain, for rmw_zenoh."""
+    scan: str = "scan"
+    """Name of the laser's topic, below the robot's namespace."""
+    odometry: str = "odom"
+    """Name of the odometry's topic."""
+    command: str = "cmd_vel"
+    """Name of the velocity command's topic."""
+    door: str = "open_door"
+    """Name of the door bell: a service or a topic."""
+    door_call: Literal["service", "message"] = "service"
+    """Whether the door is asked for with a service call (std_srvs/Trigger) that is answered, or with a plain message
+    (std_msgs/Empty)."""
+    dead_man: Positive = 0.25
+    """The robot's side stops the base when it has accepted no command for so long, s."""
+    answer_age: Positive = 0.35
+    """The robot's side rejects a command that answers an observation older than this, s."""
+    patience: Positive = 1.0
+    """The lease of a controller that was not heard for so long may be given to another, s."""
+    stale: Positive = 0.35
+    """Sensor data older than this are stale, s."""
+    silence: Positive = 5.0
+    """A controller that has heard nothing for so long gives the run up, s."""
+    connect: Positive = 5.0
+    """How long a robot is looked for, s."""

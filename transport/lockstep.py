@@ -53,8 +53,9 @@ class LockstepServer:
 
     Attributes:
         dropped: how many messages were dropped, by reason.
-        episodes: how many episodes were given back by their controllers, or taken from those that died.
     """
+
+    mode: Mode = "lockstep"
 
     def __init__(
         self, bus: Bus, robot: str, period: float, make_world: MakeWorld, *, patience: float = PATIENCE

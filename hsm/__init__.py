@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from hsm import scxml
 from hsm.diagnostics import Diagnostic, MachineError, Place, Severity
 from hsm.faults import MachineFault, Spin
 from hsm.machine import Machine, build
@@ -26,6 +27,7 @@ __all__ = [
     "Supervisor",
     "build",
     "load",
+    "scxml",
 ]
 
 

@@ -20,7 +20,7 @@ from hsm.decisions import Condition, Constant, Decision, Junction, Negation, Tre
 from hsm.diagnostics import Place
 from hsm.evaluation import UNSET, eager_signals
 from hsm.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
-from hsm.model import Action, After, Assign, Call, Model, State
+from hsm.model import Action, After, Assign, Call, Model, Raise, State
 
 NONE = -1
 """What a chain gives when no transition fires."""
@@ -264,8 +264,10 @@ class Generator:
                 case Call(declared, arguments, place):
                     given = "".join(f", {self._inline(writer, argument)}" for argument in arguments)
                     writer.add(1, f"{self._object(declared.function)}(f{given})", place)
+                case Raise(event, place):
+                    writer.add(1, f"q.append({event!r})", place)
                 case _:
-                    writer.add(1, f"q.append({action.event!r})", action.place)
+                    writer.add(1, f"q.append({self._object(action)})", action.place)
         if len(writer.lines) == 1:
             return None
         watches = any("in c" in line for line in writer.lines)

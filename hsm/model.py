@@ -103,7 +103,32 @@ class Raise:
     place: Place | None = None
 
 
-Action = Assign | Call | Raise
+@dataclass(frozen=True, slots=True)
+class Send:
+    """Send an event to the machine itself as if from outside: handled after those that wait already, or later.
+
+    Attributes:
+        event: its name.
+        delay: after so many seconds of logical time.
+        label: what a ``Cancel`` calls it, or None.
+        place: where it is written.
+    """
+
+    event: str
+    delay: float = 0.0
+    label: str | None = None
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Cancel:
+    """Take back events that were sent with this label and have not arrived."""
+
+    label: str
+    place: Place | None = None
+
+
+Action = Assign | Call | Raise | Send | Cancel
 
 
 @dataclass(frozen=True, slots=True)

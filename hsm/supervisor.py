@@ -19,6 +19,7 @@ from hsm.expressions import SignalValue
 from hsm.faults import MachineFault, Spin
 from hsm.machine import Machine
 from hsm.macrostep import NOTHING_DUE, Look, Macrostep, Phase
+from hsm.model import Cancel, Send
 from hsm.plans import Plan
 from hsm.registry import Activity, Outcome, Stoppable
 
@@ -56,6 +57,7 @@ class Supervisor:
         self._time = time
         self._values: list[Any] = [*parameters, *(None for _ in machine.model.variables)]
         self._timers: dict[int, float] = {}
+        self._sent: tuple[tuple[float, Send], ...] = ()
         self._wake = inf
         self._history: dict[int, tuple[int, ...]] = {}
         self._memory: object = ()
@@ -71,7 +73,8 @@ class Supervisor:
         self._facts = facts
         self._memo: dict[Any, Any] = {}
         self._looks: list[Look] = []
-        self._queue: deque[Event | Fault] = deque()
+        self._queue: deque[Event | Fault | Send | Cancel] = deque()
+        self._external: deque[Event | Fault] = deque()
         self._faulted: dict[Any, BaseException] = {}
         self._error: BaseException | None = None
         self._reported: set[Any] = set()
@@ -154,11 +157,9 @@ class Supervisor:
         plan = self.machine.planner.start()
         self._configuration = plan.target
         self._looks.append((Phase.START, plan.target, self._values, NOTHING_DUE, plan))
-        try:
-            self._apply(plan)
-            self._settle()
-        finally:
-            self._queue.clear()
+        self._apply(plan)
+        self._settle()
+        self._work_off()
         self._facts = None
         return Macrostep(time, self._looks, self._memo, self._configuration)
 
@@ -167,8 +168,8 @@ class Supervisor:
         if time < self._time:
             raise ValueError(f"time runs backwards: {time} s after {self._time} s")
         before = (
-            self._configuration, self._values, self._timers, self._wake, self._history, self._memory, self._pending,
-            self._outcome, self._time,
+            self._configuration, self._values, self._timers, self._sent, self._wake, self._history, self._memory,
+            self._pending, self._outcome, self._time,
         )  # fmt: skip
         self._time = time
         self._facts = facts
@@ -176,26 +177,29 @@ class Supervisor:
         self._looks = []
         pending, self._pending = self._pending, []
         try:
+            if time >= self._wake and self._sent:
+                self._receive(time)
+            self._external.extend(pending)
+            self._external.extend(events)
             self._settle()
-            for event in pending:
-                self._dispatch(event)
-            for sent in events:
-                self._dispatch(sent)
+            self._work_off()
             if time >= self._wake:
                 self._time_outs(time)
+                self._work_off()
             self._conditions()
         except BaseException:
             (
-                self._configuration, self._values, self._timers, self._wake, self._history, self._memory, self._pending,
-                self._outcome, self._time,
+                self._configuration, self._values, self._timers, self._sent, self._wake, self._history, self._memory,
+                self._pending, self._outcome, self._time,
             ) = before  # fmt: skip
             self._stopped.clear()
             raise
         finally:
             self._facts = None
             self._error = None
-            if self._queue:
+            if self._queue or self._external:
                 self._queue.clear()
+                self._external.clear()
             if self._faulted or self._reported:
                 self._faulted = {}
                 self._reported.clear()
@@ -213,13 +217,44 @@ class Supervisor:
                 continue
             if not self._queue:
                 return
-            self._look(self._queue.popleft())
+            entry = self._queue.popleft()
+            if isinstance(entry, Send):
+                self._send(entry)
+            elif isinstance(entry, Cancel):
+                self._set_sent(tuple(one for one in self._sent if one[1].label != entry.label))
+            else:
+                self._look(entry)
         raise self._spin()
 
-    def _dispatch(self, event: Event | Fault) -> None:
-        if self._outcome is None:
-            self._look(event)
+    def _work_off(self) -> None:
+        """Handle the events from outside, and those that the machine sends itself meanwhile."""
+        known = len(self._external) + SPIN
+        while self._external and self._outcome is None:
+            if known == 0:
+                raise self._spin()
+            known -= 1
+            self._look(self._external.popleft())
             self._settle()
+
+    def _send(self, send: Send) -> None:
+        if send.delay <= 0:
+            self._external.append(send.event)
+        else:
+            self._set_sent((*self._sent, (self._time + send.delay, send)))
+
+    def _receive(self, time: float) -> None:
+        """Let events that were sent with a delay arrive, the earliest first."""
+        arrived = sorted((one for one in self._sent if time >= one[0] - TOLERANCE), key=lambda one: one[0])
+        self._external.extend(send.event for _, send in arrived)
+        self._set_sent(tuple(one for one in self._sent if one not in arrived))
+
+    def _set_sent(self, sent: tuple[tuple[float, Send], ...]) -> None:
+        self._sent = sent
+        self._set_wake()
+
+    def _set_wake(self) -> None:
+        """When the next time-out or sent event is due."""
+        self._wake = min([*self._timers.values(), *(due for due, _ in self._sent)], default=inf) - TOLERANCE
 
     def _look(self, entry: Event | Fault) -> None:
         """Let one event fire what it can."""
@@ -253,6 +288,7 @@ class Supervisor:
             if not fired and not self._queue:
                 return
             self._settle()
+            self._work_off()
         raise self._spin()
 
     def _fire(self, selector: Selector, trigger: Phase | Event, due: frozenset[int] = NOTHING_DUE) -> bool:
@@ -307,9 +343,9 @@ class Supervisor:
             self._values = values
         if plan.timed:
             self._timers = timers
-            self._wake = min(timers.values(), default=inf) - TOLERANCE
+            self._set_wake()
         self._stopped.extend(plan.stopped)
-        self._outcome = plan.outcome
+        self._outcome = plan.outcome or self._outcome
 
     # Faults.
 

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any
 
 from hsm.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
-from hsm.model import Action, ActivityCall, After, Assign, Call, On, Raise, Trigger, When
+from hsm.model import Action, ActivityCall, After, Assign, Call, Cancel, On, Raise, Send, Trigger, When
 from hsm.registry import Parameter
 from hsm.types import UNITS, Quantity, Type
 
@@ -109,3 +109,7 @@ def action_text(action: Action) -> str:
             return call_text(declared.name, declared.parameters, arguments)
         case Raise(event):
             return f"raise {event}"
+        case Send(event, delay):
+            return f"send {event}" + (f" after {delay:.10g} s" if delay else "")
+        case Cancel(label):
+            return f"cancel {label}"

@@ -6,7 +6,6 @@ completion in a shell answer at once. What goes wrong in a command is told by ``
 
 from __future__ import annotations
 
-from importlib.metadata import version
 from typing import Annotated, Any
 
 import typer
@@ -27,6 +26,8 @@ class Commands(TyperGroup):
 
 def _print_version(asked: bool) -> None:
     if asked:
+        from importlib.metadata import version
+
         print(f"maze-machine {version('maze-machine')}")
         raise typer.Exit
 

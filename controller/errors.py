@@ -11,8 +11,6 @@ from types import FrameType
 
 import typer
 
-from hsm.diagnostics import MachineError
-
 
 class ExitStatus(IntEnum):
     """How a command ended."""
@@ -24,6 +22,15 @@ class ExitStatus(IntEnum):
     UNREACHABLE = 4
     INTERRUPTED = 130
     TERMINATED = 143
+
+
+STATUS_OF = {
+    ("hsm.diagnostics", "MachineError"): ExitStatus.BAD_FILE,
+    ("hsm.faults", "MachineFault"): ExitStatus.FAILED,
+    ("sim.maze", "MazeError"): ExitStatus.BAD_FILE,
+    ("transport.robot", "LinkError"): ExitStatus.UNREACHABLE,
+}
+"""The errors of the other rooms that a user can act on, by module and name."""
 
 
 class CommandError(Exception):
@@ -86,17 +93,14 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
     """The exit status and the message for an error that a user can act on; None for any other."""
     if isinstance(error, CommandError):
         return error.status, f"{error}; {error.way_out}" if error.way_out else str(error)
-    if isinstance(error, MachineError):
-        return ExitStatus.BAD_FILE, str(error)
-    if _is(error, "transport.robot", "LinkError"):
-        return ExitStatus.UNREACHABLE, str(error)
+    for (module, name), status in STATUS_OF.items():
+        # An error's module has been imported by whoever raised it; nothing heavy is imported here.
+        loaded = sys.modules.get(module)
+        if loaded is not None and isinstance(error, getattr(loaded, name)):
+            return status, str(error)
+    if isinstance(error, OSError) and error.filename is not None:
+        return ExitStatus.BAD_FILE, f"{error.filename}: {error.strerror}"
     return None
-
-
-def _is(error: Exception, module: str, name: str) -> bool:
-    """Whether an error is of a class, without importing the class's module: who raised it has done so."""
-    loaded = sys.modules.get(module)
-    return loaded is not None and isinstance(error, getattr(loaded, name, ()))
 
 
 def _tell(message: str) -> None:

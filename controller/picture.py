@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from controller.errors import UsageError
 from controller.loop import Tick
 from controller.simulation import SimulatedWorld
 from sim.maze import Maze
 from transport.messages import Pose
-from view.picture import Scene, Trail, save_picture
+from view.picture import FORMATS, Scene, Trail, save_picture
 
 
 @dataclass(slots=True)
@@ -57,12 +58,22 @@ def _pairs(segments: NDArray[np.float64]) -> NDArray[np.float64]:
     return segments.reshape(-1, 2, 2)
 
 
+def checked_picture(file: Path) -> Path:
+    """The file, if a picture can have such a name: to be found out before a robot drives.
+
+    Raises:
+        UsageError: its suffix is not that of an image format.
+    """
+    if file.suffix not in FORMATS:
+        raise UsageError(f"--picture {file}: no image format `{file.suffix}`", f"one of {', '.join(FORMATS)}")
+    return file
+
+
 def save_run(file: Path, world: SimulatedWorld | None, kept: TrailKeeper, title: str) -> None:
     """Save the picture of a run: in the maze where it was simulated here, by odometry alone where it was not.
 
     Raises:
         OSError: the file cannot be written.
-        ValueError: its suffix is not one of an image format.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
     if world is None:

@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+FORMATS = (".png", ".svg", ".pdf", ".jpg")
+"""Suffixes of the image files that can be written."""
+
 LINES_OF_LEGEND = 12
 """So many states are told apart by colour; with more of them the trail shows time instead."""
 
@@ -54,11 +57,10 @@ class Trail:
 
 
 def save_picture(file: Path, scene: Scene, trail: Trail, title: str = "") -> None:
-    """Draw a run into an image file; its suffix (.png, .svg, .pdf) says which format.
+    """Draw a run into an image file, in the one of ``FORMATS`` that its suffix says.
 
     Raises:
         OSError: the file cannot be written.
-        ValueError: matplotlib knows no format of this suffix.
     """
     width, height = _extent(scene, trail)
     figure = Figure(figsize=_size(width, height), dpi=120, layout="constrained")

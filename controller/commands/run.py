@@ -80,7 +80,7 @@ def run(
 
     from controller.mission import Watcher, drive, prepare
     from controller.parameters import split_setting
-    from controller.picture import TrailKeeper, save_run
+    from controller.picture import TrailKeeper, checked_picture, save_run
     from controller.profile import load_profile
     from controller.progress import Progress
     from controller.result import Result
@@ -93,6 +93,8 @@ def run(
         raise UsageError(
             "--maze does not go with --connect", "the maze is the simulator's: give it to `maze-machine sim`"
         )
+    if picture is not None:
+        checked_picture(picture)
     profile = load_profile(robot, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit)
     world = None if connect else SimulatedWorld(find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0)

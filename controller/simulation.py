@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from controller.errors import FileError
-from sim.formats import read_maze
+from sim.formats import METRES_A_CELL, METRES_A_PIXEL, read_maze
 from sim.library import shipped_mazes
 from sim.maze import Maze
 from sim.referee import Verdict
@@ -18,11 +18,13 @@ from transport.description import RobotDescription
 from transport.messages import Command, Observation, Pose
 
 
-def find_maze(name: str) -> Maze:
+def find_maze(name: str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cell: float = METRES_A_CELL) -> Maze:
     """Read a maze.
 
     Args:
         name: a maze file of any format, or the name of a shipped maze.
+        metres_a_pixel: scale of heightmap images, m.
+        metres_a_cell: scale of micromouse and mms mazes, m.
 
     Raises:
         FileError: there is neither.
@@ -36,7 +38,7 @@ def find_maze(name: str) -> Maze:
         raise FileError(
             f"there is no maze {name}", f"did you mean `{close[0]}`? ({listed})" if close else f"give a file; {listed}"
         )
-    return read_maze(path)
+    return read_maze(path, metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
 
 
 class SimulatedWorld:

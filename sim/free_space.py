@@ -45,6 +45,22 @@ class FreeSpace:
         x0, y0 = bounds[0] - margin, bounds[1] - margin
         columns = math.ceil((bounds[2] + margin - x0) / step) + 1
         rows = math.ceil((bounds[3] + margin - y0) / step) + 1
+        return cls.on_grid(segments, (x0, y0), (rows, columns), limit=limit, step=step)
+
+    @classmethod
+    def on_grid(
+        cls, segments: Segments, origin: Point, shape: tuple[int, int], *, limit: float, step: float
+    ) -> FreeSpace:
+        """A grid of so many rows and columns of points from an origin on.
+
+        Args:
+            segments: the walls, shape (n, 4).
+            origin: position of the point [0, 0], m.
+            shape: points along y and along x.
+            limit: up to which distance to the walls is worked out, m.
+            step: grid step, m.
+        """
+        (x0, y0), (rows, columns) = origin, shape
         squares = np.full((rows, columns), limit * limit)
         for ax, ay, bx, by in segments.tolist():
             left = max(math.floor((min(ax, bx) - limit - x0) / step), 0)
@@ -65,6 +81,11 @@ class FreeSpace:
     def cell(self, point: Point) -> tuple[int, int]:
         """Row and column of the grid point nearest to a point; may lie outside of the grid."""
         return round((point[1] - self.origin[1]) / self.step), round((point[0] - self.origin[0]) / self.step)
+
+    def holds(self, cell: tuple[int, int]) -> bool:
+        """Whether the grid has such a point."""
+        rows, columns = self.clearance.shape
+        return bool(0 <= cell[0] < rows and 0 <= cell[1] < columns)
 
     def point(self, row: int, column: int) -> Point:
         """Position of a grid point, m."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from sim.formats import heightmap, micromouse, mms, text
+from sim.formats.sketch import Sketch
 from sim.maze import Maze, MazeError
-from sim.solvability import checked
+from sim.solvability import UnsolvableError, checked
 
 METRES_A_PIXEL = heightmap.METRES_A_PIXEL
 METRES_A_CELL = micromouse.METRES_A_CELL
@@ -15,7 +16,9 @@ METRES_A_CELL = micromouse.METRES_A_CELL
 def read_maze(
     path: Path | str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cell: float = METRES_A_CELL
 ) -> Maze:
-    """Read a maze of any format, told by its content, complete its exits and make sure that it can be solved.
+    """Read a maze of any format, complete its exits and make sure that it can be solved.
+
+    The format is told by the content: an image, a micromouse drawing, six numbers a line, or else our own ``.maze``.
 
     Args:
         path: a heightmap image (PNG, PGM), a micromouse text maze, an mms ``.num`` file or a ``.maze`` file.
@@ -30,8 +33,17 @@ def read_maze(
         content = path.read_bytes()
     except OSError as error:
         raise MazeError(str(path), f"cannot be read: {error.strerror or error}") from None
+    sketch = _sketch(path, content, metres_a_pixel, metres_a_cell)
+    try:
+        return checked(sketch.maze)
+    except UnsolvableError as error:
+        line, column = sketch.locate(error.at)
+        raise MazeError(str(path), error.reason, line=line, column=column, hint=error.hint) from None
+
+
+def _sketch(path: Path, content: bytes, metres_a_pixel: float, metres_a_cell: float) -> Sketch:
     if heightmap.recognises(content):
-        return checked(heightmap.read(path, content, metres_a_pixel))
+        return heightmap.read(path, content, metres_a_pixel)
     try:
         lines = content.decode("utf-8").splitlines()
     except UnicodeDecodeError as error:
@@ -39,13 +51,11 @@ def read_maze(
         raise MazeError(
             str(path), "is neither an image nor text", line=line, hint="maze files are PNG, PGM or UTF-8 text"
         ) from None
-    if path.suffix == ".maze":
-        return checked(text.read(path, lines))
     if micromouse.recognises(lines):
-        return checked(micromouse.read(path, lines, metres_a_cell))
+        return micromouse.read(path, lines, metres_a_cell)
     if mms.recognises(lines) or path.suffix == ".num":
-        return checked(mms.read(path, lines, metres_a_cell))
-    return checked(text.read(path, lines))
+        return mms.read(path, lines, metres_a_cell)
+    return text.read(path, lines)
 
 
 __all__ = ["METRES_A_CELL", "METRES_A_PIXEL", "read_maze"]

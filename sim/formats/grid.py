@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.maze import Maze, Start, merge_collinear
+from sim.maze import Maze, Point, Start, merge_collinear
 from transport.messages import Pose
 
 Cell = tuple[int, int]
@@ -46,6 +46,16 @@ class CellMaze:
     def rows(self) -> int:
         """Number of cells from south to north."""
         return int(self.upright.shape[0])
+
+    def at(self, point: Point, size: float) -> Cell:
+        """The cell at a point of the maze, or the nearest one.
+
+        Args:
+            point: in the frame of `exit_maze`, m.
+            size: edge of a cell, m.
+        """
+        column, row = math.floor(point[0] / size), math.floor(point[1] / size)
+        return min(max(column, 0), self.columns - 1), min(max(row, 0), self.rows - 1)
 
     def wall(self, cell: Cell, side: str) -> bool:
         """Whether there is a wall on a side of a cell."""
@@ -99,3 +109,43 @@ def _edge(cell: Cell, side: str, size: float) -> tuple[float, float, float, floa
         return column * size, y, (column + 1) * size, y
     x = (column + (side == "east")) * size
     return x, row * size, x, (row + 1) * size
+
+
+class NotCellsError(Exception):
+    """A maze that does not consist of equal square cells; the message says where it departs from them."""
+
+
+def as_cells(maze: Maze, size: float) -> CellMaze:
+    """A maze as cells: its start is the goal cell, and the cell inside its exit is the entrance.
+
+    Args:
+        maze: a maze whose walls lie on a lattice, with one exit and neither doors nor moving objects.
+        size: edge of a cell, m.
+
+    Raises:
+        NotCellsError: it is none of that kind.
+    """
+    if maze.doors or maze.objects or len(maze.exits) != 1:
+        raise NotCellsError("cells with walls have neither doors nor moving objects, and one exit")
+    walls = np.concatenate([maze.walls, maze.exits])
+    low = walls.reshape(-1, 2).min(axis=0)
+    lines = (walls - np.tile(low, 2)) / size
+    lattice = np.round(lines).astype(int)
+    columns, rows = lattice.reshape(-1, 2).max(axis=0).tolist()
+    across = np.zeros((rows + 1, columns), dtype=np.bool_)
+    upright = np.zeros((rows, columns + 1), dtype=np.bool_)
+    for wall, exact, (ax, ay, bx, by) in zip(walls.tolist(), lines, lattice.tolist(), strict=True):
+        if np.abs(exact - (ax, ay, bx, by)).max() > 1e-3 or (ax != bx and ay != by):
+            raise NotCellsError(
+                f"the wall from ({wall[0]:g}, {wall[1]:g}) to ({wall[2]:g}, {wall[3]:g}) m does not lie on a lattice "
+                f"of {size:g} m"
+            )
+        if ay == by:
+            across[ay, min(ax, bx) : max(ax, bx)] = True
+        else:
+            upright[min(ay, by) : max(ay, by), ax] = True
+    ax, ay, bx, by = lattice[-1].tolist()
+    inward = (0.5 * (by - ay), -0.5 * (bx - ax))
+    entrance = math.floor((ax + bx) / 2 + inward[0]), math.floor((ay + by) / 2 + inward[1])
+    start = (np.asarray(maze.start_point) - low) / size
+    return CellMaze(maze.name, across, upright, entrance, ((math.floor(float(start[0])), math.floor(float(start[1]))),))

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from sim.free_space import Flags, flood
+from sim.formats.sketch import Place, Sketch
+from sim.free_space import Flags, FreeSpace, flood
 from sim.maze import Door, Maze, MazeError, Point, Segments, merge_collinear
 
 METRES_A_PIXEL = 0.025
@@ -30,7 +31,7 @@ def recognises(content: bytes) -> bool:
     return content.startswith((b"\x89PNG\r\n\x1a\n", b"P5", b"P2"))
 
 
-def read(path: Path, content: bytes, metres_a_pixel: float = METRES_A_PIXEL) -> Maze:
+def read(path: Path, content: bytes, metres_a_pixel: float = METRES_A_PIXEL) -> Sketch:
     """A heightmap image as a maze without exits; those are found from the walls.
 
     Args:
@@ -50,11 +51,12 @@ def read(path: Path, content: bytes, metres_a_pixel: float = METRES_A_PIXEL) -> 
     if not wall.any():
         raise MazeError(str(path), "the image has no wall", hint=f"walls are pixels darker than {WALL_BELOW}")
     frame = _Frame(grey.shape[0], grey.shape[1], metres_a_pixel)
-    return Maze(
+    maze = Maze(
         name=path.stem,
         walls=frame.segments(merge_collinear(outlines(wall))),
         doors=tuple(_doors((grey >= WALL_BELOW) & (grey <= DOOR_UP_TO), frame)),
     )
+    return Sketch(maze, frame.pixel)
 
 
 def _on_white(image: Image.Image) -> Image.Image:
@@ -96,6 +98,11 @@ class _Frame:
         y = (self._columns / 2 - corners[:, 0]) * self._scale
         return np.stack([x, y], axis=1)
 
+    def pixel(self, point: Point) -> Place:
+        row = math.floor(self._rows / 2 - point[0] / self._scale)
+        column = math.floor(self._columns / 2 - point[1] / self._scale)
+        return min(max(row, 0), self._rows - 1) + 1, min(max(column, 0), self._columns - 1) + 1
+
     def segments(self, pixels: Segments) -> Segments:
         return np.hstack([self.points(pixels[:, :2]), self.points(pixels[:, 2:])])
 
@@ -109,7 +116,7 @@ def _doors(grey: Flags, frame: _Frame) -> list[Door]:
         seed[row, column] = True
         blob = _connected(remaining, seed)
         remaining &= ~blob
-        doors.append(Door(f"door {len(doors) + 1}", _axis(blob, frame)))
+        doors.append(Door(f"door{len(doors) + 1}", _axis(blob, frame)))
     return doors
 
 
@@ -144,3 +151,41 @@ def _axis(blob: Flags, frame: _Frame) -> tuple[Point, Point]:
     reach = (corners - middle) @ direction
     first, second = middle + reach.min() * direction, middle + reach.max() * direction
     return (float(first[0]), float(first[1])), (float(second[0]), float(second[1]))
+
+
+WALL, DOOR, FREE = 0, 120, 255
+HALF_THICKNESS = 1.0
+"""Walls are drawn so that pixels are black whose centres are as near to them as this, in pixels."""
+
+
+def draw(maze: Maze, metres_a_pixel: float = METRES_A_PIXEL) -> NDArray[np.uint8]:
+    """A maze as a heightmap, moved so that the robot starts at the image's centre and faces up.
+
+    Args:
+        maze: a maze without moving objects, which an image cannot hold.
+        metres_a_pixel: edge of a pixel, m.
+
+    Returns:
+        Grey values, shape (rows, columns).
+    """
+    pose = maze.start.pose
+    turn = np.array(
+        [[math.cos(pose.heading), math.sin(pose.heading)], [-math.sin(pose.heading), math.cos(pose.heading)]]
+    )
+
+    def moved(segments: Segments) -> Segments:
+        points: Segments = (segments.reshape(-1, 2) - [pose.x, pose.y]) @ turn.T
+        return points.reshape(-1, 4)
+
+    walls = moved(maze.walls)
+    leaves = moved(np.asarray([[*door.leaf[0], *door.leaf[1]] for door in maze.doors]).reshape(-1, 4))
+    reach = HALF_THICKNESS * metres_a_pixel
+    # One white pixel about everything that is black.
+    half = np.ceil(np.abs(walls.reshape(-1, 2)).max(axis=0) / metres_a_pixel).astype(int) + 2
+    rows, columns = int(2 * half[0]), int(2 * half[1])
+    lowest = ((0.5 - half[0]) * metres_a_pixel, (0.5 - half[1]) * metres_a_pixel)
+    image = np.full((rows, columns), FREE, dtype=np.uint8)
+    for segments, grey in ((leaves, DOOR), (walls, WALL)):
+        space = FreeSpace.on_grid(segments, lowest, (columns, rows), limit=2 * reach, step=metres_a_pixel)
+        image[space.clearance.T[::-1, ::-1] <= reach] = grey
+    return image

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from sim.formats.grid import Cell, CellMaze, exit_maze
-from sim.maze import Maze, MazeError
+from sim.formats.sketch import Place, Sketch
+from sim.maze import MazeError, Point
 
 METRES_A_CELL = 1.0
 """Edge of a cell as this project uses such mazes, m."""
@@ -101,10 +102,34 @@ def _cells(path: Path, number: int, line: str, columns: int) -> tuple[list[bool]
     return walls, marks
 
 
-def read(path: Path, lines: Sequence[str], size: float = METRES_A_CELL) -> Maze:
+def read(path: Path, lines: Sequence[str], size: float = METRES_A_CELL) -> Sketch:
     """A micromouse text maze as an exit maze; see `sim.formats.grid.exit_maze`.
 
     Raises:
         MazeError: the text is not such a maze.
     """
-    return exit_maze(parse(path, lines), size)
+    cells = parse(path, lines)
+
+    def locate(point: Point) -> Place:
+        column, row = cells.at(point, size)
+        return 2 * (cells.rows - row), 4 * column + 3
+
+    return Sketch(exit_maze(cells, size), locate)
+
+
+def write(cells: CellMaze) -> str:
+    """Cells as a micromouse text maze."""
+    lines = []
+    for row in reversed(range(cells.rows)):
+        lines.append(_level(cells, row + 1))
+        line = ""
+        for column in range(cells.columns):
+            mark = "S" if (column, row) == cells.entrance else "G" if (column, row) in cells.goals else " "
+            line += f"{'|' if cells.upright[row, column] else ' '} {mark} "
+        lines.append(line + ("|" if cells.upright[row, -1] else " "))
+    lines.append(_level(cells, 0))
+    return "\n".join(lines) + "\n"
+
+
+def _level(cells: CellMaze, line: int) -> str:
+    return "o" + "".join(("---" if wall else "   ") + "o" for wall in cells.across[line])

@@ -9,7 +9,11 @@ import numpy as np
 
 from sim.formats.grid import Cell, CellMaze, exit_maze
 from sim.formats.micromouse import METRES_A_CELL
-from sim.maze import Maze, MazeError
+from sim.formats.sketch import Place, Sketch
+from sim.maze import MazeError, Point
+
+ENTRANCE = (0, 0)
+"""The format's start cell: the south-west corner."""
 
 
 def recognises(lines: Sequence[str]) -> bool:
@@ -56,16 +60,36 @@ def parse(path: Path, lines: Sequence[str]) -> CellMaze:
                 )
         across[y, x], across[y + 1, x] = south, north
         upright[y, x], upright[y, x + 1] = west, east
+    return CellMaze(path.stem, across, upright, ENTRANCE, goal_cells(columns, rows))
+
+
+def goal_cells(columns: int, rows: int) -> tuple[Cell, ...]:
+    """The one, two or four cells in the middle, which the format takes for the goal."""
     middle_x = range((columns - 1) // 2, columns // 2 + 1)
     middle_y = range((rows - 1) // 2, rows // 2 + 1)
-    goals = tuple((x, y) for y in reversed(middle_y) for x in middle_x)
-    return CellMaze(path.stem, across, upright, (0, 0), goals)
+    return tuple((x, y) for y in reversed(middle_y) for x in middle_x)
 
 
-def read(path: Path, lines: Sequence[str], size: float = METRES_A_CELL) -> Maze:
+def read(path: Path, lines: Sequence[str], size: float = METRES_A_CELL) -> Sketch:
     """An mms maze as an exit maze; see `sim.formats.grid.exit_maze`.
 
     Raises:
         MazeError: the text is not such a maze.
     """
-    return exit_maze(parse(path, lines), size)
+    cells = parse(path, lines)
+
+    def locate(point: Point) -> Place:
+        at = [str(number) for number in cells.at(point, size)]
+        return next((number for number, line in enumerate(lines, 1) if line.split()[:2] == at), None), None
+
+    return Sketch(exit_maze(cells, size), locate)
+
+
+def write(cells: CellMaze) -> str:
+    """Cells as an mms ``.num`` file; which cells are entrance and goals is not told by such a file."""
+    lines = []
+    for column in range(cells.columns):
+        for row in range(cells.rows):
+            walls = " ".join(str(int(cells.wall((column, row), side))) for side in ("north", "east", "south", "west"))
+            lines.append(f"{column} {row} {walls}")
+    return "\n".join(lines) + "\n"

@@ -10,7 +10,7 @@
     door   back   5 1  6 1  speed 0.2  stays 10
     object cart  box 0.4 0.3  path 1 1  3 1  speed 0.3  near 1.5  returns
     object post  outline 0.1 0  0 0.1  -0.1 0  path 2 2
-    limit  300                               # seconds for all attempts; 420 if not given
+    limit  300                               # seconds for all attempts, or `none`; 420 if not given
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from pathlib import Path
 
 import numpy as np
 
+from sim.formats.sketch import Place, Sketch
+from sim.geometry import distances
 from sim.maze import DOOR_SPEED, MAZE_TIME_LIMIT, Door, Maze, MazeError, MovingObject, Point, Start
 from transport.messages import Pose
 
@@ -31,7 +33,7 @@ class _Line:
     """The words of one line, taken one after the other."""
 
     def __init__(self, path: Path, number: int, text: str) -> None:
-        self._path, self._number = path, number
+        self._path, self.number_in_file = path, number
         self._words = [(match.group(), match.start() + 1) for match in re.finditer(r"\S+", text.partition("#")[0])]
         self._next = 0
 
@@ -41,7 +43,7 @@ class _Line:
     def error(self, reason: str, hint: str = "", *, back: int = 0) -> MazeError:
         at = self._next - back
         column = self._words[at][1] if at < len(self._words) else self._words[-1][1] + len(self._words[-1][0])
-        return MazeError(str(self._path), reason, line=self._number, column=column, hint=hint)
+        return MazeError(str(self._path), reason, line=self.number_in_file, column=column, hint=hint)
 
     def word(self, what: str) -> str:
         if not self:
@@ -84,6 +86,17 @@ class _Line:
                 raise self.error("two points in a row are the same", back=1)
         return tuple(points)
 
+    def ends(self) -> tuple[Point, Point]:
+        points = self.points(2)
+        if len(points) > 2:
+            raise self.error("it has just two ends", back=1)
+        return points[0], points[1]
+
+    def skip(self, word: str) -> bool:
+        here = bool(self) and self._words[self._next][0] == word
+        self._next += here
+        return here
+
     def keyword(self, allowed: Sequence[str]) -> str:
         word = self.word("a keyword")
         if word not in allowed:
@@ -102,6 +115,13 @@ class _Reader:
         self.objects: list[MovingObject] = []
         self.start: Start | None = None
         self.time_limit = MAZE_TIME_LIMIT
+        self.places: list[tuple[tuple[float, float, float, float], int]] = []
+
+    def drawn(self, points: Sequence[Point], line: _Line) -> list[tuple[float, float, float, float]]:
+        """Segments along points, noted with the line that drew them."""
+        segments = [(*first, *second) for first, second in pairwise(points)]
+        self.places += [(segment, line.number_in_file) for segment in segments]
+        return segments
 
     def read_name(self, line: _Line) -> None:
         self.name = line.rest() or self.name
@@ -116,30 +136,27 @@ class _Reader:
             x, y = line.point()
             spread = Pose(x, y, math.radians(line.number("a spread in degrees")))
         self.start = Start(pose, spread)
+        self.places.append(((pose.x, pose.y, pose.x, pose.y), line.number_in_file))
 
     def read_limit(self, line: _Line) -> None:
-        self.time_limit = line.positive("a time in seconds")
+        self.time_limit = math.inf if line.skip("none") else line.positive("a time in seconds")
 
     def read_wall(self, line: _Line) -> None:
-        points = line.points(2)
-        self.walls += [(*first, *second) for first, second in pairwise(points)]
+        self.walls += self.drawn(line.points(2), line)
 
     def read_exit(self, line: _Line) -> None:
-        first, second = line.points(2)[:2]
-        self.exits.append((*first, *second))
+        self.exits += self.drawn(line.ends(), line)
 
     def read_door(self, line: _Line) -> None:
         name = line.word("a name")
-        points = line.points(2)
-        if len(points) != 2:
-            raise line.error("a door has two ends", back=1)
+        ends = line.ends()
         speed, stays = DOOR_SPEED, math.inf
         while line:
             if line.keyword(["speed", "stays"]) == "speed":
                 speed = line.positive("a speed in m/s")
             else:
                 stays = line.positive("a time in seconds")
-        self.doors.append(Door(name, (points[0], points[1]), speed, stays))
+        self.doors.append(Door(name, ends, speed, stays))
 
     def read_object(self, line: _Line) -> None:
         name = line.word("a name")
@@ -162,7 +179,7 @@ class _Reader:
         self.objects.append(MovingObject(name, outline, path, speed, near, returns))
 
 
-def read(path: Path, lines: Sequence[str]) -> Maze:
+def read(path: Path, lines: Sequence[str]) -> Sketch:
     """A ``.maze`` file as a maze.
 
     Raises:
@@ -186,7 +203,7 @@ def read(path: Path, lines: Sequence[str]) -> Maze:
                 raise line.error(f"`{line.word('')}` is one word too many")
     if reader.start is None:
         raise MazeError(str(path), "the maze has no start", hint="add a line such as `start 0.5 0.5 90`")
-    return Maze(
+    maze = Maze(
         name=reader.name,
         walls=np.asarray(reader.walls, dtype=np.float64).reshape(-1, 4),
         start=reader.start,
@@ -195,3 +212,56 @@ def read(path: Path, lines: Sequence[str]) -> Maze:
         objects=tuple(reader.objects),
         time_limit=reader.time_limit,
     )
+
+    def locate(point: Point) -> Place:
+        drawn = np.asarray([segment for segment, _ in reader.places])
+        return reader.places[int(np.argmin(distances(np.array([point]), drawn)))][1], None
+
+    return Sketch(maze, locate)
+
+
+def write(maze: Maze) -> str:
+    """A maze as the text of a ``.maze`` file; what `read` makes of it is the same maze."""
+    pose, spread = maze.start.pose, maze.start.spread
+    lines = [f"name   {maze.name}"]
+    if maze.time_limit != MAZE_TIME_LIMIT:
+        lines.append(f"limit  {_number(maze.time_limit) if math.isfinite(maze.time_limit) else 'none'}")
+    start = f"start  {_points([(pose.x, pose.y)])}  {_number(math.degrees(pose.heading))}"
+    if spread != Pose():
+        start += f"  spread {_points([(spread.x, spread.y)])} {_number(math.degrees(spread.heading))}"
+    lines += [start, ""]
+    lines += [f"wall   {_points(chain)}" for chain in _chains(maze)]
+    lines += [f"exit   {_points([(ax, ay), (bx, by)])}" for ax, ay, bx, by in maze.exits.tolist()]
+    for door in maze.doors:
+        speed = f"  speed {_number(door.speed)}" if door.speed != DOOR_SPEED else ""
+        stays = f"  stays {_number(door.stays)}" if math.isfinite(door.stays) else ""
+        lines.append(f"door   {_word(door.name)}  {_points(door.leaf)}{speed}{stays}")
+    for thing in maze.objects:
+        near = f"  near {_number(thing.near)}" if math.isfinite(thing.near) else ""
+        lines.append(
+            f"object {_word(thing.name)}  outline {_points(thing.outline)}  path {_points(thing.path)}"
+            f"  speed {_number(thing.speed)}{near}{'  returns' if thing.returns else ''}"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _number(value: float) -> str:
+    return repr(int(value)) if value == int(value) else repr(value)
+
+
+def _points(points: Sequence[Point]) -> str:
+    return "  ".join(f"{_number(x)} {_number(y)}" for x, y in points)
+
+
+def _word(name: str) -> str:
+    return "_".join(name.split()) or "unnamed"
+
+
+def _chains(maze: Maze) -> list[list[Point]]:
+    """The walls, in order, with those joined that begin where the one before ended."""
+    chains: list[list[Point]] = []
+    for ax, ay, bx, by in maze.walls.tolist():
+        if not chains or chains[-1][-1] != (ax, ay):
+            chains.append([(ax, ay)])
+        chains[-1].append((bx, by))
+    return chains

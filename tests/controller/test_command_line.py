@@ -20,7 +20,7 @@ def commands(group=None, prefix=()):
 
 
 @pytest.mark.parametrize(
-    ("path", "command"), commands(), ids=lambda value: " ".join(value) if isinstance(value, tuple) else ""
+    ("path", "command"), list(commands()), ids=lambda value: " ".join(value) if isinstance(value, tuple) else ""
 )
 def test_every_command_has_help_with_an_example(path, command):
     shown = CliRunner().invoke(app, [*path, "--help"], env={"COLUMNS": "200"})

@@ -11,6 +11,7 @@ import numpy as np
 from perception.compass import Compass, compass_of
 from perception.door import Door, find_doors, is_near, open_share, passage_of
 from perception.exit import is_outside
+from perception.junction import Junction, junction_of
 from perception.lines import Lines, find_lines
 from perception.repulsion import Force, repulsion_of
 from perception.settings import PerceptionSettings
@@ -102,6 +103,11 @@ class Facts:
     def centre_error(self) -> float:
         """How far the middle of the corridor is to the robot's left, m; zero where there is no corridor."""
         return self.centre.error
+
+    @cached_property
+    def junction(self) -> Junction:
+        """All that is known of the junction that the robot is in or about to enter."""
+        return junction_of(self.sweep, self.lines, self.misalignment, self.robot, self.settings.junction)
 
     @cached_property
     def clearance(self) -> float:

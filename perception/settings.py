@@ -149,6 +149,37 @@ class DoorSettings(Settings):
     """Free space wanted beyond an open door, m."""
 
 
+class JunctionSettings(Settings):
+    """Junctions: into which ways the robot's box fits."""
+
+    clearance: NotNegative = 0.05
+    """The box is wider than the robot by this on each side, m; more than the noise."""
+    depth: Positive = 0.25
+    """How deep the box must fit beyond the wall, m: less than a door area's side walls, more than an offset."""
+    edge: Positive = 0.08
+    """What is nearer than this beyond the wall's line belongs to the wall, m."""
+    ahead: Positive = 0.9
+    """A way to a side that begins farther ahead than this belongs to a later junction, m."""
+    behind: NotNegative = 0.3
+    """Walls that end farther behind the robot than this are past, m."""
+    assumed_wall: Positive = 0.75
+    """Where no wall is seen at a side, it is taken to be this far away, m."""
+    max_wall: Positive = 1.6
+    """A wall farther than this to a side does not bound the corridor, m."""
+    max_offset: Positive = 0.25
+    """Two walls of a side may be offset by this, m."""
+    box_reach: Positive = 0.15
+    """The ends of a gap's walls are this near to it, m."""
+    max_width: Positive = 2.2
+    """A way wider than this is an open space, m."""
+    recess: Positive = 0.6
+    """A way that ends within this depth is a recess, m."""
+    max_recess_width: Positive = 1.7
+    """A recess wider than this is no way but a wall that stands back, m: wider than any door."""
+    door_depth: Positive = 1.3
+    """A way that ends within this depth may be a door, m."""
+
+
 class OdometrySettings(Settings):
     """Dead reckoning."""
 
@@ -179,5 +210,7 @@ class PerceptionSettings(Settings):
     """The artificial potential field."""
     door: DoorSettings = DoorSettings()
     """Door areas."""
+    junction: JunctionSettings = JunctionSettings()
+    """Junctions."""
     odometry: OdometrySettings = OdometrySettings()
     """Dead reckoning."""

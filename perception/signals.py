@@ -6,16 +6,19 @@ Where a signal cannot be known, it has the neutral value that its description gi
 
 from __future__ import annotations
 
+import math
+
 from hsm.types import Angle, Duration, Length, Speed, TurnRate
 from perception.facts import Facts
+from perception.junction import JunctionKind
 from perception.library import LIBRARY
 
 FAR = 1000.0
 """Metres; what a distance signal gives where nothing is in sight, so that arithmetic on it stays finite."""
 
 
-def _finite(distance: float) -> float:
-    return min(distance, FAR)
+def _number(distance: float) -> float:
+    return FAR if math.isnan(distance) else min(distance, FAR)
 
 
 @LIBRARY.signal("space.left")
@@ -99,13 +102,13 @@ def centre_known(facts: Facts) -> bool:
 @LIBRARY.signal("corridor.width")
 def corridor_width(facts: Facts) -> Length:
     """Width of the corridor; 1000 m where not both walls are seen."""
-    return _finite(facts.centre.width)
+    return _number(facts.centre.width)
 
 
 @LIBRARY.signal("wall.left")
 def wall_left(facts: Facts) -> Length:
     """Distance from the robot's origin to the nearest wall at the left; 1000 m where there is none."""
-    return _finite(facts.wall_left.distance)
+    return _number(facts.wall_left.distance)
 
 
 @LIBRARY.signal("wall.left.angle")
@@ -123,7 +126,7 @@ def wall_left_known(facts: Facts) -> bool:
 @LIBRARY.signal("wall.right")
 def wall_right(facts: Facts) -> Length:
     """Distance from the robot's origin to the nearest wall at the right; 1000 m where there is none."""
-    return _finite(facts.wall_right.distance)
+    return _number(facts.wall_right.distance)
 
 
 @LIBRARY.signal("wall.right.angle")
@@ -138,10 +141,76 @@ def wall_right_known(facts: Facts) -> bool:
     return facts.wall_right.known
 
 
+@LIBRARY.signal("junction")
+def junction(facts: Facts) -> JunctionKind:
+    """What the junction is that the robot is in or about to enter; unknown where a way is not known."""
+    return facts.junction.kind
+
+
+@LIBRARY.signal("junction.known")
+def junction_known(facts: Facts) -> bool:
+    """Whether all of its ways are known."""
+    return facts.junction.kind is not JunctionKind.UNKNOWN
+
+
+@LIBRARY.signal("junction.left")
+def junction_left(facts: Facts) -> bool:
+    """Whether the robot fits into a way to the left; false where it is not known."""
+    return facts.junction.left.open
+
+
+@LIBRARY.signal("junction.front")
+def junction_front(facts: Facts) -> bool:
+    """Whether the robot fits into the way ahead, beyond the ways to the sides; false where it is not known."""
+    return facts.junction.ahead.open
+
+
+@LIBRARY.signal("junction.right")
+def junction_right(facts: Facts) -> bool:
+    """Whether the robot fits into a way to the right; false where it is not known."""
+    return facts.junction.right.open
+
+
+@LIBRARY.signal("junction.door_left")
+def junction_door_left(facts: Facts) -> bool:
+    """Whether the way to the left ends so soon that it may be a door; false where it is not known."""
+    return facts.junction.door_left
+
+
+@LIBRARY.signal("junction.door_front")
+def junction_door_front(facts: Facts) -> bool:
+    """Whether the way ahead is a dead end, which may be a door; false where it is not known."""
+    return facts.junction.door_ahead
+
+
+@LIBRARY.signal("junction.door_right")
+def junction_door_right(facts: Facts) -> bool:
+    """Whether the way to the right ends so soon that it may be a door; false where it is not known."""
+    return facts.junction.door_right
+
+
+@LIBRARY.signal("junction.begin")
+def junction_begin(facts: Facts) -> Length:
+    """How far ahead the first way to a side begins (d2), negative behind; 1000 m where there is none."""
+    return _number(facts.junction.d2)
+
+
+@LIBRARY.signal("junction.length")
+def junction_length(facts: Facts) -> Length:
+    """From the beginning of the first way to a side to the end of the last (d3); 1000 m where there is none."""
+    return _number(facts.junction.d3)
+
+
+@LIBRARY.signal("junction.end")
+def junction_end(facts: Facts) -> Length:
+    """How far a lane of the robot's width is free straight ahead (d4); 1000 m where nothing is in it."""
+    return _number(facts.junction.end)
+
+
 @LIBRARY.signal("clearance")
 def clearance(facts: Facts) -> Length:
     """Distance from the robot's outline to the nearest hit; 1000 m where nothing is seen."""
-    return _finite(facts.clearance)
+    return _number(facts.clearance)
 
 
 @LIBRARY.signal("clearance.known")

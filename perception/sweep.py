@@ -111,9 +111,14 @@ class Sweep:
         return cls(fan_of(geometry, mount), ranges, reach)
 
     @cached_property
+    def hit(self) -> Mask:
+        """Which beams hit something, shape (n,)."""
+        return np.isfinite(self.ranges)
+
+    @cached_property
     def beams(self) -> Indices:
-        """Which beams hit something, shape (k,)."""
-        return np.flatnonzero(np.isfinite(self.ranges))
+        """The beams that hit something, shape (k,)."""
+        return np.flatnonzero(self.hit)
 
     @cached_property
     def points(self) -> Floats:

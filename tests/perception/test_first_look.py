@@ -9,6 +9,7 @@ import pytest
 
 from perception import signals
 from perception.facts import Perception
+from perception.junction import JunctionKind
 from perception.library import LIBRARY
 from tests.perception.scenes import PICO, corridor, observation_of, observe
 from transport.messages import Pose, Scan
@@ -100,5 +101,5 @@ def test_every_signal_has_a_value_for_a_scan_of_one_reading(reading):
     ranges = np.full(1000, reading, np.float32)
     facts = Perception(PICO).facts(observation_of(Scan(0, PICO.laser.geometry(), ranges)))
     for name in LIBRARY.signals:
-        assert isinstance(value(name, facts), bool | int | float)
+        assert isinstance(value(name, facts), bool | int | float | JunctionKind)
     assert not value("exit.crossed", facts)

@@ -1,0 +1,324 @@
+"""Ways into which the robot fits: where one half of a scan shows a free rectangle beyond a wall."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from perception.lines import Lines
+from perception.settings import JunctionSettings
+from perception.sweep import Floats, Mask, Sweep
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """What is known of the way to one side or ahead.
+
+    Lengths are in the frame turned along the walls, measured from the robot's origin: along the corridor for a way to a
+    side, to the left for the way ahead.
+
+    Attributes:
+        open: whether the robot is seen to fit in.
+        known: whether it is known to be open or closed; False where what matters is hidden or was not measured.
+        near: where the opening begins, m: its edge nearer to the robot, or its right edge for the way ahead.
+        far: where it ends, m.
+        depth: how far beyond the wall it is seen to be free, m; 0 where it is not open.
+        ended: whether a wall across it is seen at that depth.
+    """
+
+    open: bool = False
+    known: bool = False
+    near: float = math.nan
+    far: float = math.nan
+    depth: float = 0.0
+    ended: bool = False
+
+    @property
+    def width(self) -> float:
+        """From edge to edge, m; NaN where it is not open."""
+        return self.far - self.near
+
+    @property
+    def middle(self) -> float:
+        """Between the edges, m; NaN where it is not open."""
+        return (self.far + self.near) / 2
+
+
+UNSEEN = Way()
+CLOSED = Way(known=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A run of beams that go beyond a line along x.
+
+    Attributes:
+        low: lowest x that is seen free on that line, m.
+        high: highest x.
+        first: first beam, at the high end.
+        last: last beam.
+    """
+
+    low: float
+    high: float
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """Where all beams end, in the robot's place but turned along the walls: x along the corridor, y to the left.
+
+    Attributes:
+        cosines: of the beams' directions, shape (n,).
+        sines: the same.
+        ends: where each beam ends, m, shape (2, n); at the sensor where nothing is known of the beam.
+        hit: whether it ends at something.
+        origin: the sensor's place, m.
+        starts: first ends of the walls, m, shape (2, m).
+        stops: their other ends.
+    """
+
+    cosines: Floats
+    sines: Floats
+    ends: Floats
+    hit: Mask
+    origin: tuple[float, float]
+    starts: Floats
+    stops: Floats
+
+    @classmethod
+    def of(cls, sweep: Sweep, lines: Lines, misalignment: float) -> Surroundings:
+        """Turn a scan and its walls by the misalignment."""
+        cosine, sine = math.cos(misalignment), math.sin(misalignment)
+        turn = np.array([[cosine, sine], [-sine, cosine]])
+        cosines = sweep.fan.cosines * cosine + sweep.fan.sines * sine
+        sines = sweep.fan.sines * cosine - sweep.fan.cosines * sine
+        ranges = np.fmin(sweep.ranges, sweep.reach)
+        ranges[~sweep.known] = 0.0
+        mount = sweep.fan.mount
+        x, y = mount.x * cosine + mount.y * sine, mount.y * cosine - mount.x * sine
+        ends = np.empty((2, len(ranges)))
+        np.multiply(ranges, cosines, out=ends[0])
+        np.multiply(ranges, sines, out=ends[1])
+        if x or y:
+            ends += [[x], [y]]
+        return cls(cosines, sines, ends, sweep.hit, (x, y), turn @ lines.starts.T, turn @ lines.ends.T)
+
+    def left(self) -> View:
+        """The view to the left: y to the left, x ahead."""
+        return self._view(self.cosines, self.sines, axes=(0, 1), signs=(1.0, 1.0))
+
+    def right(self) -> View:
+        """The view to the right: y to the right, x ahead."""
+        return self._view(self.cosines, -self.sines, axes=(0, 1), signs=(1.0, -1.0))
+
+    def ahead(self) -> View:
+        """The view ahead: y ahead, x to the right."""
+        return self._view(-self.sines, self.cosines, axes=(1, 0), signs=(-1.0, 1.0))
+
+    def _view(self, across: Floats, towards: Floats, axes: tuple[int, int], signs: tuple[float, float]) -> View:
+        beams = np.flatnonzero(towards > 0.03)
+        if signs[1] < 0:
+            beams = beams[::-1]
+        if len(beams) and abs(int(beams[-1]) - int(beams[0])) >= len(beams):
+            # The beams of a sensor that looks all round begin somewhere within the half.
+            beams = np.roll(beams, -1 - int(np.argmax(np.abs(np.diff(beams)))))
+        (first, second), (sign_x, sign_y) = axes, signs
+        return View(
+            across[beams] / towards[beams],
+            sign_x * self.ends[first, beams],
+            sign_y * self.ends[second, beams],
+            self.hit[beams],
+            (sign_x * self.origin[first], sign_y * self.origin[second]),
+            _walls(
+                sign_x * self.starts[first],
+                sign_x * self.stops[first],
+                sign_y * self.starts[second],
+                sign_y * self.stops[second],
+            ),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """The half of the surroundings around one direction, its y axis, beams in order from positive x to negative x.
+
+    Attributes:
+        cotangent: x over y of each beam's direction, falling.
+        x: where each beam ends, m.
+        y: the same along y.
+        hit: whether it ends at something.
+        origin: the sensor's place, m.
+        walls: level y, lowest x and highest x of walls along x, shape (3, m).
+    """
+
+    cotangent: Floats
+    x: Floats
+    y: Floats
+    hit: Mask
+    origin: tuple[float, float]
+    walls: Floats
+
+    def crossing(self, level: float, beam: int) -> float:
+        """Where a beam crosses a line along x, m."""
+        return self.origin[0] + (level - self.origin[1]) * float(self.cotangent[beam])
+
+    def lane(self, half_width: float) -> float:
+        """How far a lane along y is free, m; infinity where nothing stands in it."""
+        inside = self.hit & (np.abs(self.x) <= half_width)
+        return float(self.y[inside].min()) if inside.any() else math.inf
+
+    def wall(self, settings: JunctionSettings) -> float:
+        """Distance to the nearest wall of the corridor beside the robot or ahead of it, m; NaN where there is none."""
+        level, low, high = self.walls
+        of_corridor = (low <= settings.ahead + settings.max_width) & (high >= -settings.behind)
+        levels = level[of_corridor & (level <= settings.max_wall)]
+        return float(levels.min()) if len(levels) else math.nan
+
+    def gaps(self, level: float, limit: float = math.inf) -> list[Gap]:
+        """The free stretches of a line along x up to x = ``limit``, from low x to high.
+
+        Two bad beams do not end one.
+        """
+        beyond = self.y > level
+        if limit < math.inf:
+            beyond &= self.cotangent * (level - self.origin[1]) <= limit - self.origin[0]
+        edges = (np.flatnonzero(beyond[1:] != beyond[:-1]) + 1).tolist()
+        if len(beyond) and beyond[0]:
+            edges.insert(0, 0)
+        if len(beyond) and beyond[-1]:
+            edges.append(len(beyond))
+        runs: list[tuple[int, int]] = []
+        for first, stop in zip(edges[::2], edges[1::2], strict=True):
+            if runs and first - runs[-1][1] <= 2:
+                runs[-1] = (runs[-1][0], stop)
+            else:
+                runs.append((first, stop))
+        return [
+            Gap(self.crossing(level, stop - 1), self.crossing(level, first), first, stop - 1)
+            for first, stop in reversed(runs)
+        ]
+
+    def clipped(self, gap: Gap, bottom: float, top: float) -> tuple[float, float]:
+        """The part of a gap before which no hit lies between two levels, as lowest and highest x."""
+        between = self.hit & (self.y > bottom) & (self.y < top)
+        before, after = slice(0, gap.first), slice(gap.last + 1, None)
+        return (
+            float(self.x[after][between[after]].max(initial=gap.low)),
+            float(self.x[before][between[before]].min(initial=gap.high)),
+        )
+
+    def far_corner(self, gap: Gap, level: float) -> float:
+        """Where the wall at ``level`` goes on behind a gap: the x of the last hits before the beams that go through."""
+        before = slice(max(gap.first - 3, 0), gap.first)
+        wall = self.hit[before] & (self.y[before] > level - 0.1)
+        return float(self.x[before][wall].min(initial=math.inf))
+
+
+def _walls(first_x: Floats, last_x: Floats, first_y: Floats, last_y: Floats) -> Floats:
+    """Level, lowest x and highest x of the walls that run along x on the side of positive y."""
+    level = (first_y + last_y) / 2
+    chosen = (np.abs(last_y - first_y) <= 0.3 * np.abs(last_x - first_x)) & (level > 0)
+    return np.stack((level, np.minimum(first_x, last_x), np.maximum(first_x, last_x)))[:, chosen]
+
+
+def _fifth(values: Floats) -> float:
+    """The value that a fifth of the values do not exceed."""
+    return float(np.partition(values, len(values) // 5)[len(values) // 5])
+
+
+@dataclass(frozen=True, eq=False)
+class Fitting:
+    """The search for ways in one view.
+
+    Attributes:
+        view: the half of the scan.
+        box: width of the box that must fit, m.
+        settings: window, depth and margins.
+    """
+
+    view: View
+    box: float
+    settings: JunctionSettings
+
+    @property
+    def limit(self) -> float:
+        """Nothing farther ahead than this matters, m."""
+        return self.settings.ahead + 1.1 * self.settings.max_width
+
+    def side(self) -> Way:
+        """The way to the view's side that begins before the window ends."""
+        reference = self.view.wall(self.settings)
+        level = self.settings.assumed_wall if math.isnan(reference) else reference
+        known = True
+        for gap in self.view.gaps(level + self.settings.edge, self.limit):
+            if gap.low > self.settings.ahead or gap.high < 0.0 or gap.high - gap.low < self.box:
+                continue
+            way = self._into(gap, level)
+            if way.open:
+                return way
+            known = known and way.known
+        return CLOSED if known else UNSEEN
+
+    def ahead(self, edge: float, *, after_sides: bool) -> Way:
+        """The way ahead, seen in the view that looks ahead.
+
+        Args:
+            edge: where the ways to the sides end, or how far to look, m.
+            after_sides: whether there are ways to the sides, so that the robot can move sideways before the way ahead.
+        """
+        view, settings = self.view, self.settings
+        deep = edge + settings.depth
+        bottom = edge - settings.edge if after_sides else 0.0
+        for free in view.gaps(deep):
+            if free.high < -settings.assumed_wall or free.low > settings.assumed_wall:
+                continue
+            low, high = view.clipped(free, bottom, deep)
+            if high - low >= self.box:
+                # The view's x points to the right: y = -x.
+                depth = _fifth(view.y[free.first : free.last + 1]) - edge
+                return Way(open=True, known=True, near=-high, far=-low, depth=depth)
+        return CLOSED
+
+    def _into(self, gap: Gap, level: float) -> Way:
+        """Fit the box into a gap of the wall at ``level``."""
+        view, settings = self.view, self.settings
+        level = self._outer_wall(gap, level)
+        deep = level + settings.depth
+        near, far = view.crossing(level, gap.last), view.far_corner(gap, level)
+        for free in view.gaps(deep, self.limit):
+            if free.last < gap.first or free.first > gap.last:
+                continue
+            low, high = view.clipped(free, level + settings.edge, deep)
+            high = min(high, far)
+            if high - max(low, near) >= self.box:
+                return self._way(gap, free, level, Way(near=near, far=high))
+        beams = slice(gap.first, gap.last + 1)
+        hits = view.hit[beams] & (view.y[beams] < deep)
+        bound = float(view.x[beams][hits].min(initial=gap.high))
+        return UNSEEN if bound - gap.low >= self.box else CLOSED
+
+    def _outer_wall(self, gap: Gap, level: float) -> float:
+        """The outer one of the two walls between which a gap is: they may be offset."""
+        walls, low, high = self.view.walls
+        beside = np.minimum(np.abs(high - gap.low), np.abs(low - gap.high)) <= self.settings.box_reach
+        return float(walls[beside & (walls <= level + self.settings.max_offset)].max(initial=level))
+
+    def _way(self, gap: Gap, free: Gap, level: float, edges: Way) -> Way:
+        """The way behind a gap into which the box fits, unless it may only be a wall that stands back."""
+        view, settings = self.view, self.settings
+        inside = slice(free.first, free.last + 1)
+        depths = view.y[inside] - level
+        depth = _fifth(depths)
+        across = view.hit[inside] & (np.abs(depths - depth) <= 0.1)
+        ended = int(np.count_nonzero(across)) >= 0.75 * len(across)
+        if ended and depth <= settings.recess:
+            if edges.width > settings.max_recess_width:
+                return CLOSED
+            # Where the sensor does not see its beginning, it may be a niche or a corridor that was wider.
+            if gap.last >= len(view.y) - 3:
+                return UNSEEN
+        return Way(open=True, known=True, near=edges.near, far=edges.far, depth=depth, ended=ended)

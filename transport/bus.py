@@ -57,6 +57,12 @@ class Mailbox(Generic[T]):
             self._items.append(item)
             self._arrival.notify()
 
+    def wait(self, timeout: float) -> None:
+        """Wait until there is an item, at most ``timeout`` seconds."""
+        with self._arrival:
+            if not self._items and timeout > 0:
+                self._arrival.wait(timeout)
+
     def take(self, timeout: float = 0.0) -> T | None:
         """The oldest item, or None if none came within ``timeout`` seconds."""
         with self._arrival:

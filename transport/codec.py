@@ -236,6 +236,11 @@ def decode_text(payload: bytes) -> str:
     return str(_decode(payload, STRING).data)
 
 
+def encode_empty() -> bytes:
+    """A ``std_msgs/Empty``, which is also the request of ``std_srvs/Trigger``."""
+    return _encode(_MESSAGES[EMPTY](), EMPTY)
+
+
 def encode_transforms(*transforms: Transform) -> bytes:
     """Poses of frames as ``tf2_msgs/TFMessage``."""
     stamped = [

@@ -10,6 +10,7 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass
+from typing import Any
 
 from transport.codec import CodecError
 from transport.messages import DoorReply
@@ -18,9 +19,12 @@ VERSION = 1
 MAX_REASON = 200
 """Longest reason of a door's answer, bytes of UTF-8; a longer one is cut."""
 
-_LAYOUT = struct.Struct("<BBxxIQQqI")
+# version, flags, two bytes of nothing, CRC-32, then what the class lists
+_COMMAND = struct.Struct("<BBxxIQQq")
+_OBSERVATION = struct.Struct("<BBxxIIIQQQq")
 _RING, _AGAIN = 1, 2
-_FINISHED, _DOOR, _DOOR_ACCEPTED, _STOPPED = 1, 2, 4, 8
+_FINISHED, _STOPPED, _DOOR, _DOOR_ACCEPTED = 1, 2, 4, 8
+_MOST = 2**32 - 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +48,7 @@ class CommandTag:
     def encode(self, payload: bytes) -> bytes:
         """The attachment's bytes for a payload."""
         flags = _RING * self.ring | _AGAIN * self.again
-        return _pack((flags, 0, self.epoch, self.sequence, self.answers), b"", payload)
+        return _sealed(_COMMAND, flags, (self.epoch, self.sequence, self.answers), b"", payload)
 
     @classmethod
     def decode(cls, attachment: bytes, payload: bytes) -> CommandTag:
@@ -53,7 +57,7 @@ class CommandTag:
         Raises:
             CodecError: it is not one of a command, of another version, or damaged.
         """
-        (flags, _count, epoch, sequence, answers), rest = _unpack(attachment, payload)
+        flags, (epoch, sequence, answers), rest = _opened(_COMMAND, attachment, payload)
         if rest:
             raise CodecError("the attachment of a command is too long")
         return cls(epoch, sequence, answers, bool(flags & _RING), bool(flags & _AGAIN))
@@ -67,16 +71,20 @@ class ObservationTag:
         epoch: the lease that is held, 0 where none is.
         sequence: the observation's number.
         stamp: the observation's time, ns on the robot's clock.
-        rejected: how many commands the robot's side has rejected in this epoch (it stops counting at 2^32 - 1).
+        instance: which start of the robot's side this is; numbers begin anew with it.
+        rejected: how many commands the robot's side has rejected (it stops counting at 2^32 - 1).
+        rings: how many rings have been answered.
         finished: the episode is over; the referee's verdict can be asked for.
         stopped: the dead man has stopped the robot, which waits for a new lease.
-        door: the answer to a ring since the last observation.
+        door: the last answer to a ring; in lockstep only where it is new.
     """
 
     epoch: int
     sequence: int
     stamp: int
+    instance: int = 0
     rejected: int = 0
+    rings: int = 0
     finished: bool = False
     stopped: bool = False
     door: DoorReply | None = None
@@ -87,8 +95,9 @@ class ObservationTag:
         if self.door is not None:
             flags |= _DOOR | _DOOR_ACCEPTED * self.door.accepted
             reason = self.door.reason.encode()[:MAX_REASON]
-        counted = min(self.rejected, 2**32 - 1)
-        return _pack((flags, counted, self.epoch, self.sequence, self.stamp), reason, payload)
+        counts = min(self.rejected, _MOST), min(self.rings, _MOST)
+        fields = (*counts, self.epoch, self.instance, self.sequence, self.stamp)
+        return _sealed(_OBSERVATION, flags, fields, reason, payload)
 
     @classmethod
     def decode(cls, attachment: bytes, payload: bytes) -> ObservationTag:
@@ -97,27 +106,27 @@ class ObservationTag:
         Raises:
             CodecError: it is not one of an observation, of another version, or damaged.
         """
-        (flags, rejected, epoch, sequence, stamp), rest = _unpack(attachment, payload)
+        flags, fields, rest = _opened(_OBSERVATION, attachment, payload)
         if len(rest) > MAX_REASON:
             raise CodecError("the attachment of an observation is too long")
-        reason = rest.decode(errors="ignore")
-        door = DoorReply(bool(flags & _DOOR_ACCEPTED), reason) if flags & _DOOR else None
-        return cls(epoch, sequence, stamp, rejected, bool(flags & _FINISHED), bool(flags & _STOPPED), door)
+        rejected, rings, epoch, instance, sequence, stamp = fields
+        door = DoorReply(bool(flags & _DOOR_ACCEPTED), rest.decode(errors="ignore")) if flags & _DOOR else None
+        finished, stopped = bool(flags & _FINISHED), bool(flags & _STOPPED)
+        return cls(epoch, sequence, stamp, instance, rejected, rings, finished, stopped, door)
 
 
-def _pack(fields: tuple[int, int, int, int, int], rest: bytes, payload: bytes) -> bytes:
-    checksum = zlib.crc32(payload, zlib.crc32(_LAYOUT.pack(VERSION, *fields, 0) + rest))
-    return _LAYOUT.pack(VERSION, *fields, checksum) + rest
+def _sealed(layout: struct.Struct, flags: int, fields: tuple[int, ...], rest: bytes, payload: bytes) -> bytes:
+    checksum = zlib.crc32(payload, zlib.crc32(layout.pack(VERSION, flags, 0, *fields) + rest))
+    return layout.pack(VERSION, flags, checksum, *fields) + rest
 
 
-def _unpack(attachment: bytes, payload: bytes) -> tuple[tuple[int, int, int, int, int], bytes]:
-    if len(attachment) < _LAYOUT.size:
+def _opened(layout: struct.Struct, attachment: bytes, payload: bytes) -> tuple[int, tuple[Any, ...], bytes]:
+    if len(attachment) < layout.size:
         raise CodecError("the attachment is too short: the message comes from a foreign sender")
-    version, flags, counted, epoch, sequence, stamp, _checksum = _LAYOUT.unpack_from(attachment)
+    version, flags, _checksum, *fields = layout.unpack_from(attachment)
     if version != VERSION:
         raise CodecError(f"the attachment has version {version}, this program speaks version {VERSION}")
-    rest = attachment[_LAYOUT.size :]
-    fields = flags, counted, epoch, sequence, stamp
-    if _pack(fields, rest, payload) != attachment:
+    rest = attachment[layout.size :]
+    if _sealed(layout, flags, tuple(fields), rest, payload) != attachment:
         raise CodecError("the message was damaged on its way")
-    return fields, rest
+    return flags, tuple(fields), rest

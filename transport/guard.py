@@ -73,11 +73,15 @@ class Guard:
 
     def twist(self) -> Twist:
         """What the base must do now."""
-        if self._accepted is not None and self._clock() - self._accepted > self._settings.dead_man:
+        if self.due() <= 0:
             self.stopped = True
             self.stops += 1
             self._rest()
         return self._twist
+
+    def due(self) -> float:
+        """Time until the dead man stops the base if nothing is accepted, s; infinite where it is not armed."""
+        return math.inf if self._accepted is None else self._accepted + self._settings.dead_man - self._clock()
 
     def _rest(self) -> None:
         self._twist, self._accepted = STOP, None

@@ -1,9 +1,16 @@
-"""On which keys a robot speaks, as zenoh-bridge-ros2dds lays ROS names out: the name, without its leading slash."""
+"""On which keys a robot speaks.
+
+zenoh-bridge-ros2dds: the key is the ROS name without its leading slash, below a namespace (``pico1/cmd_vel``).
+rmw_zenoh: ``DOMAIN/NAME/TYPE/HASH``, with the type as DDS spells it and the hash of REP 2011.
+"""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from transport import codec
+from transport.settings import LinkSettings
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*(/[A-Za-z][A-Za-z0-9_-]*)*")
 
@@ -14,9 +21,11 @@ class RobotKeys:
 
     Attributes:
         namespace: the robot's name.
+        settings: names of its topics, and how they become keys.
     """
 
     namespace: str
+    settings: LinkSettings = field(default_factory=LinkSettings)
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.namespace):
@@ -27,24 +36,36 @@ class RobotKeys:
     @property
     def scan(self) -> str:
         """``sensor_msgs/LaserScan``, from the robot."""
-        return f"{self.namespace}/scan"
+        return self._topic(self.settings.scan, codec.LASER_SCAN)
 
     @property
     def odometry(self) -> str:
         """``nav_msgs/Odometry``, from the robot."""
-        return f"{self.namespace}/odom"
+        return self._topic(self.settings.odometry, codec.ODOMETRY)
 
     @property
     def clock(self) -> str:
         """``rosgraph_msgs/Clock``, from the robot."""
-        return f"{self.namespace}/clock"
+        return self._topic("clock", codec.CLOCK)
 
     @property
     def command(self) -> str:
         """``geometry_msgs/Twist``, to the robot."""
-        return f"{self.namespace}/cmd_vel"
+        return self._topic(self.settings.command, codec.TWIST)
+
+    @property
+    def door(self) -> str:
+        """The door bell: the service ``std_srvs/Trigger`` or the message ``std_msgs/Empty``."""
+        return self._topic(self.settings.door, codec.EMPTY)
 
     @property
     def session(self) -> str:
         """Questions of a controller and their answers, in JSON."""
         return f"{self.namespace}/session"
+
+    def _topic(self, name: str, kind: str) -> str:
+        path = f"{self.namespace}/{name.strip('/')}"
+        if self.settings.keys == "bridge":
+            return path
+        package, _, short = kind.split("/")
+        return f"{self.settings.domain}/{path}/{package}::msg::dds_::{short}_/{codec.type_hash(kind)}"

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable
-from threading import Event
 
 from transport.bus import Message, Request
+from transport.clock import Clock, MonotonicClock
 from transport.robot import LinkError
+
+_LOOK = 0.001
+"""Between two looks for an answer, s."""
 
 Fault = Callable[[str, Message], Iterable[Message]]
 """What a network makes of one message on a key: nothing, the same, another, or several."""
@@ -26,8 +28,9 @@ class MemoryNetwork:
         fault: what happens to a message on its way; may be exchanged at any time.
     """
 
-    def __init__(self, fault: Fault = faultless) -> None:
+    def __init__(self, fault: Fault = faultless, clock: Clock | None = None) -> None:
         self.fault = fault
+        self.clock = clock or MonotonicClock()
         self._subscribers: dict[str, list[Callable[[Message], None]]] = defaultdict(list)
         self._servers: dict[str, list[Callable[[Request], None]]] = defaultdict(list)
 
@@ -85,15 +88,12 @@ class MemoryBus:
 
     def ask(self, key: str, payload: bytes, timeout: float) -> bytes | None:
         """One question and its first answer."""
-        answered, answers, deadline = Event(), deque[bytes](), time.monotonic() + timeout
-
-        def reply(answer: bytes) -> None:
-            answers.append(answer)
-            answered.set()
-
+        clock, answers = self._network.clock, deque[bytes]()
         for deliver in self._network.servers(key):
-            deliver(Request(payload, reply))
-            answered.wait(max(0.0, deadline - time.monotonic()))
+            deliver(Request(payload, answers.append))
+        deadline = clock.now() + timeout
+        while not answers and self._network.servers(key) and clock.now() < deadline:
+            clock.wait(_LOOK)
         return answers[0] if answers else None
 
     def close(self) -> None:

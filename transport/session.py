@@ -71,6 +71,8 @@ class Granted(_Part):
     """Name of the robot."""
     period: float
     """Time from one command to the next, s."""
+    referee: bool = True
+    """Whether there is a referee, as in simulation."""
 
 
 class Refused(_Part):

@@ -22,7 +22,7 @@ Role = Literal["peer", "client", "router"]
 _RETRY = {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 2}
 
 
-def settings(
+def session_settings(
     role: Role,
     *,
     listen: str | None = None,

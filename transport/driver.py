@@ -1,0 +1,157 @@
+"""A robot as ROS 2 shows it: topics for scan, odometry and velocity, a door bell; no lease, no dead man."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from threading import Thread
+from typing import Protocol, TypeVar
+
+from transport.bus import Bus, Newest
+from transport.codec import (
+    CodecError,
+    decode_door_reply,
+    decode_odometry,
+    decode_scan,
+    encode_empty,
+    encode_twist,
+)
+from transport.keys import RobotKeys
+from transport.messages import STOP, Command, DoorReply, Odometry, Scan, Twist
+
+T = TypeVar("T")
+
+DOOR_LIMIT = 2.0
+"""How long the door's answer is waited for, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sensed:
+    """What came since the last time; None where nothing did."""
+
+    scan: Scan | None = None
+    odometry: Odometry | None = None
+    door: DoorReply | None = None
+
+
+class Driver(Protocol):
+    """What moves a robot and knows its sensors, at the other end of a network.
+
+    Attributes:
+        dropped: how many messages were dropped, by reason.
+        stopped: the robot's side has stopped the base by itself.
+        finished: a referee has ended the episode.
+    """
+
+    dropped: Counter[str]
+    stopped: bool
+    finished: bool
+
+    def sense(self) -> Sensed:
+        """The newest scan and odometry that came since the last call; never waits."""
+        ...
+
+    def drive(self, command: Command) -> None:
+        """Pass a command on; never waits."""
+        ...
+
+    def report(self) -> Mapping[str, object]:
+        """A referee's verdict so far; empty where there is none."""
+        ...
+
+    def close(self) -> None:
+        """Stop the robot and let go of it; a second call does nothing."""
+        ...
+
+
+class RosDriver:
+    """A bare ROS 2 driver behind a Zenoh bridge or rmw_zenoh.
+
+    Attributes:
+        dropped: how many messages were dropped, by reason.
+        stopped: always false: a bare driver does not tell.
+        finished: always false: there is no referee.
+    """
+
+    def __init__(self, bus: Bus, keys: RobotKeys) -> None:
+        self.dropped: Counter[str] = Counter()
+        self.stopped = self.finished = False
+        self._bus = bus
+        self._scan, self._odometry = bus.newest(keys.scan), bus.newest(keys.odometry)
+        self._publisher = bus.publisher(keys.command, urgent=True)
+        self._bell = Bell(bus, keys)
+        self._closed = False
+
+    def sense(self) -> Sensed:
+        """The newest scan and odometry that came since the last call."""
+        return Sensed(
+            self._take(self._scan, decode_scan), self._take(self._odometry, decode_odometry), self._bell.answer()
+        )
+
+    def drive(self, command: Command) -> None:
+        """Send the velocity, and ring where the command says so."""
+        self.move(command.twist)
+        if command.ring:
+            self.ring()
+
+    def move(self, twist: Twist) -> None:
+        """Send a velocity."""
+        self._publisher.put(encode_twist(twist))
+
+    def ring(self) -> None:
+        """Ask for the door; its answer comes with a later observation."""
+        self._bell.ring()
+
+    def report(self) -> Mapping[str, object]:
+        """Nothing: there is no referee."""
+        return {}
+
+    def close(self) -> None:
+        """Send a stop and leave."""
+        if not self._closed:
+            self._closed = True
+            try:
+                self.move(STOP)
+            finally:
+                self._bus.close()
+
+    def _take(self, newest: Newest, decode: Callable[[bytes], T]) -> T | None:
+        message = newest.take()
+        if message is None:
+            return None
+        try:
+            return decode(message.payload)
+        except CodecError:
+            self.dropped["malformed"] += 1
+            return None
+
+
+class Bell:
+    """The door bell of a ROS 2 robot; a call must not hold up the loop, so it is made from a thread of its own."""
+
+    def __init__(self, bus: Bus, keys: RobotKeys) -> None:
+        self._bus, self._key = bus, keys.door
+        self._publisher = bus.publisher(keys.door) if keys.settings.door_call == "message" else None
+        self._answers: deque[DoorReply] = deque(maxlen=1)
+        self._call: Thread | None = None
+
+    def ring(self) -> None:
+        """Ring; while a call is under way, nothing more is done."""
+        if self._publisher is not None:
+            self._publisher.put(encode_empty())
+        elif self._call is None or not self._call.is_alive():
+            self._call = Thread(target=self._ask, name="door bell", daemon=True)
+            self._call.start()
+
+    def answer(self) -> DoorReply | None:
+        """The answer, once."""
+        return self._answers.popleft() if self._answers else None
+
+    def _ask(self) -> None:
+        payload = self._bus.ask(self._key, encode_empty(), DOOR_LIMIT)
+        try:
+            reply = DoorReply(accepted=False, reason="no answer") if payload is None else decode_door_reply(payload)
+        except CodecError as error:
+            reply = DoorReply(accepted=False, reason=str(error))
+        self._answers.append(reply)

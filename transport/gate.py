@@ -1,0 +1,302 @@
+"""The robot's side of a lease in real time: it shows what the robot senses and guards its base.
+
+It stands in front of a simulator, or, as ``maze-machine gate``, in front of a driver that has no dead man of its own.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections import Counter
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+from transport.bus import MAX_PAYLOAD, Bus, Mailbox, Message, Request
+from transport.clock import Clock, MonotonicClock, Pace
+from transport.codec import CodecError, decode_twist, encode_clock, encode_odometry, encode_scan
+from transport.description import RobotDescription
+from transport.driver import RosDriver
+from transport.envelope import CommandTag, ObservationTag
+from transport.guard import Guard
+from transport.keys import RobotKeys
+from transport.messages import STOP, Command, DoorReply, Observation, Odometry, Scan, Twist
+from transport.session import Ask, Close, Granted, Mode, Open, Refused, State, respond
+from transport.settings import LinkSettings
+from transport.world import MakeWorld, World
+
+_LOOK = 0.005
+"""Between two looks at a driver's sensors, s."""
+
+
+class Base(Protocol):
+    """What a gate stands in front of."""
+
+    def begin(self, question: Open) -> str:
+        """A controller takes the robot; the answer is why it cannot, or nothing."""
+        ...
+
+    def due(self) -> float:
+        """After how many seconds it is worth asking for an observation again."""
+        ...
+
+    def sense(self) -> Observation | None:
+        """The newest observation, if there is a new one."""
+        ...
+
+    def move(self, twist: Twist) -> None:
+        """Drive so until told otherwise."""
+        ...
+
+    def ring(self) -> None:
+        """Ring the door bell; the answer comes with an observation."""
+        ...
+
+    @property
+    def finished(self) -> bool:
+        """Whether a referee has ended the episode."""
+        ...
+
+    def report(self) -> Mapping[str, object] | None:
+        """A referee's verdict so far, or None where there is no referee."""
+        ...
+
+
+class Gate:
+    """Lets one controller at a time command a base, as long as its commands are timely.
+
+    Attributes:
+        guard: which commands reach the base.
+        dropped: how many messages were dropped before they were judged, by reason.
+    """
+
+    mode: Mode = "realtime"
+
+    def __init__(
+        self,
+        bus: Bus,
+        base: Base,
+        description: RobotDescription,
+        settings: LinkSettings | None = None,
+        clock: Clock | None = None,
+    ) -> None:
+        settings, self._clock = settings or LinkSettings(), clock or MonotonicClock()
+        self.guard = Guard(description.limits, settings, self._clock.now)
+        self.dropped: Counter[str] = Counter()
+        self._base, self._name, self._period = base, description.name, description.period
+        self._granted: Granted | None = None
+        self._instance = secrets.randbits(62) + 1
+        self._sequence = 0
+        self._door: DoorReply | None = None
+        self._rings = 0
+        self._repeat = Pace(self._period, self._clock)
+        self._told = STOP
+        self._inbox: Mailbox[Message | Request] = Mailbox()
+        keys = RobotKeys(description.name, settings)
+        self._publishers = bus.publisher(keys.clock), bus.publisher(keys.odometry), bus.publisher(keys.scan)
+        bus.subscribe(keys.command, self._inbox.put)
+        bus.serve(keys.session, self._inbox.put)
+
+    def run(self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1) -> None:
+        """Work until ``stop`` says so, asked at least every ``heartbeat`` seconds; the base is left standing."""
+        try:
+            while not stop():
+                self._inbox.wait(min(self.pump(), heartbeat))
+        finally:
+            self._base.move(STOP)
+
+    def pump(self) -> float:
+        """Do all that is due now, without waiting; the time until something is due again, s."""
+        while (item := self._inbox.take()) is not None:
+            if isinstance(item, Request):
+                answer, understood = respond(self, item.payload)
+                self.dropped.update([] if understood else ["malformed question"])
+                item.reply(answer)
+            else:
+                self._judge(item)
+        self._move()
+        if (observation := self._base.sense()) is not None:
+            self._show(observation)
+        return max(0.0, min(self._base.due(), self._repeat.due(), self.guard.due()))
+
+    def open(self, question: Open) -> Granted | Refused:
+        """A controller takes the robot."""
+        if self._granted is not None and self.guard.lease.repeats(question):
+            return self._granted
+        if not self.guard.grant(question):
+            return self.guard.lease.refusal()
+        if reason := self._base.begin(question):
+            self.guard.release()
+            return Refused(reason=reason)
+        self.guard.lease.heard()
+        referee = self._base.report() is not None
+        self._granted = Granted(epoch=self.guard.lease.epoch, robot=self._name, period=self._period, referee=referee)
+        return self._granted
+
+    def close(self, question: Close) -> State:
+        """A controller gives the robot back."""
+        if question.epoch != self.guard.lease.epoch:
+            return State(held=False, reason="another controller took the robot")
+        self.guard.release()
+        self._granted = None
+        self._move()
+        return State(held=False, reason="given back")
+
+    def state(self, question: Ask) -> State:
+        """A controller asks how things stand."""
+        if question.epoch != self.guard.lease.epoch:
+            return State(held=False, reason="the robot's side was restarted, or another controller took the robot")
+        report = self._base.report()
+        parts = {"held": True, "sequence": self._sequence, "report": None if report is None else dict(report)}
+        return State.model_validate(parts)
+
+    def _judge(self, message: Message) -> None:
+        if len(message.payload) > MAX_PAYLOAD:
+            self.dropped["oversized"] += 1
+            return
+        try:
+            tag = CommandTag.decode(message.attachment, message.payload)
+            twist = decode_twist(message.payload)
+        except CodecError:
+            self.dropped["malformed"] += 1
+            return
+        if self.guard.accepts(tag, twist) and tag.ring:
+            self._base.ring()
+
+    def _move(self) -> None:
+        """Tell the base what holds now: at once where it changed, and again every period in case that got lost."""
+        twist = self.guard.twist()
+        if twist != self._told or self._repeat.due() <= 0:
+            self._base.move(twist)
+            self._told = twist
+            self._repeat = Pace(self._period, self._clock)
+            self._repeat.beat()
+
+    def _show(self, observation: Observation) -> None:
+        self._sequence += 1
+        if observation.door is not None:
+            self._door, self._rings = observation.door, self._rings + 1
+        tag = ObservationTag(
+            self.guard.lease.epoch,
+            self._sequence,
+            observation.stamp,
+            self._instance,
+            rejected=self.guard.rejected.total() + self.dropped.total(),
+            rings=self._rings,
+            finished=self._base.finished,
+            stopped=self.guard.stopped,
+            door=self._door,
+        )
+        self.guard.shown(observation.stamp)
+        payloads = (
+            encode_clock(observation.stamp),
+            encode_odometry(observation.odometry),
+            encode_scan(observation.scan),
+        )
+        for publisher, payload in zip(self._publishers, payloads, strict=True):
+            publisher.put(payload, tag.encode(payload))
+
+
+class PacedWorld:
+    """A simulated base: its world moves on with the clock on the wall, commanded or not.
+
+    Attributes:
+        overruns: how many periods the simulator was too slow for.
+    """
+
+    def __init__(self, make_world: MakeWorld, period: float, clock: Clock | None = None) -> None:
+        self._make_world = make_world
+        self._pace = Pace(period, clock or MonotonicClock())
+        self._world: World | None = None
+        self._twist, self._ring, self._fresh = STOP, False, False
+
+    @property
+    def overruns(self) -> int:
+        """How many periods the simulator was too slow for."""
+        return self._pace.overruns
+
+    def begin(self, question: Open) -> str:
+        """Begin an episode, or go on with it where its controller takes the robot again."""
+        if question.previous and self._world is None:
+            return "the simulator was restarted: its episode is lost"
+        if not question.previous:
+            self._world, self._fresh = self._make_world(question.seed), True
+        return ""
+
+    def due(self) -> float:
+        """Time until the world moves on, s."""
+        return self._pace.due()
+
+    def sense(self) -> Observation | None:
+        """At the end of a period, what the robot senses then."""
+        if self._world is None or self._pace.due() > 0:
+            return None
+        self._pace.beat()
+        if self._fresh:
+            self._fresh = False
+            return self._world.observation
+        observation = self._world.step(Command(self._twist, self._ring))
+        self._ring = False
+        return observation
+
+    def move(self, twist: Twist) -> None:
+        """Drive so from the next period on."""
+        self._twist = twist
+
+    def ring(self) -> None:
+        """Ring in the next period."""
+        self._ring = True
+
+    @property
+    def finished(self) -> bool:
+        """Whether the referee has ended the episode."""
+        return self._world is not None and self._world.finished
+
+    def report(self) -> Mapping[str, object] | None:
+        """The referee's verdict so far."""
+        return None if self._world is None else self._world.report()
+
+
+class DriverBase:
+    """A base behind a bare ROS 2 driver."""
+
+    def __init__(self, driver: RosDriver) -> None:
+        self._driver = driver
+        self._scan: Scan | None = None
+        self._odometry: Odometry | None = None
+        self._door: DoorReply | None = None
+
+    finished = False
+
+    def begin(self, question: Open) -> str:
+        """A controller takes the robot, once it senses anything."""
+        del question
+        return "" if self._scan and self._odometry else "the robot's driver sends no scan or no odometry"
+
+    def due(self) -> float:
+        """When to look again, s."""
+        return _LOOK
+
+    def sense(self) -> Observation | None:
+        """A new scan makes a new observation, with the newest odometry."""
+        sensed = self._driver.sense()
+        self._odometry = sensed.odometry or self._odometry
+        self._door = sensed.door or self._door
+        if sensed.scan is not None:
+            self._scan = sensed.scan
+        if sensed.scan is None or self._odometry is None:
+            return None
+        stamp = max(sensed.scan.stamp, self._odometry.stamp)
+        observation = Observation(stamp, sensed.scan, self._odometry, self._door)
+        self._door = None
+        return observation
+
+    def move(self, twist: Twist) -> None:
+        """Send a velocity to the driver."""
+        self._driver.move(twist)
+
+    def ring(self) -> None:
+        """Ask for the door."""
+        self._driver.ring()
+
+    def report(self) -> Mapping[str, object] | None:
+        """Nothing: there is no referee."""
+        return None

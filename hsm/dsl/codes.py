@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from typing import NamedTuple
 
 from hsm.diagnostics import Diagnostic, Place, Related, Severity
 
@@ -53,6 +54,7 @@ CODES: dict[str, Code] = {
         "E0303": "a value that is not constant",
         "E0304": "an assignment to what cannot change",
         "E0305": "a division by zero",
+        "E0306": "a number that is too large",
         # structure
         "E0401": "a file that does not begin with its machine",
         "E0402": "a line that stands in the wrong place",
@@ -64,15 +66,50 @@ CODES: dict[str, Code] = {
         "E0408": "a parallel state with fewer than two regions",
         "E0409": "a machine without a state",
         "E0410": "a ring of imports",
+        "E0411": "two activities that hold the same thing at once",
+        # the way through a machine
+        "W0501": "a state that nothing enters",
+        "W0502": "a state with no way out",
+        "W0503": "a transition that earlier ones hide",
+        "W0504": "an outcome that nothing handles",
+        "W0505": "transitions that go round within one tick",
+        "W0506": "a condition that never holds",
+        # what is there for nothing
+        "W0601": "an unused import",
+        "W0602": "an unused parameter",
+        "W0603": "an unused variable",
+        "W0604": "an unused event",
+        "W0605": "nothing to accept",
+        # tables of conditions
+        "N0701": "conditions that overlap",
+        "N0702": "a gap between conditions",
+        "N0703": "an outcome that is handled only under a condition",
+        "N0704": "regions that exclude each other's transitions",
     }.items()
 }
 """All codes, in order."""
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    """A suggestion of the known name that looks most like ``name``, if one does."""
-    close = get_close_matches(name, list(known), n=1)
-    return f"did you mean `{close[0]}`?" if close else None
+def finding(
+    code: str,
+    place: Place | None,
+    message: str,
+    suggestion: str | None = None,
+    related: tuple[Related, ...] = (),
+) -> Diagnostic:
+    """A finding with the severity of its code."""
+    return Diagnostic(code, CODES[code].severity, message, place, suggestion, related)
+
+
+class Guess(NamedTuple):
+    """The known name that an unknown one was probably meant to be, with the question whether it was; or neither."""
+
+    name: str | None = None
+    text: str | None = None
+
+
+_MOST_GUESSES = 50
+_LONGEST_GUESS = 60
 
 
 @dataclass(slots=True)
@@ -81,6 +118,15 @@ class Report:
 
     file: str
     found: list[Diagnostic] = field(default_factory=list)
+    guesses: int = 0
+
+    def guess(self, name: str, known: Iterable[str]) -> Guess:
+        """What may have been meant by an unknown name; a file with very many of them gets no more guesses."""
+        self.guesses += 1
+        if self.guesses > _MOST_GUESSES or len(name) > _LONGEST_GUESS:
+            return Guess()
+        close = get_close_matches(name, [one for one in known if len(one) <= _LONGEST_GUESS], n=1)
+        return Guess(close[0], f"did you mean `{close[0]}`?") if close else Guess()
 
     def add(
         self,
@@ -91,6 +137,4 @@ class Report:
         related: tuple[Related, ...] = (),
     ) -> None:
         """Take a finding down; without a message the code's title is one."""
-        declared = CODES[code]
-        message = declared.title if message is None else message
-        self.found.append(Diagnostic(code, declared.severity, message, place, suggestion, related))
+        self.found.append(finding(code, place, message or CODES[code].title, suggestion, related))

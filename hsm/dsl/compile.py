@@ -1,16 +1,18 @@
-"""From a syntax tree to a model: states get their places in the tree, names their meaning, instances their copies."""
+"""From an outline to a model: states are numbered, names get a meaning, instances their copies."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from lark import Token
 
-from hsm.diagnostics import Diagnostic, Related
-from hsm.dsl import syntax
-from hsm.dsl.codes import Report, did_you_mean
+from hsm.diagnostics import Diagnostic, Place, Related, Severity
+from hsm.dsl import checks, syntax
+from hsm.dsl.codes import Report
 from hsm.dsl.instances import Graft, graft
+from hsm.dsl.outline import HISTORY, Draft, Outline, outline
+from hsm.dsl.subject import PSEUDO, Stay, Subject
 from hsm.dsl.syntax import place_of
 from hsm.dsl.typing import FUNCTIONS, Declared, Scope
 from hsm.expressions import Expression, Literal
@@ -34,9 +36,6 @@ from hsm.model import (
 from hsm.registry import Library, Parameter
 from hsm.types import Quantity
 
-HISTORY = {"history": StateKind.SHALLOW_HISTORY, "deep_history": StateKind.DEEP_HISTORY}
-"""How the history of a state is named behind the state's own name."""
-
 _DURATION = Quantity(time=1)
 
 
@@ -45,469 +44,356 @@ class Unit:
     """One file, compiled on its own.
 
     Attributes:
-        name: the file's name.
-        tree: its syntax tree.
+        tree: the file as read.
         model: the machine; None where there are errors.
-        diagnostics: what was found in this file.
-        events: events that it declares or raises.
+        subject: what the checks look at; with errors, as far as it could be understood.
+        diagnostics: what was found so far.
+        events: the events that it declares or raises.
     """
 
-    name: str
     tree: syntax.File
     model: Model | None
+    subject: Subject
     diagnostics: tuple[Diagnostic, ...]
     events: frozenset[str] = frozenset()
 
 
-@dataclass(slots=True, eq=False)
-class _Draft:
-    """A state while its model is being built."""
-
-    name: str
-    kind: StateKind
-    parent: _Draft | None
-    token: Token | None = None
-    children: list[_Draft] = field(default_factory=list)
-    histories: dict[StateKind, _Draft] = field(default_factory=dict)
-    lines: list[syntax.Item] = field(default_factory=list)
-    initial: syntax.InitialLine | None = None
-    activity: syntax.DoLine | None = None
-    instance: syntax.CallSyntax | None = None
-    machine: Unit | None = None
-    outcomes: set[str] = field(default_factory=set)
-    index: int = -1
-    last: int = -1
-
-    def ancestors(self) -> Iterator[_Draft]:
-        """The state and all that it lies in, innermost first."""
-        found: _Draft | None = self
-        while found is not None:
-            yield found
-            found = found.parent
-
-
 def compile_file(
-    tree: syntax.File, syntax_findings: list[Diagnostic], library: Library, machines: Mapping[str, Unit | None]
+    tree: syntax.File, found: list[Diagnostic], library: Library, machines: Mapping[str, Unit | None]
 ) -> Unit:
     """Build a machine from its syntax tree.
 
     Args:
         tree: the file as read.
-        syntax_findings: what the parser found; with an error among it no model is built.
+        found: what is already known to be wrong; with an error among it no model is given out.
         library: the registry.
-        machines: what the file imports, by name; None for one that cannot be had.
+        machines: what the file imports, by name; None for a machine that cannot be had.
     """
-    report = Report(tree.name, syntax_findings)
-    return _Compiler(tree, library, report, machines).run()
+    report = Report(tree.name, found)
+    plan = outline(tree, report)
+    return _Compiler(tree, library, report, machines, plan, Scope(library, report)).run()
 
 
+@dataclass(slots=True)
 class _Compiler:
     """The work of one compilation, in the order of ``run``."""
 
-    def __init__(
-        self, tree: syntax.File, library: Library, report: Report, machines: Mapping[str, Unit | None]
-    ) -> None:
-        self.tree = tree
-        self.library = library
-        self.report = report
-        self.machines = machines
-        self.scope = Scope(library, report)
-        self.root = _Draft("", StateKind.COMPOUND, None)
-        self.states: dict[str, _Draft] = {}
-        self.declared: dict[str, Token] = {}
-        self.events: dict[str, Token] = {}
-        self.parameters: list[Parameter] = []
-        self.variables: list[Variable] = []
-        self.initials: list[tuple[_Draft, Expression, Token]] = []
-        self.doubtful: set[str] = set()
-        self.heading: syntax.MachineLine | None = None
+    tree: syntax.File
+    library: Library
+    report: Report
+    machines: Mapping[str, Unit | None]
+    plan: Outline
+    scope: Scope
+    events: dict[str, Place | None] = field(default_factory=dict)
+    parameters: list[Parameter] = field(default_factory=list)
+    variables: list[Variable] = field(default_factory=list)
+    transitions: list[Transition] = field(default_factory=list)
+    unresolved: bool = False
+    instantiated: set[str] = field(default_factory=set)
+    heard: set[str] = field(default_factory=set)
 
     def run(self) -> Unit:
         """All stages."""
-        self._collect()
-        self._heading()
-        self.scope.doubtful = self.doubtful
+        self.scope.doubtful = self.plan.doubtful
         self._declare_variables()
+        for draft in self.plan.states.values():
+            self._find_machine(draft)
+        for draft in (self.plan.root, *self.plan.states.values()):
+            self._request_histories(draft)
         order = self._number()
         self.scope.states = self._names_of_states(order)
         self._gather_events(order)
-        model = self._model(order)
-        failed = any(one.code.startswith("E") for one in self.report.found)
+        stays: dict[int, tuple[Stay, ...]] = {}
+        states: list[State] = []
+        for draft in order:
+            states.extend(self._states(draft))
+            if draft.stays:
+                stays[draft.index] = tuple(map(self._stay, draft.stays))
+        model = self._model(states)
+        subject = Subject(
+            file=self.tree.name,
+            model=model,
+            stays=stays,
+            doubtful=frozenset(self.plan.doubtful),
+            unresolved=self.unresolved,
+            opaque=frozenset(draft.index for draft in order if draft.opaque),
+            unused=() if self.plan.doubtful else tuple(self._unused()),
+        )
+        self.report.found.extend(checks.errors(subject))
+        failed = any(one.severity is Severity.ERROR for one in self.report.found)
         findings = tuple(self.report.found)
-        return Unit(self.tree.name, self.tree, None if failed else model, findings, frozenset(self.events))
+        return Unit(self.tree, None if failed else model, subject, findings, frozenset(self.events))
 
-    # -- the tree of states
-
-    def _collect(self) -> None:
-        stack: list[tuple[_Draft, Iterator[syntax.Item]]] = [(self.root, iter(self.tree.items))]
-        while stack:
-            draft, items = stack[-1]
-            for item in items:
-                inner = self._take(draft, item)
-                if inner is not None:
-                    stack.append(inner)
-                    break
-            else:
-                stack.pop()
-        for draft in [self.root, *self.states.values()]:
-            if draft.kind is StateKind.PARALLEL and len(draft.children) < 2:
-                self._add("E0408", draft.token, f"parallel state `{draft.name}` has fewer than two states inside")
-
-    def _take(  # noqa: PLR0912
-        self, draft: _Draft, item: syntax.Item
-    ) -> tuple[_Draft, Iterator[syntax.Item]] | None:
-        """Note one line; a block is returned to be walked next."""
-        match item:
-            case syntax.BadLine(names, items):
-                self.doubtful |= names
-                return _Draft("", StateKind.COMPOUND, draft), iter(items)
-            case syntax.StateBlock(name, parallel, instance, items):
-                if draft.instance is not None:
-                    self._add("E0402", name, "an instance of a machine has no states of its own here")
-                kind = StateKind.PARALLEL if parallel else StateKind.ATOMIC
-                inner = self._new_state(draft, name, kind)
-                inner.instance = instance
-                return inner, iter(items)
-            case syntax.FinalLine(name):
-                if draft.kind is StateKind.PARALLEL or draft.instance is not None:
-                    self._add("E0402", name, "a final state lies in a machine or in a state that is not parallel")
-                self._new_state(draft, name, StateKind.FINAL)
-            case syntax.InitialLine(target):
-                if draft.kind is StateKind.PARALLEL or draft.instance is not None:
-                    self._add("E0402", target, "all regions of a parallel state are entered: it has no `initial`")
-                elif draft.initial is not None:
-                    self._second("initial", target, draft.initial.target)
-                draft.initial = item
-            case syntax.DoLine(call):
-                if draft.instance is not None:
-                    self._add("E0402", call.name, "an instance of a machine does what that machine does")
-                elif draft.activity is not None:
-                    self._second("do", call.name, draft.activity.call.name)
-                draft.activity = item
-            case syntax.MachineLine():
-                if draft is self.root and self.heading is None and item is self.tree.items[0]:
-                    self.heading = item
-                elif self.heading is not None:
-                    self._second("machine", item.name, self.heading.name)
-                else:
-                    self._add("E0402", item.name, "the line `machine` is the first of its file")
-                    self.heading = item
-            case syntax.TransitionLine() | syntax.EntryLine() | syntax.ExitLine():
-                draft.lines.append(item)
-            case syntax.ImportLine(name) | syntax.ParameterLine(name) | syntax.VariableLine(name):
-                self._declaration(draft, item, name)
-            case syntax.EventLine(names):
-                self._declaration(draft, item, names[0])
-        return None
-
-    def _declaration(self, draft: _Draft, item: syntax.Item, name: Token) -> None:
-        if draft is self.root:
-            draft.lines.append(item)
-        else:
-            self._add("E0402", name, "this is declared at the top of the file, not in a state")
-
-    def _new_state(self, parent: _Draft, name: Token, kind: StateKind) -> _Draft:
-        draft = _Draft(str(name), kind, parent, name)
-        if "." in name:
-            self._add("E0211", name, f"`{name}` cannot name a state: a name that is declared has no dot")
-        elif self._is_new(name):
-            self.states[draft.name] = draft
-        if parent.kind is StateKind.ATOMIC:
-            parent.kind = StateKind.COMPOUND
-        parent.children.append(draft)
-        return draft
-
-    def _is_new(self, name: Token) -> bool:
-        first = self.declared.setdefault(str(name), name)
-        if first is name:
-            return True
-        related = Related(place_of(self.tree.name, first), "first declared here")
-        self.report.add("E0209", place_of(self.tree.name, name), f"`{name}` is declared twice", related=(related,))
-        return False
-
-    def _heading(self) -> None:
-        if self.heading is None:
-            if not self.doubtful:
-                first = Token("NAME", "", 0, 1, 1, 1, 2)
-                self._add("E0401", first, "the first line is to be `machine`, with a name")
-            return
-        self.root.name = str(self.heading.name)
-        self.root.token = self.heading.name
-        if "." in self.heading.name:
-            self._add("E0211", self.heading.name, "the name of a machine has no dot")
-        elif self.root.name in self.states:
-            self._add("E0209", self.states[self.root.name].token, f"`{self.root.name}` names the machine itself")
-        if not self.root.children and not self.doubtful:
-            self._add("E0409", self.heading.name, f"machine `{self.root.name}` has no state")
+    def _model(self, states: list[State]) -> Model:
+        heading = self.plan.heading
+        files = [self.tree.name]
+        for unit in self.machines.values():
+            if unit is not None and unit.model is not None:
+                files.extend(name for name in unit.model.files if name not in files)
+        return Model(
+            self.plan.root.name,
+            tuple(states),
+            tuple(self.transitions),
+            tuple(self.variables),
+            tuple(self.parameters),
+            tuple(files),
+            self.tree.comment_above(heading.name.line or 1) if heading is not None else "",
+        )
 
     # -- declarations at the top of the file
 
     def _declare_variables(self) -> None:
-        for line in self.root.lines:
+        for line in self.plan.root.lines:
             match line:
                 case syntax.ParameterLine(name, type_name, default):
                     self._declare(name, type_name, default, constant=True)
                 case syntax.VariableLine(name, type_name, initial):
                     self._declare(name, type_name, initial, constant=False)
                 case syntax.EventLine(names):
-                    for name in names:
-                        if name in self.events:
-                            self._second(f"event {name}", name, self.events[name])
-                        self.events[str(name)] = name
+                    self._declare_events(names)
+
+    def _declare_events(self, names: tuple[Token, ...]) -> None:
+        for name in names:
+            place = place_of(self.tree.name, name)
+            first = self.events.setdefault(str(name), place)
+            if first is not None and first is not place:
+                related = Related(first, "first declared here")
+                self.report.add("E0209", place, f"event `{name}` is declared twice", related=(related,))
 
     def _declare(self, name: Token, type_name: Token, value: syntax.Expression | None, *, constant: bool) -> None:
-        new = self._is_new(name)
+        new = self.plan.declared.get(str(name)) is name
         if name in self.library.signals or name in FUNCTIONS or name in ("true", "false") or "." in name:
             self._add("E0211", name, f"`{name}` cannot name a variable: it means something else already")
             new = False
         kind = self.scope.type_named(type_name)
         initial = self.scope.value(value, kind) if kind is not None and value is not None else None
-        if initial is not None and not isinstance(initial, Literal):
-            message = f"the value of `{name}` is to be a constant" if constant else None
-            if constant or not self.scope.is_constant(initial):
-                message = message or f"`{name}` can begin with constants and parameters only"
-                self.report.add("E0303", initial.place, message)
-                return
+        if initial is not None and not isinstance(initial, Literal) and (constant or not self._is_constant(initial)):
+            message = f"`{name}` begins with a value made of constants{'' if constant else ' and parameters'}"
+            self.report.add("E0303", initial.place, message)
+            initial = None
         if kind is None or not new:
-            self.doubtful.add(str(name))
+            self.plan.doubtful.add(str(name))
             return
         place = place_of(self.tree.name, name)
         self.scope.variables[str(name)] = Declared(kind, constant, place)
         if not constant and initial is not None:
             self.variables.append(Variable(str(name), kind, initial, place=place))
-        elif constant and value is None:
-            self.parameters.append(Parameter(str(name), kind))
         elif constant and isinstance(initial, Literal):
             self.parameters.append(Parameter(str(name), kind, initial.value))
+        elif constant:
+            self.parameters.append(Parameter(str(name), kind))
+
+    def _is_constant(self, expression: Expression) -> bool:
+        return self.scope.is_constant(expression)
 
     # -- numbering, with the copies of instances
 
-    def _number(self) -> list[_Draft]:
-        """Finds the machines of instances, adds the history states that are asked for, numbers all in order."""
-        for draft in self.states.values():
-            if draft.instance is not None:
-                self._instantiate(draft)
-            for line in draft.lines:
-                self._request_history(line)
-        for line in self.root.lines:
-            self._request_history(line)
-        order: list[_Draft] = []
+    def _find_machine(self, draft: Draft) -> None:
+        if draft.instance is None:
+            return
+        name = draft.instance.name
+        draft.kind = StateKind.COMPOUND
+        self.instantiated.add(str(name))
+        unit = self.machines.get(str(name))
+        draft.model = unit.model if unit is not None else None
+        draft.opaque = draft.model is None
+        if name not in self.machines and name not in self.plan.doubtful:
+            hint = self.report.guess(name, self.machines).text or f"import it at the top of the file: `import {name}`"
+            self._add("E0208", name, f"there is no machine `{name}`", hint)
+
+    def _request_histories(self, draft: Draft) -> None:
+        for line in draft.lines:
+            if not isinstance(line, syntax.TransitionLine) or line.target is None:
+                continue
+            for target in line.target.names:
+                owner_name, dot, suffix = target.rpartition(".")
+                owner = self.plan.states.get(owner_name)
+                if not dot or suffix not in HISTORY or owner is None:
+                    continue
+                if owner.kind in (StateKind.ATOMIC, StateKind.FINAL):
+                    self._add("E0407", target, f"`{owner_name}` has no states inside, so it has no history")
+                    self.unresolved = True
+                elif HISTORY[suffix] not in owner.histories:
+                    kind = HISTORY[suffix]
+                    owner.histories[kind] = Draft(str(target), kind, owner, owner.token)
+
+    def _number(self) -> list[Draft]:
+        """All states in document order, numbered with the states of instances between them."""
+        order: list[Draft] = []
         count = 0
-        stack = [self.root]
+        stack = [self.plan.root]
         while stack:
             draft = stack.pop()
             draft.index = count
-            copied = draft.machine.model if draft.machine is not None else None
-            count += 1 if copied is None else len(copied.states)
+            count += len(draft.model.states) if draft.model is not None else 1
             order.append(draft)
-            stack.extend(reversed([*draft.children, *draft.histories.values()]))
+            stack.extend(reversed(draft.inner()))
         for draft in reversed(order):
-            inner = [*draft.children, *draft.histories.values()]
-            copied = draft.machine.model if draft.machine is not None else None
-            draft.last = inner[-1].last if inner else draft.index + (len(copied.states) - 1 if copied else 0)
+            inner = draft.inner()
+            copied = len(draft.model.states) - 1 if draft.model is not None else 0
+            draft.last = inner[-1].last if inner else draft.index + copied
         return order
 
-    def _instantiate(self, draft: _Draft) -> None:
-        assert draft.instance is not None
-        draft.kind = StateKind.COMPOUND
-        name = draft.instance.name
-        if name in self.machines:
-            draft.machine = self.machines[str(name)]
-            if draft.machine is None or draft.machine.model is None:
-                draft.machine = None
-        elif name not in self.doubtful:
-            hint = did_you_mean(name, self.machines) or f"import it at the top of the file: `import {name}`"
-            self._add("E0208", name, f"there is no machine `{name}`", hint)
-
-    def _request_history(self, line: syntax.Item) -> None:
-        if not isinstance(line, syntax.TransitionLine) or line.target is None:
-            return
-        for target in line.target.names:
-            owner, dot, suffix = target.rpartition(".")
-            draft = self.states.get(owner)
-            if not dot or suffix not in HISTORY or draft is None:
-                continue
-            if draft.kind in (StateKind.ATOMIC, StateKind.FINAL):
-                self._add("E0407", target, f"`{owner}` has no states inside, so it has no history")
-                continue
-            kind = HISTORY[suffix]
-            if kind not in draft.histories:
-                draft.histories[kind] = _Draft(str(target), kind, draft, target)
-
-    def _names_of_states(self, order: list[_Draft]) -> frozenset[str]:
-        names = set(self.states)
+    def _names_of_states(self, order: list[Draft]) -> frozenset[str]:
+        names = set(self.plan.states)
         for draft in order:
-            if draft.machine is not None and draft.machine.model is not None:
-                names.update(f"{draft.name}.{state.name}" for state in draft.machine.model.states[1:])
+            if draft.model is not None:
+                names.update(f"{draft.name}.{state.name}" for state in draft.model.states[1:])
         return frozenset(names)
 
     # -- events
 
-    def _gather_events(self, order: list[_Draft]) -> None:
+    def _gather_events(self, order: list[Draft]) -> None:
         """Which events each state may hear of: outcomes inside it, its final states, what is raised anywhere."""
         for draft in order:
-            for line in draft.lines:
-                self._gather_raised(line)
             if draft.initial is not None:
-                self._raised(draft.initial.actions)
-            if draft.machine is not None:
-                for name in draft.machine.events:
-                    self.events.setdefault(name, Token("NAME", name))
+                self._gather_raised(draft.initial.actions)
+            for line in draft.lines:
+                if isinstance(line, syntax.TransitionLine | syntax.EntryLine | syntax.ExitLine):
+                    self._gather_raised(line.actions)
+        for unit in self.machines.values():
+            for name in unit.events if unit is not None else ():
+                self.events.setdefault(name, None)
+                self.heard.add(name)
         for draft in reversed(order):
-            own = self._outcomes(draft)
-            draft.outcomes |= own
+            self._gather_outcomes(draft)
             if draft.parent is not None:
-                heard = draft.outcomes - {one.name for one in draft.children if one.kind is StateKind.FINAL}
-                draft.parent.outcomes |= heard
+                draft.parent.reported |= draft.reported
+                draft.parent.opaque |= draft.opaque
 
-    def _gather_raised(self, line: syntax.Item) -> None:
-        if isinstance(line, syntax.TransitionLine | syntax.EntryLine | syntax.ExitLine):
-            self._raised(line.actions)
-
-    def _raised(self, actions: tuple[syntax.ActionSyntax, ...]) -> None:
+    def _gather_raised(self, actions: tuple[syntax.ActionSyntax, ...]) -> None:
         for action in actions:
             if isinstance(action, syntax.RaiseSyntax):
-                self.events.setdefault(str(action.event), action.event)
+                self.events.setdefault(str(action.event), None)
+                self.heard.add(str(action.event))
 
-    def _outcomes(self, draft: _Draft) -> set[str]:
-        found = {child.name for child in draft.children if child.kind is StateKind.FINAL}
-        if found or draft.kind is StateKind.PARALLEL or draft.instance is not None:
-            found.add("done")
+    def _gather_outcomes(self, draft: Draft) -> None:
+        draft.completions.update(child.name for child in draft.children if child.kind is StateKind.FINAL)
         if draft.activity is not None:
             activity = self.library.activities.get(str(draft.activity.call.name))
-            found.update(activity.outcomes if activity is not None else ())
-        if draft.machine is not None and draft.machine.model is not None:
-            states = draft.machine.model.states
-            found.update(states[child].name for child in states[0].children if states[child].kind is StateKind.FINAL)
-        return found
+            draft.reported.update(activity.outcomes if activity is not None else ())
+            draft.opaque |= activity is None
+        if draft.model is not None:
+            states = draft.model.states
+            finals = (states[child] for child in states[0].children)
+            draft.completions.update(child.name for child in finals if child.kind is StateKind.FINAL)
+            for state in states:
+                draft.reported.update(state.activity.activity.outcomes if state.activity is not None else ())
+        if draft.completions or draft.kind is StateKind.PARALLEL:
+            draft.completions.add("done")
 
-    # -- the model
+    # -- states
 
-    def _model(self, order: list[_Draft]) -> Model:
-        states: list[State] = []
-        transitions: list[Transition] = []
-        for draft in order:
-            copied: Graft | None = None
-            if draft.machine is not None and draft.machine.model is not None:
-                copied = graft(draft.machine.model, draft.name, draft.index, len(transitions))
-                transitions.extend(copied.transitions)
-                self._bind(draft, draft.machine.model, copied)
-            elif draft.instance is not None:
-                self.doubtful.add(draft.name)
-            states.append(self._state(draft, transitions, copied))
-            if copied is not None:
-                states.extend(copied.states)
-        doc = ""
-        if self.heading is not None:
-            doc = self.tree.comment_above(self.heading.name.line or 1)
-        files = [self.tree.name]
-        for unit in self.machines.values():
-            if unit is not None and unit.model is not None:
-                files.extend(name for name in unit.model.files if name not in files)
-        return Model(
-            self.root.name,
-            tuple(states),
-            tuple(transitions),
-            tuple(self.variables),
-            tuple(self.parameters),
-            tuple(files),
-            doc,
-        )
+    def _states(self, draft: Draft) -> list[State]:
+        """A state; with its copied states behind it where it is an instance."""
+        if draft.model is None:
+            if draft.instance is not None:
+                self._gather_doubts(draft.instance)
+            return [self._state(draft, None)]
+        copied = graft(draft.model, draft.name, draft.index, len(self.transitions))
+        self.transitions.extend(copied.transitions)
+        self._bind(draft, draft.model, copied)
+        return [self._state(draft, copied.root), *copied.states]
 
-    def _bind(self, draft: _Draft, model: Model, copied: Graft) -> None:
+    def _gather_doubts(self, call: syntax.CallSyntax) -> None:
+        """Look at the arguments of an instance whose machine is not known, so that what they name counts as used."""
+        for argument in call.arguments:
+            self.scope.expression(argument.value if isinstance(argument, syntax.Named) else argument)
+
+    def _bind(self, draft: Draft, model: Model, copied: Graft) -> None:
         """The parameters of an instance become constants that its state's entry sets."""
         assert draft.instance is not None
-        subject = f"machine `{draft.instance.name}`"
-        arguments = self.scope.arguments(draft.instance, model.parameters, subject)
-        if arguments is None:
-            return
-        place = place_of(self.tree.name, draft.instance.name, draft.instance.closing)
-        for parameter, value in zip(model.parameters, arguments, strict=True):
-            name = f"{draft.name}.{parameter.name}"
-            self.variables.append(Variable(name, parameter.type, value, draft.index, constant=True, place=place))
+        arguments = self.scope.arguments(draft.instance, model.parameters, f"machine `{draft.instance.name}`")
+        if arguments is not None:
+            place = place_of(self.tree.name, draft.instance.name, draft.instance.closing)
+            for parameter, value in zip(model.parameters, arguments, strict=True):
+                name = f"{draft.name}.{parameter.name}"
+                self.variables.append(Variable(name, parameter.type, value, draft.index, constant=True, place=place))
         self.variables.extend(copied.variables)
 
-    def _state(self, draft: _Draft, transitions: list[Transition], copied: Graft | None) -> State:
-        numbers: list[int] = list(copied.root.transitions) if copied is not None else []
-        entry: list[Action] = list(copied.root.entry) if copied is not None else []
-        exit_: list[Action] = list(copied.root.exit) if copied is not None else []
+    def _state(self, draft: Draft, machine: State | None) -> State:
+        """A state; what an instance's machine says of its root comes first."""
+        base = machine if machine is not None else State(draft.index, draft.name, draft.kind, -1)
+        numbers, entry, exits = list(base.transitions), list(base.entry), list(base.exit)
         for line in draft.lines:
             match line:
                 case syntax.TransitionLine():
-                    transition = self._transition(draft, line, len(transitions))
+                    transition = self._transition(draft, line)
                     if transition is not None:
                         numbers.append(transition.index)
-                        transitions.append(transition)
+                        self.transitions.append(transition)
                 case syntax.EntryLine(actions):
                     entry.extend(self._actions(actions))
                 case syntax.ExitLine(actions):
-                    exit_.extend(self._actions(actions))
-        children = [one.index for one in (*draft.children, *draft.histories.values())]
-        initial, initial_actions = self._initial(draft)
-        activity = self._activity(draft)
-        if copied is not None:
-            root = copied.root
-            children = [*root.children, *children]
-            initial, initial_actions, activity = root.initial, root.initial_actions, root.activity
-            if draft.kind in (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY):
-                initial = root.initial
-        token = draft.token
+                    exits.extend(self._actions(actions))
+        initial, initial_actions = (base.initial, base.initial_actions) if machine else self._initial(draft)
+        token, nested = draft.token, draft.parent is not None and draft.kind not in PSEUDO
         return State(
-            draft.index,
-            draft.name,
-            draft.kind,
-            draft.parent.index if draft.parent is not None else -1,
-            tuple(children),
-            draft.last,
-            initial,
-            initial_actions,
-            tuple(entry),
-            tuple(exit_),
-            activity,
-            tuple(numbers),
-            str(draft.instance.name) if draft.instance is not None else None,
-            self.tree.comment_above(token.line or 1) if token is not None and draft.parent is not None else "",
-            place_of(self.tree.name, token) if token is not None else None,
+            index=draft.index,
+            name=draft.name,
+            kind=draft.kind,
+            parent=draft.parent.index if draft.parent is not None else -1,
+            children=(*base.children, *(one.index for one in draft.inner())),
+            last=draft.last,
+            initial=initial,
+            initial_actions=initial_actions,
+            entry=tuple(entry),
+            exit=tuple(exits),
+            activity=base.activity if machine else self._activity(draft),
+            transitions=tuple(numbers),
+            instance=str(draft.instance.name) if draft.instance is not None else None,
+            doc=self.tree.comment_above(token.line or 1) if token is not None and nested else "",
+            place=place_of(self.tree.name, token) if token is not None else None,
         )
 
-    def _initial(self, draft: _Draft) -> tuple[tuple[int, ...], tuple[Action, ...]]:
-        if draft.kind in (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY):
+    def _initial(self, draft: Draft) -> tuple[tuple[int, ...], tuple[Action, ...]]:
+        if draft.kind in PSEUDO:
             assert draft.parent is not None
-            owner = draft.parent
-            if owner.kind is StateKind.PARALLEL:
-                return tuple(child.index for child in owner.children), ()
-            if owner.machine is not None and owner.machine.model is not None:
-                return tuple(owner.index + one for one in owner.machine.model.states[0].initial), ()
-            return self._initial(owner)[0], ()
-        line = draft.initial
-        if line is None or draft.kind is StateKind.PARALLEL:
-            first = draft.children[:1] if draft.kind is StateKind.COMPOUND else []
-            return tuple(child.index for child in first), ()
-        target = self._named_state(line.target)
-        if target is None:
-            return (), ()
-        if draft not in list(target.ancestors())[1:]:
-            message = f"`{target.name}` does not lie in `{draft.name}`"
-            self._add("E0405", line.target, message)
-            return (), ()
-        return (target.index,), self._actions(line.actions)
+            return self._default_of(draft.parent), ()
+        if draft.initial is None:
+            return self._default_of(draft), ()
+        target = self._named_state(draft.initial.target)
+        actions = self._actions(draft.initial.actions)
+        if target is not None and (target is draft or draft not in target.ancestors()):
+            self._add("E0405", draft.initial.target, f"`{target.name}` does not lie in `{draft.name}`")
+            target = None
+        return (target.index,) if target is not None else (), actions
 
-    def _activity(self, draft: _Draft) -> ActivityCall | None:
+    def _default_of(self, draft: Draft) -> tuple[int, ...]:
+        """What a state's entry enters where no history says otherwise."""
+        if draft.model is not None:
+            return tuple(draft.index + one for one in draft.model.states[0].initial)
+        if draft.kind is StateKind.PARALLEL:
+            return tuple(child.index for child in draft.children)
+        if draft.initial is not None:
+            target = self.plan.states.get(str(draft.initial.target))
+            return (target.index,) if target is not None else ()
+        return tuple(child.index for child in draft.children[:1])
+
+    def _activity(self, draft: Draft) -> ActivityCall | None:
         if draft.activity is None:
             return None
         call = draft.activity.call
         declared = self.library.activities.get(str(call.name))
         if declared is None:
-            if call.name not in self.doubtful:
-                hint = did_you_mean(call.name, self.library.activities)
+            if call.name not in self.plan.doubtful:
+                hint = self.report.guess(call.name, self.library.activities).text
                 self._add("E0204", call.name, f"there is no activity `{call.name}`", hint)
+            self._gather_doubts(call)
             return None
         arguments = self.scope.arguments(call, declared.parameters, f"activity `{call.name}`")
         if arguments is None:
             return None
         return ActivityCall(declared, arguments, place_of(self.tree.name, call.name, call.closing))
 
-    def _transition(self, draft: _Draft, line: syntax.TransitionLine, index: int) -> Transition | None:
+    def _stay(self, line: syntax.StayLine) -> Stay:
+        condition = self.scope.condition(line.condition) if line.condition is not None else None
+        last = syntax.last_token(line.condition) if line.condition is not None else None
+        return Stay(condition, place_of(self.tree.name, line.keyword, last), always=line.condition is None)
+
+    # -- transitions
+
+    def _transition(self, draft: Draft, line: syntax.TransitionLine) -> Transition | None:
         trigger = self._trigger(draft, line)
         guard = self.scope.condition(line.guard) if line.guard is not None else None
         actions = self._actions(line.actions)
@@ -516,77 +402,70 @@ class _Compiler:
         if line.target is not None:
             kind = TransitionKind.LOCAL if line.target.arrow == "->" else TransitionKind.EXTERNAL
             targets = self._targets(line.target)
+            kind = kind if targets else TransitionKind.INTERNAL
         elif not line.actions:
             hint = "say where it goes: `-> state`, or what it does: `/ action`"
             self._add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
+        if trigger is None or (line.guard is not None and guard is None):
+            self.unresolved |= trigger is None and not targets
         if trigger is None:
-            return None
-        place = place_of(self.tree.name, line.keyword, self._last(line))
-        return Transition(index, draft.index, targets, trigger, guard, actions, kind, place)
+            trigger = On(())
+        place = place_of(self.tree.name, line.keyword, _last_token(line))
+        return Transition(len(self.transitions), draft.index, targets, trigger, guard, actions, kind, place)
 
-    def _last(self, line: syntax.TransitionLine) -> Token:
-        """The last token of a transition's trigger, guard and target."""
-        if line.target is not None:
-            return line.target.names[-1]
-        if line.guard is not None:
-            return syntax.last_token(line.guard)
-        if line.operand is not None:
-            return syntax.last_token(line.operand)
-        return line.names[-1]
-
-    def _trigger(self, draft: _Draft, line: syntax.TransitionLine) -> Trigger | None:
+    def _trigger(self, draft: Draft, line: syntax.TransitionLine) -> Trigger | None:
         if line.operand is None:
-            for name in line.names:
-                self._check_event(draft, name)
-            return On(tuple(map(str, line.names)))
+            return On(tuple(self._event(draft, name) for name in line.names))
         if line.keyword == "when":
             condition = self.scope.condition(line.operand)
             return None if condition is None else When(condition)
         duration = self.scope.value(line.operand, _DURATION)
         return None if duration is None else After(duration)
 
-    def _check_event(self, draft: _Draft, name: Token) -> None:
-        known = {*self.library.events, *self.events, *draft.outcomes, "fault"}
-        if name in known or name in self.doubtful or self._has_unknown_outcomes(draft):
-            return
-        hint = did_you_mean(name, known)
-        self._add("E0203", name, f"nothing sends, raises or reports `{name}` to `{draft.name}`", hint)
-
-    def _has_unknown_outcomes(self, draft: _Draft) -> bool:
-        """Whether something inside cannot be compiled, so that its outcomes are not known."""
-        for one in self.states.values():
-            opaque = (one.instance is not None and one.machine is None) or (
-                one.activity is not None and one.activity.call.name not in self.library.activities
-            )
-            if opaque and draft in one.ancestors():
-                return True
-        return False
+    def _event(self, draft: Draft, token: Token) -> str:
+        """The name of an event; of a misspelt one the name that was probably meant."""
+        name = str(token)
+        self.heard.add(name)
+        sources = (self.library.events, self.events, draft.completions, draft.reported, ("fault",))
+        if any(name in source for source in sources) or name in self.plan.doubtful or draft.opaque:
+            return name
+        known = [one for source in sources for one in source]
+        hint = self.report.guess(name, known)
+        self._add("E0203", token, f"nothing sends, raises or reports `{name}` in `{draft.name}`", hint.text)
+        return hint.name or name
 
     def _targets(self, target: syntax.TargetSyntax) -> tuple[int, ...]:
-        drafts = [self._named_state(name) for name in target.names]
-        known = [one for one in drafts if one is not None]
-        for position, one in enumerate(known):
-            for other in known[:position]:
-                if not _orthogonal(one, other):
-                    message = f"`{other.name}` and `{one.name}` cannot be active together"
-                    self._add("E0406", target.names[position], message)
+        known: list[Draft] = []
+        for name in target.names:
+            draft = self._named_state(name)
+            if draft is None:
+                continue
+            clash = next((other for other in known if not _orthogonal(draft, other)), None)
+            if clash is not None:
+                self._add("E0406", name, f"`{clash.name}` and `{draft.name}` cannot be active together")
+                continue
+            known.append(draft)
         return tuple(one.index for one in known)
 
-    def _named_state(self, name: Token) -> _Draft | None:
-        found = self.states.get(str(name))
+    def _named_state(self, name: Token) -> Draft | None:
+        """The state with a name; of a misspelt one the state that was probably meant."""
+        found = self.plan.states.get(str(name))
         if found is not None:
             return found
         owner, dot, suffix = name.rpartition(".")
-        if dot and owner in self.states and suffix in HISTORY:
-            return self.states[owner].histories.get(HISTORY[suffix])
-        if name in self.doubtful or owner in self.doubtful:
+        if dot and owner in self.plan.states and suffix in HISTORY:
+            return self.plan.states[owner].histories.get(HISTORY[suffix])
+        if name in self.plan.doubtful or owner in self.plan.doubtful:
+            self.unresolved = True
             return None
-        if owner in self.states:
+        if dot and owner in self.plan.states:
             hint = f"go to `{owner}`, or to `{owner}.history`"
             self._add("E0201", name, f"a state inside `{owner}` cannot be entered by this name", hint)
-            return None
-        self._add("E0201", name, f"there is no state `{name}`", did_you_mean(name, self.states))
-        return None
+            return self.plan.states[owner]
+        close = self.report.guess(name, self.plan.states)
+        self._add("E0201", name, f"there is no state `{name}`", close.text)
+        self.unresolved |= close.name is None
+        return self.plan.states.get(close.name or "")
 
     # -- actions
 
@@ -603,9 +482,10 @@ class _Compiler:
             case syntax.CallSyntax(name):
                 declared = self.library.actions.get(str(name))
                 if declared is None:
-                    if name not in self.doubtful:
-                        hint = did_you_mean(name, self.library.actions)
-                        self._add("E0205", name, f"there is no action `{name}`", hint)
+                    if name not in self.plan.doubtful:
+                        hint = self.report.guess(name, self.library.actions)
+                        self._add("E0205", name, f"there is no action `{name}`", hint.text)
+                    self._gather_doubts(line)
                     return None
                 arguments = self.scope.arguments(line, declared.parameters, f"action `{name}`")
                 if arguments is None:
@@ -616,39 +496,58 @@ class _Compiler:
         name = line.variable
         declared = self.scope.variables.get(str(name))
         if declared is None:
-            if name not in self.doubtful:
-                hint = did_you_mean(name, self.scope.variables)
-                self._add("E0202", name, f"there is no variable `{name}`", hint)
+            if name not in self.plan.doubtful:
+                close = self.report.guess(name, self.scope.variables)
+                self._add("E0202", name, f"there is no variable `{name}`", close.text)
+            self.scope.expression(line.value)
             return None
         if declared.constant:
-            related = Related(declared.place, "declared here as a parameter")
-            self.report.add(
-                "E0304",
-                place_of(self.tree.name, name),
-                f"`{name}` is a parameter: it keeps its value",
-                "declare it with `var`",
-                (related,),
-            )
+            message, hint = f"`{name}` is a parameter: it keeps its value", f"declare it with `var {name}`"
+            related = Related(declared.place, "declared here")
+            self.report.add("E0304", place_of(self.tree.name, name), message, hint, (related,))
             return None
+        was_used = name in self.scope.used
         node = line.value
         if line.operator != "=":
             operator = Token.new_borrow_pos("OPERATOR", line.operator[0], line.operator)
             node = syntax.Binary(operator, name, node, 1 + syntax.depth_of(node))
         value = self.scope.value(node, declared.type)
+        if not was_used and line.operator != "=":
+            self.scope.used.discard(str(name))
         return None if value is None else Assign(str(name), value, place_of(self.tree.name, name, line.operator))
 
     # -- reporting
 
-    def _add(self, code: str, token: Token | None, message: str, suggestion: str | None = None) -> None:
-        place = place_of(self.tree.name, token) if token is not None else None
-        self.report.add(code, place, message, suggestion)
+    def _unused(self) -> list[tuple[str, str, Place]]:
+        """Kind, name and place of everything that is declared and never used."""
+        found: list[tuple[str, str, Place]] = []
+        for name, token in self.plan.imports.items():
+            if name not in self.instantiated:
+                found.append(("import", name, place_of(self.tree.name, token)))
+        for name, declared in self.scope.variables.items():
+            if name not in self.scope.used:
+                found.append(("parameter" if declared.constant else "variable", name, declared.place))
+        for name, place in self.events.items():
+            if place is not None and name not in self.heard:
+                found.append(("event", name, place))
+        return found
 
-    def _second(self, what: str, token: Token, first: Token) -> None:
-        related = Related(place_of(self.tree.name, first), "the first is here")
-        self.report.add("E0403", place_of(self.tree.name, token), f"a second `{what}`", related=(related,))
+    def _add(self, code: str, token: Token, message: str, suggestion: str | None = None) -> None:
+        self.report.add(code, place_of(self.tree.name, token), message, suggestion)
 
 
-def _orthogonal(one: _Draft, other: _Draft) -> bool:
+def _last_token(line: syntax.TransitionLine) -> Token:
+    """The last token of a transition's trigger, guard and target."""
+    if line.target is not None:
+        return line.target.names[-1]
+    if line.guard is not None:
+        return syntax.last_token(line.guard)
+    if line.operand is not None:
+        return syntax.last_token(line.operand)
+    return line.names[-1]
+
+
+def _orthogonal(one: Draft, other: Draft) -> bool:
     """Whether two states lie in different regions of a parallel state."""
     above = list(other.ancestors())
     common = next((state for state in one.ancestors() if state in above), None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from hsm.expressions import Active, Binary, Expression, SignalValue, Unary, VariableValue
+from hsm.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model import (
     Action,
     ActivityCall,
@@ -12,7 +12,6 @@ from hsm.model import (
     Assign,
     Call,
     Model,
-    Raise,
     State,
     Transition,
     Trigger,
@@ -121,11 +120,11 @@ class _Copier:
 
     def _action(self, action: Action) -> Action:
         match action:
-            case Assign(variable, value):
-                return replace(action, variable=self.prefix + variable, value=self._expression(value))
-            case Call(arguments=arguments):
-                return replace(action, arguments=tuple(map(self._expression, arguments)))
-            case Raise():
+            case Assign():
+                return replace(action, variable=self.prefix + action.variable, value=self._expression(action.value))
+            case Call():
+                return replace(action, arguments=tuple(map(self._expression, action.arguments)))
+            case _:
                 return action
 
     def _expression(self, expression: Expression) -> Expression:
@@ -135,12 +134,10 @@ class _Copier:
             case Active(state):
                 return replace(expression, state=self.prefix + state)
             case SignalValue(arguments=arguments):
-                return (
-                    replace(expression, arguments=tuple(map(self._expression, arguments))) if arguments else expression
-                )
+                return replace(expression, arguments=tuple(map(self._expression, arguments)))
             case Unary(operand=operand):
                 return replace(expression, operand=self._expression(operand))
             case Binary(left=left, right=right):
                 return replace(expression, left=self._expression(left), right=self._expression(right))
-            case _:
+            case Literal():
                 return expression

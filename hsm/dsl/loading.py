@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from lark import Token
 
-from hsm.diagnostics import Diagnostic, MachineError, Severity
-from hsm.dsl import syntax
-from hsm.dsl.codes import Report
+from hsm.diagnostics import Diagnostic, MachineError
+from hsm.dsl import checks, syntax
+from hsm.dsl.acceptance import accepted
+from hsm.dsl.codes import Report, finding
 from hsm.dsl.compile import Unit, compile_file
 from hsm.dsl.parser import parse
 from hsm.dsl.syntax import place_of
@@ -41,7 +43,7 @@ def load_model(path: str | Path, library: Library) -> Model:
     Raises:
         MachineError: it, or a machine that it imports, cannot be built; with all findings.
     """
-    return _model(check_file(path, library))
+    return _model(check_file(path, library, remarks=False))
 
 
 def parse_model(text: str, library: Library, file: str = "<text>") -> Model:
@@ -50,24 +52,28 @@ def parse_model(text: str, library: Library, file: str = "<text>") -> Model:
     Raises:
         MachineError: it, or a machine that it imports, cannot be built; with all findings.
     """
-    return _model(check_text(text, library, file))
+    return _model(check_text(text, library, file, remarks=False))
 
 
-def check_file(path: str | Path, library: Library) -> Checked:
-    """Read and check a file and all that it imports."""
-    loader = _Loader(library)
+def check_file(path: str | Path, library: Library, *, remarks: bool = True) -> Checked:
+    """Read and check a file and all that it imports.
+
+    Args:
+        path: where it is.
+        library: the registry.
+        remarks: whether warnings and notes are wanted for a machine without errors; with errors they always are.
+    """
     try:
         text = Path(path).read_bytes().decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        report = Report(str(path))
-        report.add("E0107", None, f"{path} cannot be read: {_reason(error)}")
-        return Checked(None, tuple(report.found))
-    return loader.check(text, str(path))
+        unread = finding("E0107", None, f"{path} cannot be read: {_reason(error)}")
+        return Checked(None, (unread,))
+    return check_text(text, library, str(path), remarks=remarks)
 
 
-def check_text(text: str, library: Library, file: str = "<text>") -> Checked:
-    """Check a text; imports are looked for beside ``file``."""
-    return _Loader(library).check(text, file)
+def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
+    """Check a text as ``check_file`` does; imports are looked for beside ``file``."""
+    return _Loader(library).check(text, file, remarks=remarks)
 
 
 def _model(checked: Checked) -> Model:
@@ -82,6 +88,10 @@ def _reason(error: OSError | UnicodeDecodeError) -> str:
     return error.strerror or str(error)
 
 
+def _position(found: Diagnostic) -> tuple[int, int, str]:
+    return (found.place.line, found.place.column, found.code) if found.place is not None else (0, 0, found.code)
+
+
 @dataclass(slots=True)
 class _Loader:
     """Compiles each file once; knows which files are being compiled, so that a ring of imports is seen."""
@@ -91,14 +101,17 @@ class _Loader:
     open_files: list[Path] = field(default_factory=list)
     sources: dict[str, str] = field(default_factory=dict)
 
-    def check(self, text: str, file: str) -> Checked:
-        """Compile a text and what it imports; collect what was found anywhere."""
+    def check(self, text: str, file: str, *, remarks: bool) -> Checked:
+        """Compile a text and what it imports; collect what was found anywhere, file by file and line by line."""
         main = self._compile(text, file)
-        findings = [*main.diagnostics]
-        for unit in self.units.values():
-            if unit is not main:
-                findings.extend(unit.diagnostics)
-        failed = any(one.severity is Severity.ERROR for one in findings)
+        units = [main, *(unit for unit in self.units.values() if unit is not main)]
+        failed = any(unit.model is None for unit in units)
+        findings: list[Diagnostic] = []
+        for unit in units:
+            found: Sequence[Diagnostic] = unit.diagnostics
+            if remarks or failed:
+                found = accepted((*found, *checks.remarks(unit.subject)), unit.tree)
+            findings.extend(sorted(found, key=_position))
         return Checked(None if failed else main.model, tuple(findings), self.sources)
 
     def _compile(self, text: str, file: str) -> Unit:

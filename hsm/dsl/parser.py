@@ -16,7 +16,8 @@ from hsm.diagnostics import Diagnostic, Place
 from hsm.dsl import syntax
 from hsm.dsl.codes import Report
 from hsm.dsl.syntax import depth_of, place_of
-from hsm.dsl.syntax_errors import STATEMENTS, explain
+from hsm.dsl.syntax_errors import STATEMENTS, report_line
+from hsm.model import StateKind
 
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 
@@ -25,21 +26,26 @@ class _Blocks(PostLex):
     """Turns the spaces at the beginnings of lines into the beginnings and ends of blocks.
 
     A line within brackets continues the one before, unless it begins like a statement: then the bracket was never
-    closed. What is wrong is kept in ``problems``.
+    closed.
+
+    Attributes:
+        unclosed: brackets that are never closed, by the line on which that is noticed.
+        misfits: ends of lines behind which the indentation fits no block.
     """
 
     always_accept = ("_NL", "UNKNOWN")
 
     def __init__(self) -> None:
-        self.problems: list[tuple[str, Token]] = []
+        self.unclosed: dict[int, Token] = {}
+        self.misfits: list[Token] = []
 
     def process(self, stream: Iterator[Token]) -> Iterator[Token]:
-        self.problems = problems = []
+        self.unclosed, self.misfits = {}, []
         levels = [0]
         opened: list[Token] = []
         held: Token | None = None
-        for token in stream:
-            kind = token.type
+        for read in stream:
+            token, kind = read, read.type
             if kind == "_NL":
                 if opened:
                     held = token
@@ -49,10 +55,10 @@ class _Blocks(PostLex):
                 continue
             if held is not None:
                 if token.value in STATEMENTS:
-                    problems.append(("bracket", opened[0]))
-                    opened.clear()
+                    self._give_up(opened, held)
                     yield held
                     yield from self._indentation(held, levels)
+                    token = Token.new_borrow_pos(token.value.upper(), token.value, token)
                 held = None
             if kind == "LPAR":
                 opened.append(token)
@@ -60,10 +66,14 @@ class _Blocks(PostLex):
                 opened.pop()
             yield token
         if held is not None:
-            problems.append(("bracket", opened[0]))
+            self._give_up(opened, held)
             yield held
         for _ in levels[1:]:
             yield Token("_DEDENT", "")
+
+    def _give_up(self, opened: list[Token], end: Token) -> None:
+        self.unclosed[end.line or 1] = opened[0]
+        opened.clear()
 
     def _indentation(self, newline: Token, levels: list[int]) -> Iterator[Token]:
         width = len(newline) - newline.rindex("\n") - 1
@@ -74,7 +84,7 @@ class _Blocks(PostLex):
         while width < levels[-1]:
             levels.pop()
             if width > levels[-1]:
-                self.problems.append(("dedent", newline))
+                self.misfits.append(newline)
                 levels.append(width)
                 return
             yield Token.new_borrow_pos("_DEDENT", "", newline)
@@ -103,11 +113,11 @@ class _Builder:
 
     def state(self, parts: list[Any]) -> syntax.StateBlock:
         if len(parts) > 1 and isinstance(parts[1], syntax.CallSyntax):
-            return syntax.StateBlock(parts[0], False, parts[1], tuple(parts[2:]))  # noqa: FBT003
-        return syntax.StateBlock(parts[0], False, None, tuple(parts[1:]))  # noqa: FBT003
+            return syntax.StateBlock(parts[0], StateKind.ATOMIC, parts[1], tuple(parts[2:]))
+        return syntax.StateBlock(parts[0], StateKind.ATOMIC, None, tuple(parts[1:]))
 
     def parallel(self, parts: list[Any]) -> syntax.StateBlock:
-        return syntax.StateBlock(parts[0], True, None, tuple(parts[1:]))  # noqa: FBT003
+        return syntax.StateBlock(parts[0], StateKind.PARALLEL, None, tuple(parts[1:]))
 
     def final(self, parts: list[Any]) -> syntax.FinalLine:
         return syntax.FinalLine(parts[0])
@@ -148,6 +158,9 @@ class _Builder:
             else:
                 guard = clause.condition
         return syntax.TransitionLine(keyword, names, operand, guard, target, actions)
+
+    def stay(self, parts: list[Any]) -> syntax.StayLine:
+        return syntax.StayLine(*parts)
 
     def guard(self, parts: list[Any]) -> syntax.GuardSyntax:
         return syntax.GuardSyntax(parts[0])
@@ -225,7 +238,6 @@ def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
     state = interactive.parser_state
     tokens: Iterator[Token] = interactive.lexer_thread.lex(state)  # type: ignore[no-untyped-call]
     accepted: list[bool] = []
-    last_line = 0
     for token in tokens:
         kind = token.type
         if kind == "_DEDENT" and not accepted.pop():
@@ -240,16 +252,14 @@ def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
                 report.add("E0103", _line_place(file, lines, token.end_line or 1))
                 continue
             line = token.line or 1
-            if line != last_line:
-                report.add(*explain(token, error.expected, lines[line - 1], place_of(file, token)))
-            last_line = line
+            if line not in blocks.unclosed:
+                report_line(report, token, error.expected, lines[line - 1])
             _skip_line(state, tokens, token, lines)
     items = state.feed_token(Token("$END", ""), is_end=True)
-    for problem, token in blocks.problems:
-        if problem == "bracket":
-            report.add("E0104", place_of(file, token))
-        else:
-            report.add("E0105", _line_place(file, lines, token.end_line or 1))
+    for token in blocks.unclosed.values():
+        report.add("E0104", place_of(file, token))
+    for token in blocks.misfits:
+        report.add("E0105", _line_place(file, lines, token.end_line or 1))
     return syntax.File(file, items, tuple(lines)), report.found
 
 

@@ -11,6 +11,7 @@ from typing import TypeAlias
 from lark import Token
 
 from hsm.diagnostics import Place
+from hsm.model import StateKind
 
 DEEPEST_EXPRESSION = 64
 """How deep an expression may be nested; nobody can read one half as deep."""
@@ -134,10 +135,13 @@ class InitialLine:
 
 @dataclass(frozen=True, slots=True)
 class StateBlock:
-    """``state NAME``, ``state NAME = machine(...)`` or ``parallel NAME``, with what is indented below it."""
+    """``state NAME``, ``state NAME = machine(...)`` or ``parallel NAME``, with what is indented below it.
+
+    The kind of a state with others inside is only known when they are seen: until then it is atomic.
+    """
 
     name: Token
-    parallel: bool
+    kind: StateKind
     instance: CallSyntax | None
     items: tuple[Item, ...]
 
@@ -214,6 +218,14 @@ class TransitionLine:
 
 
 @dataclass(frozen=True, slots=True)
+class StayLine:
+    """``stay`` or ``stay when condition``: no transition is wanted then."""
+
+    keyword: Token
+    condition: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class BadLine:
     """A line that could not be read, with the names that stand on it: they may be declarations."""
 
@@ -234,6 +246,7 @@ Item: TypeAlias = (
     | EntryLine
     | ExitLine
     | TransitionLine
+    | StayLine
     | BadLine
 )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
@@ -12,7 +13,7 @@ from lark import Token
 
 from hsm.diagnostics import Place, Related
 from hsm.dsl import syntax
-from hsm.dsl.codes import Report, did_you_mean
+from hsm.dsl.codes import Report
 from hsm.dsl.syntax import DEEPEST_EXPRESSION, depth_of, first_token, last_token, place_of
 from hsm.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.registry import Library, Parameter
@@ -33,6 +34,8 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 }
 
 
+_LONGEST_INTEGER = 18
+_LARGEST = 1e300
 _NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?) *(.*)")
 
 
@@ -73,7 +76,7 @@ class Scope:
         enumeration = self.library.enumerations.get(name)
         if enumeration is not None:
             return _type_of_enumeration(enumeration)
-        hint = did_you_mean(name, [*_SIMPLE_TYPES, *self.library.enumerations])
+        hint = self.report.guess(name, [*_SIMPLE_TYPES, *self.library.enumerations]).text
         self.report.add("E0206", self._place(name), f"there is no type `{name}`", hint)
         return None
 
@@ -105,8 +108,9 @@ class Scope:
             if isinstance(argument, syntax.Named):
                 name, value, place = str(argument.name), argument.value, self._place(argument.name)
                 if name not in by_name:
-                    hint = did_you_mean(name, by_name) or _listed(f"{subject} takes", by_name)
+                    hint = self.report.guess(name, by_name).text or _listed(f"{subject} takes", by_name)
                     self.report.add("E0210", place, f"{subject} has no argument `{name}`", hint)
+                    self.expression(value)
                     given[name] = None
                     continue
             elif position < len(parameters):
@@ -153,15 +157,21 @@ class Scope:
         assert written is not None
         digits, unit_name = written.groups()
         if not unit_name:
-            if digits.isdigit():
+            if digits.isdecimal() and len(digits) <= _LONGEST_INTEGER:
                 return Literal(int(digits), INTEGER, self._place(token))
-            return Literal(float(digits), NUMBER, self._place(token))
+            return self._finite(float(digits), NUMBER, token)
         unit = UNITS.get(unit_name)
         if unit is None:
-            hint = did_you_mean(unit_name, UNITS) or _listed("the units are", UNITS)
+            hint = self.report.guess(unit_name, UNITS).text or _listed("the units are", UNITS)
             self.report.add("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
             return None
-        return Literal(float(digits) * unit.factor, unit.quantity, self._place(token))
+        return self._finite(float(digits) * unit.factor, unit.quantity, token)
+
+    def _finite(self, value: float, kind: Type, token: Token) -> Literal | None:
+        if math.isinf(value):
+            self.report.add("E0306", self._place(token), "no number is that large")
+            return None
+        return Literal(value, kind, self._place(token))
 
     def _name(self, token: Token, expected: Type | None) -> Expression | None:
         name = token.value
@@ -195,10 +205,12 @@ class Scope:
         hint: str | None
         if isinstance(expected, Enumeration) and "." not in token:
             message = f"`{token}` is neither a variable nor a value of {expected}"
-            hint = did_you_mean(token, expected.members) or f"the values are {', '.join(expected.members)}"
+            hint = self.report.guess(token, expected.members).text or f"the values are {', '.join(expected.members)}"
         else:
             message = f"there is no variable, parameter or signal `{token}`"
-            hint = did_you_mean(token, [*self.variables, *self.library.signals])
+            close = self.report.guess(token, [*self.variables, *self.library.signals])
+            self.used.add(close.name or "")
+            hint = close.text
         self.report.add("E0202", self._place(token), message, hint)
         return None
 
@@ -253,9 +265,16 @@ class Scope:
             kind = INTEGER if left_type == right_type == INTEGER else _as_quantity(left_type)
         if operator in _ARITHMETIC:
             if isinstance(left, Literal) and isinstance(right, Literal):
-                return Literal(_ARITHMETIC[operator](left.value, right.value), kind, place)
+                return self._folded(operator, left, right, kind, place)
             return Binary(operator, left, right, kind, place)
         return Binary(operator, left, right, BOOLEAN, place)
+
+    def _folded(self, operator: str, left: Literal, right: Literal, kind: Type, place: Place) -> Literal | None:
+        value = _ARITHMETIC[operator](left.value, right.value)
+        if abs(value) > _LARGEST:
+            self.report.add("E0306", place, "no number is that large")
+            return None
+        return Literal(value, kind, place)
 
     def _equality(self, node: syntax.Binary) -> Expression | None:
         operands: tuple[Expression | None, Expression | None]
@@ -294,7 +313,7 @@ class Scope:
         signal = self.library.signals.get(name)
         if signal is None:
             if name not in self.doubtful:
-                hint = did_you_mean(name, [*FUNCTIONS, *self.library.signals])
+                hint = self.report.guess(name, [*FUNCTIONS, *self.library.signals]).text
                 self.report.add("E0202", self._place(node.name), f"there is no signal or function `{name}`", hint)
             return None
         arguments = self.arguments(node, signal.parameters, f"signal `{name}`")
@@ -313,7 +332,7 @@ class Scope:
                 if state in self.states:
                     return Active(str(state), place)
                 if state not in self.doubtful:
-                    hint = did_you_mean(state, self.states)
+                    hint = self.report.guess(state, self.states).text
                     self.report.add("E0201", self._place(state), f"there is no state `{state}`", hint)
             case _:
                 self.report.add("E0213", place, "`in` takes the name of one state")

@@ -1,0 +1,51 @@
+"""Findings that an author has looked at and accepts: ``# accept N0701`` on the line of a finding, or above it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from hsm.diagnostics import Diagnostic, Place, Severity
+from hsm.dsl import syntax
+from hsm.dsl.codes import finding
+
+_ACCEPT = re.compile(r"#\s*accept\s+([WN]\d{4}(?:\s*,\s*[WN]\d{4})*)")
+_CODE = re.compile(r"[WN]\d{4}")
+
+
+def accepted(findings: Iterable[Diagnostic], tree: syntax.File) -> list[Diagnostic]:
+    """The findings that are not accepted in the file, and a warning for each acceptance of nothing."""
+    places = _acceptances(tree)
+    used: set[tuple[int, str]] = set()
+    remaining: list[Diagnostic] = []
+    for found in findings:
+        key = (found.place.line, found.code) if found.place is not None else (0, "")
+        if found.severity < Severity.ERROR and key in places:
+            used.add(key)
+        else:
+            remaining.append(found)
+    for key, place in places.items():
+        if key not in used:
+            remaining.append(finding("W0605", place, f"there is no {key[1]} here to accept"))
+    return remaining
+
+
+def _acceptances(tree: syntax.File) -> dict[tuple[int, str], Place]:
+    """Which code is accepted on which line, and where that is written."""
+    found: dict[tuple[int, str], Place] = {}
+    for number, line in enumerate(tree.lines, 1):
+        match = _ACCEPT.search(line) if "accept" in line else None
+        if match is None:
+            continue
+        subject = number if line[: match.start()].strip() else _next_line(tree, number)
+        for code in _CODE.finditer(line, match.start(), match.end()):
+            place = Place(tree.name, number, code.start() + 1, number, code.end() + 1)
+            found.setdefault((subject, code.group()), place)
+    return found
+
+
+def _next_line(tree: syntax.File, number: int) -> int:
+    """The first line behind a comment that is not one."""
+    while number < len(tree.lines) and tree.lines[number].lstrip().startswith("#"):
+        number += 1
+    return number + 1

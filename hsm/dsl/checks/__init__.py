@@ -1,0 +1,20 @@
+"""What can be said of a machine whose every line makes sense: each check is a module, and yields findings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hsm.diagnostics import Diagnostic
+from hsm.dsl.checks import conflicts, flow, guards, outcomes, regions, spin, unused
+from hsm.dsl.subject import Subject
+
+
+def errors(subject: Subject) -> Iterator[Diagnostic]:
+    """What keeps a machine from being built although every line makes sense."""
+    yield from conflicts.check(subject)
+
+
+def remarks(subject: Subject) -> Iterator[Diagnostic]:
+    """Warnings and notes."""
+    for module in (flow, outcomes, guards, spin, regions, unused):
+        yield from module.check(subject)

@@ -1,0 +1,58 @@
+"""Activities that hold the same thing and could run at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hsm.diagnostics import Diagnostic, Place, Related
+from hsm.dsl.codes import finding
+from hsm.dsl.subject import Subject
+from hsm.model import State, StateKind
+
+
+def check(subject: Subject) -> Iterator[Diagnostic]:
+    """Two regions, or a state and one around it, that could hold the same at once."""
+    states = subject.model.states
+    held: list[dict[str, State]] = [{} for _ in states]
+    for state in reversed(states):
+        inside = held[state.index]
+        parts = [held[child] for child in state.children]
+        if state.kind is StateKind.PARALLEL:
+            seen: dict[str, State] = {}
+            for part in parts:
+                for thing, holder in part.items():
+                    if seen.setdefault(thing, holder) is not holder:
+                        yield from _clash(subject, thing, seen[thing], holder)
+        for part in parts:
+            for thing, holder in part.items():
+                inside.setdefault(thing, holder)
+        if state.activity is not None:
+            for thing in state.activity.activity.holds:
+                if thing in inside:
+                    yield from _clash(subject, thing, state, inside[thing])
+                inside[thing] = state
+
+
+def _clash(subject: Subject, thing: str, first: State, second: State) -> Iterator[Diagnostic]:
+    place, other = _place(subject, second), _place(subject, first)
+    if place is None:
+        place, other, first, second = other, place, second, first
+    if place is None or first.activity is None or second.activity is None:
+        return
+    message = (
+        f"`{second.activity.activity.name}` in `{second.name}` and `{first.activity.activity.name}` in `{first.name}` "
+        f"can run at once, and both hold `{thing}`"
+    )
+    related = () if other is None else (Related(other, "the other one runs here"),)
+    yield finding("E0411", place, message, related=related)
+
+
+def _place(subject: Subject, state: State) -> Place | None:
+    """Where a state's activity is written in this file; of a state inside an instance, where that instance is."""
+    if state.activity is not None and state.activity.place is not None and state.activity.place.file == subject.file:
+        return state.activity.place
+    while state.parent >= 0:
+        if state.place is not None and state.place.file == subject.file:
+            return state.place
+        state = subject.model.states[state.parent]
+    return None

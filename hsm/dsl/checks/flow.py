@@ -1,0 +1,110 @@
+"""Where a machine can get to: states that nothing enters, and states that nothing leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hsm.diagnostics import Diagnostic
+from hsm.dsl.codes import finding
+from hsm.dsl.subject import Subject
+from hsm.model import Model, State, StateKind, Transition, TransitionKind
+
+
+def check(subject: Subject) -> Iterator[Diagnostic]:
+    """Unreachable states, and states with no way out."""
+    reached = reachable(subject.model)
+    if not subject.unresolved and not subject.doubtful:
+        yield from _unreached(subject, reached)
+    yield from _dead_ends(subject, reached)
+
+
+def reachable(model: Model) -> list[bool]:
+    """For each state, whether some way through the machine enters it."""
+    reached = [False] * len(model.states)
+    pending = [0]
+    while pending:
+        state = model.states[pending.pop()]
+        if reached[state.index]:
+            continue
+        reached[state.index] = True
+        if state.parent >= 0:
+            pending.append(state.parent)
+        pending.extend(state.children if state.kind is StateKind.PARALLEL else state.initial)
+        for number in state.transitions:
+            pending.extend(model.transitions[number].targets)
+    return reached
+
+
+def _unreached(subject: Subject, reached: list[bool]) -> Iterator[Diagnostic]:
+    """The outermost states that nothing enters; what lies inside them goes without saying."""
+    for state in subject.own_states():
+        if reached[state.index] or not reached[state.parent]:
+            continue
+        hint = "let a transition go there, or remove it"
+        if state.kind is StateKind.FINAL and state.parent > 0:
+            hint = f"nothing in `{subject.model.states[state.parent].name}` goes there"
+        yield finding("W0501", state.place, f"no transition ever enters state `{state.name}`", hint)
+
+
+def _dead_ends(subject: Subject, reached: list[bool]) -> Iterator[Diagnostic]:
+    model = subject.model
+    outermost = _outermost_domains(model)
+    for state in subject.own_states():
+        if state.kind is not StateKind.ATOMIC or not reached[state.index] or state.index in subject.opaque:
+            continue
+        if subject.unresolved and any(not model.transitions[number].targets for number in state.transitions):
+            continue
+        if not _has_way_out(model, state, outermost):
+            hint = "let a transition leave it, or make it `final`"
+            yield finding("W0502", state.place, f"once in `{state.name}` the machine never leaves it", hint)
+
+
+def _has_way_out(model: Model, state: State, outermost: list[int]) -> bool:
+    """Whether a transition of the state, of one around it or of a sibling region leaves the state."""
+    current = state
+    if any(set(model.transitions[number].targets) - {state.index} for number in state.transitions):
+        return True
+    while current.parent >= 0:
+        current = model.states[current.parent]
+        if current.kind is StateKind.PARALLEL and outermost[current.index] < current.index:
+            return True
+        for number in current.transitions:
+            transition = model.transitions[number]
+            if transition.targets and _leaves(model, transition, state):
+                return True
+    return False
+
+
+def _leaves(model: Model, transition: Transition, state: State) -> bool:
+    """Whether a transition of a state around ``state`` exits it, and does not just enter it again."""
+    domain = domain_of(model, transition)
+    return domain.index != state.index and transition.targets != (state.index,)
+
+
+def domain_of(model: Model, transition: Transition) -> State:
+    """The innermost compound state that a transition does not leave; its source's own, where it goes nowhere."""
+    source = model.states[transition.source]
+    inside = all(source.index < target <= source.last for target in transition.targets)
+    if transition.kind is TransitionKind.LOCAL and inside and source.kind is StateKind.COMPOUND:
+        return source
+    current = source
+    while current.parent >= 0:
+        current = model.states[current.parent]
+        if current.kind is StateKind.COMPOUND and all(
+            current.index < target <= current.last for target in transition.targets
+        ):
+            return current
+    return current
+
+
+def _outermost_domains(model: Model) -> list[int]:
+    """For each state, the smallest index of a domain among the transitions in it: how far out it can be left."""
+    found = [state.index for state in model.states]
+    for state in reversed(model.states):
+        for number in state.transitions:
+            transition = model.transitions[number]
+            if transition.targets:
+                found[state.index] = min(found[state.index], domain_of(model, transition).index)
+        if state.parent >= 0:
+            found[state.parent] = min(found[state.parent], found[state.index])
+    return found

@@ -1,0 +1,214 @@
+"""Conditions that never hold, transitions that earlier ones hide, and overlaps and gaps in a state's table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from hsm.diagnostics import Diagnostic, Related
+from hsm.dsl.codes import finding
+from hsm.dsl.linear import form_of
+from hsm.dsl.logic import (
+    Formula,
+    UndecidedError,
+    both,
+    can_hold,
+    case_text,
+    either,
+    formula_of,
+    models,
+    negation,
+    terms_of,
+)
+from hsm.dsl.subject import Subject
+from hsm.expressions import Expression
+from hsm.model import After, On, State, Transition, When
+from hsm.types import BOOLEAN, Enumeration
+
+_LONGEST_TABLE = 40
+_MOST_GAPS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A transition with what its condition and guard say.
+
+    Attributes:
+        transition: the transition.
+        free: the formula for any values of the parameters.
+        usual: the formula with numeric parameters at their defaults.
+    """
+
+    transition: Transition
+    free: Formula
+    usual: Formula
+
+
+def check(subject: Subject) -> Iterator[Diagnostic]:
+    """All findings about conditions, state by state."""
+    usual = default_values(subject)
+    for state in subject.own_states():
+        transitions = [subject.model.transitions[number] for number in state.transitions]
+        own = [one for one in transitions if one.place is not None and one.place.file == subject.file]
+        table = [_row(one, usual) for one in own if isinstance(one.trigger, When)]
+        if 0 < len(table) <= _LONGEST_TABLE:
+            yield from _table(table)
+            yield from _gaps(subject, state, table, usual)
+        yield from _events(own, usual)
+        yield from _timeouts(own)
+
+
+def default_values(subject: Subject) -> dict[str, bool | float | int]:
+    """The defaults of the machine's numeric parameters."""
+    return {
+        parameter.name: parameter.default
+        for parameter in subject.model.parameters
+        if not parameter.required and parameter.type != BOOLEAN and not isinstance(parameter.type, Enumeration)
+    }
+
+
+def _row(transition: Transition, usual: Mapping[str, bool | float | int]) -> Row:
+    conditions: list[Expression] = []
+    if isinstance(transition.trigger, When):
+        conditions.append(transition.trigger.condition)
+    if transition.guard is not None:
+        conditions.append(transition.guard)
+    free: Formula = True
+    fixed: Formula = True
+    for condition in conditions:
+        free = both(free, formula_of(condition, {}))
+        fixed = both(fixed, formula_of(condition, usual))
+    return Row(transition, free, fixed)
+
+
+def _table(rows: Sequence[Row], event: str | None = None) -> Iterator[Diagnostic]:
+    """Rows that never fire, that earlier ones hide, or that overlap earlier ones."""
+    living: list[Row] = []
+    subject = "this condition" if event is None else "this guard"
+    for row in rows:
+        place = row.transition.place
+        try:
+            if not can_hold(row.free):
+                yield finding("W0506", place, f"{subject} never holds")
+                continue
+            hiding = _hiding(row, living)
+            if hiding:
+                related = tuple(Related(one.place, "this one comes first") for one in hiding if one.place is not None)
+                what = "" if event is None else f" on `{event}`"
+                yield finding("W0503", place, f"this transition never fires{what}: earlier ones do", related=related)
+                continue
+            yield from _overlaps(row, living, event)
+        except UndecidedError:
+            continue
+        finally:
+            living.append(row)
+
+
+def _hiding(row: Row, earlier: Sequence[Row]) -> list[Transition]:
+    """The earlier transitions that leave nothing to this one; none where they leave something."""
+    for one in earlier:
+        if not can_hold(both(row.free, negation(one.free))):
+            return [one.transition]
+    rest = row.free
+    for one in earlier:
+        rest = both(rest, negation(one.free))
+    if can_hold(rest):
+        return []
+    return [one.transition for one in earlier if can_hold(both(row.free, one.free))]
+
+
+def _overlaps(row: Row, earlier: Sequence[Row], event: str | None) -> Iterator[Diagnostic]:
+    if event is not None and row.transition.guard is None:
+        return
+    for one in earlier:
+        same = (one.transition.targets, one.transition.actions) == (row.transition.targets, row.transition.actions)
+        if same or one.transition.place is None:
+            continue
+        case = next(models(both(one.usual, row.usual)), None)
+        if case is not None:
+            message = f"this transition and an earlier one can both fire, and the first wins: {case_text(case)}"
+            yield finding("N0701", row.transition.place, message, related=(Related(one.transition.place, "the first"),))
+
+
+def _events(own: Sequence[Transition], usual: Mapping[str, bool | float | int]) -> Iterator[Diagnostic]:
+    """The transitions on each event, as a table; a transition on several is hidden only where it is on all."""
+    tables: dict[str, list[Row]] = {}
+    for transition in own:
+        if isinstance(transition.trigger, On):
+            row = _row(transition, usual)
+            for name in dict.fromkeys(transition.trigger.names):
+                tables.setdefault(name, []).append(row)
+    for event, rows in tables.items():
+        if 1 < len(rows) <= _LONGEST_TABLE or (len(rows) == 1 and rows[0].transition.guard is not None):
+            yield from _table(rows, event)
+
+
+def _timeouts(own: Sequence[Transition]) -> Iterator[Diagnostic]:
+    """Time-outs behind one that comes no later and leaves the state."""
+    first: list[tuple[Expression, Transition]] = []
+    for transition in own:
+        if not isinstance(transition.trigger, After):
+            continue
+        duration = transition.trigger.duration
+        for earlier, winner in first:
+            if _no_later(earlier, duration) and winner.place is not None:
+                related = (Related(winner.place, "this one comes first"),)
+                message = "this transition never fires: an earlier time-out leaves the state"
+                yield finding("W0503", transition.place, message, related=related)
+                break
+        if transition.guard is None and transition.targets:
+            first.append((duration, transition))
+
+
+def _no_later(earlier: Expression, later: Expression) -> bool:
+    """Whether one duration is never longer than another, whatever the parameters and signals are."""
+    difference = form_of(earlier, {}).minus(form_of(later, {}))
+    return not difference.coefficients and difference.constant <= 0
+
+
+def _gaps(
+    subject: Subject, state: State, table: Sequence[Row], usual: Mapping[str, bool | float | int]
+) -> Iterator[Diagnostic]:
+    """What a table leaves out; without two rows that share a signal or a variable there is no table."""
+    stays = subject.stays.get(state.index, ())
+    if any(stay.always for stay in stays):
+        return
+    meant: Formula = False
+    for stay in stays:
+        if stay.condition is not None:
+            meant = either(meant, formula_of(stay.condition, usual))
+    rows = _connected(table)
+    if rows:
+        covered: Formula = False
+        for row in rows:
+            covered = either(covered, row.usual)
+        yield from _gaps_of(state, either(covered, meant))
+
+
+def _gaps_of(state: State, covered: Formula) -> Iterator[Diagnostic]:
+    found = 0
+    hint = "add a transition, or say that nothing is to happen: `stay when ...`"
+    try:
+        for case in models(negation(covered)):
+            found += 1
+            if found <= _MOST_GAPS:
+                message = f"in `{state.name}` no transition fires when {case_text(case)}"
+                yield finding("N0702", state.place, message, hint)
+    except UndecidedError:
+        return
+    if found > _MOST_GAPS:
+        yield finding("N0702", state.place, f"in `{state.name}` there are {found - _MOST_GAPS} more such gaps", hint)
+
+
+def _connected(table: Sequence[Row]) -> list[Row]:
+    """The rows, those that share most signals and variables first; none where no two rows share any."""
+    groups: list[tuple[set[str], list[Row]]] = []
+    for row in table:
+        terms, rows = set(terms_of(row.usual)), [row]
+        for group in [one for one in groups if one[0] & terms]:
+            groups.remove(group)
+            terms |= group[0]
+            rows = group[1] + rows
+        groups.append((terms, rows))
+    groups.sort(key=lambda group: -len(group[1]))
+    return [row for _, rows in groups for row in rows] if len(groups) < len(table) else []

@@ -1,0 +1,74 @@
+"""Parallel regions that react to the same and cannot both have their way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hsm.diagnostics import Diagnostic, Related
+from hsm.dsl.checks.flow import domain_of
+from hsm.dsl.codes import finding
+from hsm.dsl.logic import Formula, UndecidedError, both, can_hold, formula_of
+from hsm.dsl.subject import Subject
+from hsm.model import Model, On, State, StateKind, Transition, When
+
+_MOST_PAIRS = 2000
+
+
+def check(subject: Subject) -> Iterator[Diagnostic]:
+    """Transitions of two regions that can be enabled at once while one of them leaves the parallel state."""
+    model = subject.model
+    for state in subject.own_states():
+        if state.kind is not StateKind.PARALLEL:
+            continue
+        regions = [_transitions(model, model.states[child]) for child in state.children]
+        pairs = 0
+        for position, later in enumerate(regions):
+            for earlier in regions[:position]:
+                for first in earlier:
+                    for second in later:
+                        pairs += 1
+                        if pairs <= _MOST_PAIRS and _collide(model, state, first, second):
+                            yield from _finding(subject, first, second)
+
+
+def _finding(subject: Subject, first: Transition, second: Transition) -> Iterator[Diagnostic]:
+    if first.place is None or second.place is None or second.place.file != subject.file:
+        return
+    message = "this transition and one of an earlier region exclude each other: the earlier region's wins"
+    yield finding("N0704", second.place, message, related=(Related(first.place, "the earlier one"),))
+
+
+def _transitions(model: Model, region: State) -> list[Transition]:
+    """The transitions in a region that leave or enter something."""
+    return [
+        model.transitions[number]
+        for state in model.states[region.index : region.last + 1]
+        for number in state.transitions
+        if model.transitions[number].targets
+    ]
+
+
+def _collide(model: Model, parallel: State, first: Transition, second: Transition) -> bool:
+    """Whether both can be enabled by the same, and one of them exits the region of the other."""
+    outside = [domain_of(model, one).index <= parallel.index for one in (first, second)]
+    if not any(outside):
+        return False
+    match first.trigger, second.trigger:
+        case On(names), On(others):
+            shared = set(names) & set(others) - {"done", "fault"}
+            return bool(shared) and _together(_guard(first), _guard(second))
+        case When(condition), When(other):
+            conditions = both(formula_of(condition, {}), formula_of(other, {}))
+            return _together(conditions, both(_guard(first), _guard(second)))
+    return False
+
+
+def _guard(transition: Transition) -> Formula:
+    return True if transition.guard is None else formula_of(transition.guard, {})
+
+
+def _together(first: Formula, second: Formula) -> bool:
+    try:
+        return can_hold(both(first, second))
+    except UndecidedError:
+        return True

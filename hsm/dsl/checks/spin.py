@@ -1,0 +1,126 @@
+"""Loops of ``when`` transitions that could go round within one tick, because nothing on the way changes a condition."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from hsm.diagnostics import Diagnostic, Related
+from hsm.dsl.codes import finding
+from hsm.dsl.logic import Formula, UndecidedError, both, can_hold, case_text, formula_of, models, negation, terms_of
+from hsm.dsl.subject import Subject
+from hsm.model import Assign, Model, State, StateKind, Transition, When
+
+_LONGEST_LOOP = 8
+_MOST_STEPS = 2000
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A way from one atomic state to another within a tick: a transition and when it is the one that fires."""
+
+    transition: Transition
+    condition: Formula
+    target: int
+
+
+def check(subject: Subject) -> Iterator[Diagnostic]:
+    """One finding for each loop, at its first transition."""
+    model = subject.model
+    steps = {state.index: _steps(model, state) for state in model.states if state.kind is StateKind.ATOMIC}
+    steps = _on_loops(steps)
+    told: set[frozenset[int]] = set()
+    for start in steps:
+        for loop, case in _loops(steps, start):
+            places = [one.transition.place for one in loop if one.transition.place is not None]
+            key = frozenset(one.transition.index for one in loop)
+            if key in told or not places or places[0].file != subject.file:
+                continue
+            told.add(key)
+            message = f"these transitions can go round within one tick, without end: {case}"
+            related = tuple(Related(place, "then this one") for place in places[1:])
+            yield finding("W0505", places[0], message, "let the conditions exclude one another", related)
+
+
+def _steps(model: Model, state: State) -> list[Step]:
+    """The ``when`` transitions that can fire in an atomic state: its own first, then those of the states around it."""
+    found: list[Step] = []
+    blocked: Formula = True
+    current = state
+    while len(found) <= _LONGEST_LOOP * 4:
+        for number in current.transitions:
+            transition = model.transitions[number]
+            if not isinstance(transition.trigger, When):
+                continue
+            condition = formula_of(transition.trigger.condition, {})
+            if transition.guard is not None:
+                condition = both(condition, formula_of(transition.guard, {}))
+            for leaf in _leaves(model, transition, state):
+                found.append(Step(transition, both(condition, blocked), leaf))
+            blocked = both(blocked, negation(condition))
+        if current.parent < 0:
+            break
+        current = model.states[current.parent]
+    return found
+
+
+def _leaves(model: Model, transition: Transition, state: State) -> list[int]:
+    """The atomic states that a transition leads to, as far as that does not depend on what was before."""
+    if not transition.targets:
+        return [state.index]
+    found: list[int] = []
+    pending = list(transition.targets)
+    while pending:
+        target = model.states[pending.pop()]
+        if target.kind is StateKind.ATOMIC:
+            found.append(target.index)
+        elif target.kind in (StateKind.COMPOUND, StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY):
+            pending.extend(target.initial)
+        elif target.kind is StateKind.PARALLEL:
+            pending.extend(target.children)
+    return found
+
+
+def _on_loops(steps: dict[int, list[Step]]) -> dict[int, list[Step]]:
+    """Only the states that can be come back to: those with no step in or out are taken away until none is left."""
+    while True:
+        entered = {step.target for found in steps.values() for step in found}
+        kept = {
+            state: [step for step in found if step.target in steps]
+            for state, found in steps.items()
+            if found and state in entered
+        }
+        if kept == steps:
+            return kept
+        steps = kept
+
+
+def _loops(steps: dict[int, list[Step]], start: int) -> Iterator[tuple[list[Step], str]]:
+    """Loops through a state and states behind it, with a case in which they go round."""
+    pending: list[tuple[int, list[Step], Formula]] = [(start, [], True)]
+    tried = 0
+    while pending and tried < _MOST_STEPS:
+        state, path, condition = pending.pop()
+        for step in steps[state]:
+            tried += 1
+            if step.target < start or len(path) >= _LONGEST_LOOP:
+                continue
+            longer, combined = [*path, step], both(condition, step.condition)
+            try:
+                if not can_hold(combined):
+                    continue
+                if step.target == start:
+                    if not _changes(longer, combined):
+                        yield longer, case_text(next(models(combined)))
+                elif all(step.target != one.target for one in path):
+                    pending.append((step.target, longer, combined))
+            except UndecidedError:
+                continue
+
+
+def _changes(loop: list[Step], condition: Formula) -> bool:
+    """Whether an action on the way sets a variable that the conditions are about."""
+    terms = " ".join(terms_of(condition))
+    return any(
+        isinstance(action, Assign) and action.variable in terms for step in loop for action in step.transition.actions
+    )

@@ -1,0 +1,23 @@
+"""What is declared and never used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hsm.diagnostics import Diagnostic
+from hsm.dsl.codes import finding
+from hsm.dsl.subject import Subject
+
+_CODES = {"import": "W0601", "parameter": "W0602", "variable": "W0603", "event": "W0604"}
+_WORDS = {
+    "import": "machine `{}` is imported, and no state is an instance of it",
+    "parameter": "nothing reads parameter `{}`",
+    "variable": "nothing reads variable `{}`",
+    "event": "event `{}` is declared, and no transition is on it",
+}
+
+
+def check(subject: Subject) -> Iterator[Diagnostic]:
+    """One finding for each unused import, parameter, variable and event."""
+    for kind, name, place in subject.unused:
+        yield finding(_CODES[kind], place, _WORDS[kind].format(name))

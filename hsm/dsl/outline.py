@@ -1,0 +1,262 @@
+"""The outline of a file: which states lie in which, what is declared at the top; no name has a meaning yet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from lark import Token
+
+from hsm.diagnostics import Related
+from hsm.dsl import syntax
+from hsm.dsl.codes import Report
+from hsm.dsl.syntax import place_of
+from hsm.model import Model, StateKind
+
+HISTORY = {"history": StateKind.SHALLOW_HISTORY, "deep_history": StateKind.DEEP_HISTORY}
+"""How the history of a state is named behind the state's own name."""
+
+
+@dataclass(slots=True, eq=False)
+class Draft:
+    """A state while its machine is being built.
+
+    Attributes:
+        name: its name in this file.
+        kind: what it is, as far as its lines tell.
+        parent: the state around it.
+        token: where its name is written.
+        children: the states directly inside it, histories excepted.
+        histories: the history states that some transition asks for.
+        lines: its transitions, entry and exit lines; at the top also declarations.
+        stays: its ``stay`` lines.
+        initial: its ``initial`` line.
+        activity: its ``do`` line.
+        instance: the machine that it is an instance of, with arguments.
+        model: that machine, once found.
+        opaque: what it or something inside it reports cannot be known.
+        completions: names under which its own completion is heard.
+        reported: outcomes of activities in it or inside it.
+        index: its position in document order.
+        last: the position of its last descendant.
+    """
+
+    name: str
+    kind: StateKind
+    parent: Draft | None
+    token: Token | None = None
+    children: list[Draft] = field(default_factory=list)
+    histories: dict[StateKind, Draft] = field(default_factory=dict)
+    lines: list[syntax.Item] = field(default_factory=list)
+    stays: list[syntax.StayLine] = field(default_factory=list)
+    initial: syntax.InitialLine | None = None
+    activity: syntax.DoLine | None = None
+    instance: syntax.CallSyntax | None = None
+    model: Model | None = None
+    opaque: bool = False
+    completions: set[str] = field(default_factory=set)
+    reported: set[str] = field(default_factory=set)
+    index: int = -1
+    last: int = -1
+
+    def inner(self) -> list[Draft]:
+        """The states directly inside it, histories last."""
+        return [*self.children, *self.histories.values()]
+
+    def ancestors(self) -> Iterator[Draft]:
+        """The state and all that it lies in, innermost first."""
+        found: Draft | None = self
+        while found is not None:
+            yield found
+            found = found.parent
+
+
+@dataclass(slots=True)
+class Outline:
+    """What a file declares.
+
+    Attributes:
+        root: stands for the machine.
+        states: all states by name.
+        heading: the line ``machine NAME``.
+        imports: imported machines, by the name that the file knows them under.
+        declared: where each state, variable and parameter is declared first.
+        doubtful: names on lines that could not be read.
+    """
+
+    root: Draft
+    states: dict[str, Draft] = field(default_factory=dict)
+    heading: syntax.MachineLine | None = None
+    imports: dict[str, Token] = field(default_factory=dict)
+    declared: dict[str, Token] = field(default_factory=dict)
+    doubtful: set[str] = field(default_factory=set)
+
+
+def outline(tree: syntax.File, report: Report) -> Outline:
+    """Walk a file once; whatever stands in the wrong place or twice is reported."""
+    walker = _Walker(tree, report, Outline(Draft("", StateKind.COMPOUND, None)))
+    walker.walk()
+    walker.check_whole()
+    return walker.result
+
+
+@dataclass(slots=True)
+class _Walker:
+    tree: syntax.File
+    report: Report
+    result: Outline
+
+    def walk(self) -> None:
+        """Take all lines, blocks from an explicit stack: a deep file needs no deep recursion."""
+        stack: list[tuple[Draft, Iterator[syntax.Item]]] = [(self.result.root, iter(self.tree.items))]
+        while stack:
+            draft, items = stack[-1]
+            for item in items:
+                block = self._take(draft, item)
+                if block is not None:
+                    stack.append(block)
+                    break
+            else:
+                stack.pop()
+
+    def check_whole(self) -> None:
+        """What only the whole file tells."""
+        result = self.result
+        for draft in result.states.values():
+            if draft.kind is StateKind.PARALLEL and len(draft.children) < 2 and not result.doubtful:
+                self._add("E0408", draft.token, f"parallel state `{draft.name}` has fewer than two states inside")
+        if result.heading is None:
+            if not result.doubtful:
+                self._add("E0401", _start_of(self.tree), "the first line is to be `machine`, with a name")
+            return
+        name = result.heading.name
+        result.root.name, result.root.token = str(name), name
+        if "." in name:
+            self._add("E0211", name, "the name of a machine has no dot")
+        if name in result.states:
+            related = Related(place_of(self.tree.name, name), "the machine is named here")
+            self.report.add(
+                "E0209",
+                place_of(self.tree.name, result.states[str(name)].token or name),
+                f"`{name}` names the machine itself",
+                related=(related,),
+            )
+        if not result.root.children and not result.doubtful:
+            self._add("E0409", name, f"machine `{name}` has no state")
+
+    def _take(self, draft: Draft, item: syntax.Item) -> tuple[Draft, Iterator[syntax.Item]] | None:
+        """Note one line; a block is returned to be walked next."""
+        match item:
+            case syntax.StateBlock():
+                return self._new_state(draft, item), iter(item.items)
+            case syntax.BadLine(names, items):
+                self.result.doubtful |= names
+                draft.opaque = True
+                return Draft("", StateKind.COMPOUND, draft, opaque=True), iter(items)
+            case syntax.TransitionLine() | syntax.EntryLine() | syntax.ExitLine():
+                draft.lines.append(item)
+            case syntax.StayLine():
+                draft.stays.append(item)
+            case syntax.FinalLine() | syntax.InitialLine() | syntax.DoLine():
+                self._take_part(draft, item)
+            case syntax.MachineLine():
+                self._take_heading(item)
+            case _:
+                self._take_declaration(draft, item)
+        return None
+
+    def _new_state(self, parent: Draft, block: syntax.StateBlock) -> Draft:
+        if parent.instance is not None:
+            self._add("E0402", block.name, "an instance of a machine has no further states: its states are in its file")
+        draft = Draft(str(block.name), block.kind, parent, block.name, instance=block.instance)
+        self._insert(draft, block.name)
+        return draft
+
+    def _insert(self, draft: Draft, name: Token) -> None:
+        if "." in name:
+            self._add("E0211", name, f"`{name}` cannot name a state: a name that is declared has no dot")
+        elif self.is_new(name):
+            self.result.states[draft.name] = draft
+        parent = draft.parent
+        assert parent is not None
+        if parent.kind is StateKind.ATOMIC:
+            parent.kind = StateKind.COMPOUND
+        parent.children.append(draft)
+
+    def _take_part(self, draft: Draft, item: syntax.FinalLine | syntax.InitialLine | syntax.DoLine) -> None:
+        match item:
+            case syntax.FinalLine(name):
+                if draft.kind is StateKind.PARALLEL or draft.instance is not None:
+                    self._add("E0402", name, "a final state lies in the machine or in a state that is not parallel")
+                self._insert(Draft(str(name), StateKind.FINAL, draft, name), name)
+            case syntax.InitialLine(target):
+                if draft.kind is StateKind.PARALLEL:
+                    self._add("E0402", target, "all regions of a parallel state are entered: it has no `initial`")
+                elif draft.instance is not None:
+                    self._add("E0402", target, "where an instance begins is said in its machine's file")
+                elif draft.initial is not None:
+                    self._second("initial", target, draft.initial.target)
+                else:
+                    draft.initial = item
+            case syntax.DoLine(call):
+                if draft.instance is not None:
+                    self._add("E0402", call.name, "an instance of a machine does what that machine does")
+                elif draft.activity is not None:
+                    self._second("do", call.name, draft.activity.call.name)
+                else:
+                    draft.activity = item
+
+    def _take_heading(self, item: syntax.MachineLine) -> None:
+        if self.result.heading is not None:
+            self._second("machine", item.name, self.result.heading.name)
+            return
+        if item is not self.tree.items[0]:
+            self._add("E0401", item.name, "the line `machine` is the first of its file")
+        self.result.heading = item
+
+    def _take_declaration(self, draft: Draft, item: syntax.Item) -> None:
+        match item:
+            case syntax.ImportLine(name) | syntax.ParameterLine(name) | syntax.VariableLine(name):
+                first = name
+            case syntax.EventLine(names):
+                first = names[0]
+            case _:
+                raise AssertionError(item)
+        if draft is not self.result.root:
+            self._add("E0402", first, "this is declared at the top of the file, not in a state")
+            return
+        if isinstance(item, syntax.ImportLine):
+            known = first.rpartition(".")[2]
+            if known in self.result.imports:
+                self._second(f"import {known}", first, self.result.imports[known])
+            self.result.imports.setdefault(known, first)
+            return
+        draft.lines.append(item)
+        if not isinstance(item, syntax.EventLine):
+            self.is_new(first)
+
+    def is_new(self, name: Token) -> bool:
+        """Whether a name is declared for the first time; reported where it is not."""
+        first = self.result.declared.setdefault(str(name), name)
+        if first is name:
+            return True
+        related = Related(place_of(self.tree.name, first), "first declared here")
+        self.report.add("E0209", place_of(self.tree.name, name), f"`{name}` is declared twice", related=(related,))
+        return False
+
+    def _add(self, code: str, token: Token | None, message: str) -> None:
+        self.report.add(code, place_of(self.tree.name, token) if token is not None else None, message)
+
+    def _second(self, what: str, token: Token, first: Token) -> None:
+        related = Related(place_of(self.tree.name, first), "the first is here")
+        self.report.add("E0403", place_of(self.tree.name, token), f"a second `{what}`", related=(related,))
+
+
+def _start_of(tree: syntax.File) -> Token:
+    """The first word of a file."""
+    for number, line in enumerate(tree.lines, 1):
+        words = line.partition("#")[0].split()
+        if words:
+            column = line.index(words[0]) + 1
+            return Token("NAME", words[0], 0, number, column, number, column + len(words[0]))
+    return Token("NAME", "", 0, 1, 1, 1, 2)

@@ -1,0 +1,57 @@
+"""What the checks look at: a machine, as far as it could be understood, and what is known to be uncertain about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from hsm.diagnostics import Place
+from hsm.expressions import Expression
+from hsm.model import Model, State, StateKind
+
+PSEUDO = (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY)
+"""The kinds of state that no machine ever is in."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stay:
+    """A ``stay`` line: no transition is wanted while its condition holds, or ever.
+
+    Attributes:
+        condition: None without one, or where it is at fault.
+        place: where it is written.
+        always: it has no condition.
+    """
+
+    condition: Expression | None
+    place: Place
+    always: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """One file's machine for the checks; only what is written in this file is reported.
+
+    Attributes:
+        file: the file's name.
+        model: the machine; where the file has errors, without what could not be understood.
+        stays: the ``stay`` lines of each state, by its index.
+        doubtful: names on lines that could not be read; nothing is said about those.
+        unresolved: some transition may lead anywhere, because its target is not known.
+        opaque: states in which something reports outcomes that are not known.
+        unused: kind, name and place of what is declared and never used.
+    """
+
+    file: str
+    model: Model
+    stays: Mapping[int, tuple[Stay, ...]]
+    doubtful: frozenset[str] = frozenset()
+    unresolved: bool = False
+    opaque: frozenset[int] = frozenset()
+    unused: tuple[tuple[str, str, Place], ...] = ()
+
+    def own_states(self) -> Iterator[State]:
+        """The states that are written in this file, without the machine itself and history states."""
+        for state in self.model.states[1:]:
+            if state.kind not in PSEUDO and state.place is not None and state.place.file == self.file:
+                yield state

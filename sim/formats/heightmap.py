@@ -17,6 +17,7 @@ from PIL import Image, UnidentifiedImageError
 
 from sim.formats.sketch import Place, Sketch
 from sim.free_space import Flags, FreeSpace, flood
+from sim.geometry import distances
 from sim.maze import Door, Maze, MazeError, Point, Segments, merge_collinear
 
 METRES_A_PIXEL = 0.025
@@ -24,6 +25,9 @@ WALL_BELOW = 50
 """Pixels darker than this are walls."""
 DOOR_UP_TO = 205
 """Pixels from the walls' limit up to this grey, inclusive, are doors; lighter ones are free."""
+
+DOOR_SLOT = 0.06
+"""A door slides along a wall if it is as near to it as this, m."""
 
 
 def recognises(content: bytes) -> bool:
@@ -51,11 +55,9 @@ def read(path: Path, content: bytes, metres_a_pixel: float = METRES_A_PIXEL) -> 
     if not wall.any():
         raise MazeError(str(path), "the image has no wall", hint=f"walls are pixels darker than {WALL_BELOW}")
     frame = _Frame(grey.shape[0], grey.shape[1], metres_a_pixel)
-    maze = Maze(
-        name=path.stem,
-        walls=frame.segments(merge_collinear(outlines(wall))),
-        doors=tuple(_doors((grey >= WALL_BELOW) & (grey <= DOOR_UP_TO), frame)),
-    )
+    walls = frame.segments(merge_collinear(outlines(wall)))
+    doors = tuple(_doors((grey >= WALL_BELOW) & (grey <= DOOR_UP_TO), frame, walls))
+    maze = Maze(name=path.stem, walls=walls, doors=doors)
     return Sketch(maze, frame.pixel)
 
 
@@ -107,7 +109,7 @@ class _Frame:
         return np.hstack([self.points(pixels[:, :2]), self.points(pixels[:, 2:])])
 
 
-def _doors(grey: Flags, frame: _Frame) -> list[Door]:
+def _doors(grey: Flags, frame: _Frame, walls: Segments) -> list[Door]:
     doors: list[Door] = []
     remaining = grey.copy()
     while remaining.any():
@@ -116,8 +118,17 @@ def _doors(grey: Flags, frame: _Frame) -> list[Door]:
         seed[row, column] = True
         blob = _connected(remaining, seed)
         remaining &= ~blob
-        doors.append(Door(f"door{len(doors) + 1}", _axis(blob, frame)))
+        doors.append(Door(f"door{len(doors) + 1}", _towards_wall(_axis(blob, frame), walls)))
     return doors
+
+
+def _towards_wall(leaf: tuple[Point, Point], walls: Segments) -> tuple[Point, Point]:
+    """The ends of a door in such an order that it slides along more of a wall; as they are if both sides are equal."""
+    (ax, ay), (bx, by) = leaf
+    part = np.linspace(0.1, 1.0, 10)[:, None]
+    ahead, back = ([bx, by] + part * [bx - ax, by - ay], [ax, ay] - part * [bx - ax, by - ay])
+    near = [int((distances(points, walls).min(axis=1) < DOOR_SLOT).sum()) for points in (ahead, back)]
+    return leaf if near[0] >= near[1] else (leaf[1], leaf[0])
 
 
 def _connected(mask: Flags, seed: Flags) -> Flags:

@@ -200,7 +200,7 @@ def read(path: Path, lines: Sequence[str]) -> Sketch:
         if line:
             readers[line.keyword(list(readers))](line)
             if line:
-                raise line.error(f"`{line.word('')}` is one word too many")
+                raise line.error(f"`{line.word('a word')}` is one word too many", back=1)
     if reader.start is None:
         raise MazeError(str(path), "the maze has no start", hint="add a line such as `start 0.5 0.5 90`")
     maze = Maze(

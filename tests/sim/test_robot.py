@@ -5,18 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from sim.formats import read_maze
-from sim.library import shipped_mazes
 from sim.referee import Outcome
 from sim.robot import SimulatedRobot
 from sim.settings import IDEAL
 from transport.description import Limits, RobotDescription
 from transport.messages import Command, Pose, Twist
-
-
-@pytest.fixture(scope="module")
-def final():
-    return read_maze(shipped_mazes()["final_2015"])
 
 
 def trace(robot, twists):

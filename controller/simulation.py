@@ -18,11 +18,31 @@ from transport.description import RobotDescription
 from transport.messages import Command, Observation, Pose
 
 
-def find_maze(name: str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cell: float = METRES_A_CELL) -> Maze:
-    """Read a maze.
+def maze_file(name: str) -> Path:
+    """The file of a maze.
 
     Args:
-        name: a maze file of any format, or the name of a shipped maze.
+        name: a file, or the name of a shipped maze.
+
+    Raises:
+        FileError: there is neither.
+    """
+    shipped = shipped_mazes()
+    path = shipped.get(name, Path(name))
+    if path.is_file():
+        return path
+    close = get_close_matches(name, shipped, n=1)
+    listed = f"shipped mazes: {', '.join(shipped)}"
+    raise FileError(
+        f"there is no maze {name}", f"did you mean `{close[0]}`? ({listed})" if close else f"give a file; {listed}"
+    )
+
+
+def find_maze(name: str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cell: float = METRES_A_CELL) -> Maze:
+    """Read a maze of any format from a file, or a shipped one by its name.
+
+    Args:
+        name: a file, or the name of a shipped maze.
         metres_a_pixel: scale of heightmap images, m.
         metres_a_cell: scale of micromouse and mms mazes, m.
 
@@ -30,15 +50,7 @@ def find_maze(name: str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cel
         FileError: there is neither.
         MazeError: the file is no maze, or one that cannot be solved.
     """
-    shipped = shipped_mazes()
-    path = shipped.get(name, Path(name))
-    if not path.exists():
-        close = get_close_matches(name, shipped, n=1)
-        listed = f"shipped mazes: {', '.join(shipped)}"
-        raise FileError(
-            f"there is no maze {name}", f"did you mean `{close[0]}`? ({listed})" if close else f"give a file; {listed}"
-        )
-    return read_maze(path, metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
+    return read_maze(maze_file(name), metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
 
 
 class SimulatedWorld:

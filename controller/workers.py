@@ -1,0 +1,67 @@
+"""Who does the jobs of a campaign: this machine's cores, or a cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
+
+from controller.campaign import Job, Record, Setup, run_job
+from controller.errors import CommandError, ExitStatus
+
+
+class ClusterError(CommandError):
+    """The cluster cannot be used."""
+
+    status = ExitStatus.UNREACHABLE
+
+
+def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Iterator[Record]:
+    """Do jobs in so many processes; results come as they are ready.
+
+    When the iterator is closed, by Ctrl-C too, what has been begun is thrown away.
+    """
+    # A fresh interpreter for each worker: no thread, socket or lock of this process is inherited.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_quiet) as pool:
+        futures = [pool.submit(run_job, setup, job) for job in jobs]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in multiprocessing.active_children():
+                process.terminate()
+            raise
+
+
+def _quiet() -> None:
+    """A worker ends without a word when the user presses Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Iterator[Record]:
+    """Do jobs on a dask.distributed cluster that runs already, whose workers have this project installed.
+
+    Raises:
+        ClusterError: dask is not installed, or no scheduler answers.
+    """
+    try:
+        from distributed import Client  # noqa: PLC0415 - an extra
+        from distributed import as_completed as as_they_come  # noqa: PLC0415
+    except ImportError:
+        raise ClusterError("--scheduler needs dask.distributed", "pip install 'maze-machine[cluster]'") from None
+    try:
+        client = Client(address, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise ClusterError(f"no scheduler at {address}: {error}") from None
+    with client:
+        futures = client.map(partial(run_job, setup), list(jobs), pure=False)
+        try:
+            for _, record in as_they_come(futures, with_results=True):
+                yield record
+        finally:
+            client.cancel(futures)

@@ -18,15 +18,13 @@ from typing import Any
 
 from hsm.decisions import Condition, Constant, Decision, Junction, Negation, Tree, decision_of
 from hsm.diagnostics import Place
-from hsm.evaluation import UNSET, eager_signals
+from hsm.evaluation import eager_signals
 from hsm.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.marks import Marks
 from hsm.model import Action, After, Assign, Call, Model, Raise, State
 
 NONE = -1
 """What a chain gives when no transition fires."""
-
-FEW_PATHS = 16
-"""Up to so many paths a guard becomes nested ``if``s, each path ending in its own mark; beyond, a flat computation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,9 +105,10 @@ class Generator:
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
         self._states = {state.name: state.index for state in model.states}
         self._slots: dict[tuple[str, str], int] = {}
-        self._decisions: dict[int, Decision] = {}
+        self._decisions = [decision_of(transition) for transition in model.transitions]
+        self.marks = Marks(self._decisions)
         self._chains: dict[tuple[tuple[int, ...], bool], Chain] = {}
-        self._namespace: dict[str, Any] = {"_": UNSET}
+        self._namespace: dict[str, Any] = {}
         self._objects: dict[int, str] = {}
         self._opened: dict[int, tuple[int, ...]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
@@ -117,10 +116,7 @@ class Generator:
 
     def decision(self, transition: int) -> Decision:
         """What decides whether a transition fires."""
-        found = self._decisions.get(transition)
-        if found is None:
-            found = self._decisions[transition] = decision_of(self.model.transitions[transition])
-        return found
+        return self._decisions[transition]
 
     def chain(self, candidates: tuple[int, ...]) -> Chain:
         """The chain of some transitions, all of one kind of trigger."""
@@ -147,7 +143,7 @@ class Generator:
         if not decision.conditions:
             decided = decision.follow(bool)[0]
             writer.add(depth, f"return {index}" if decided else "pass")
-        elif decision.paths <= FEW_PATHS:
+        elif self.marks.single(index):
             self._nested(writer, index, decision, depth)
         else:
             self._flat(writer, index, decision, depth)
@@ -159,11 +155,10 @@ class Generator:
 
     def _nested(self, writer: _Writer, index: int, decision: Decision, depth: int) -> None:
         """Nested ``if``s with a mark at the end of each path."""
-        width = len(self.model.transitions)
 
         def end(*, outcome: bool) -> _Continuation:
             def write(depth: int, path: int) -> None:
-                writer.add(depth, f"h[{path * width + index}] = 1")
+                writer.add(depth, f"h[{self.marks.place(index, path)}] = 1")
                 if outcome:
                     writer.add(depth, f"return {index}")
 
@@ -204,7 +199,6 @@ class Generator:
 
     def _flat(self, writer: _Writer, index: int, decision: Decision, depth: int) -> None:
         """One condition after the other, adding up the path."""
-        width = len(self.model.transitions)
 
         def decide(tree: Tree, depth: int) -> None:
             match tree:
@@ -232,7 +226,7 @@ class Generator:
 
         writer.add(depth, "p = 0")
         decide(decision.tree, depth)
-        writer.add(depth, f"h[p * {width} + {index}] = 1")
+        writer.add(depth, f"h[{self.marks.first(index)}].add(p)")
         writer.add(depth, "if r:")
         writer.add(depth + 1, f"return {index}")
 
@@ -321,8 +315,9 @@ class Generator:
         for call in eager_signals(condition):
             slot = self.slot(call)
             if slot not in writer.known:
-                writer.add(depth, f"s{slot} = m.get({self._key(slot, call)}, _)")
-                writer.add(depth, f"if s{slot} is _: s{slot} = m[{self._key(slot, call)}] = {self._ask(call)}")
+                key = self._key(slot, call)
+                writer.add(depth, f"if {key} in m: s{slot} = m[{key}]")
+                writer.add(depth, f"else: s{slot} = m[{key}] = {self._ask(call)}")
                 writer.known.add(slot)
         return self._code(condition, writer.known)
 
@@ -351,8 +346,7 @@ class Generator:
                 if slot in known:
                     return f"s{slot}"
                 key = self._key(slot, expression)
-                fetched = f"m.setdefault({key}, {self._ask(expression)})"
-                return f"(s{slot} if (s{slot} := m.get({key}, _)) is not _ else {fetched})"
+                return f"(m[{key}] if {key} in m else m.setdefault({key}, {self._ask(expression)}))"
             case Active(state):
                 return f"({self._states[state]} in c)"
             case Unary("abs", operand):

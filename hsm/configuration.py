@@ -43,14 +43,24 @@ class Configuration:
         machine: whose states they are.
         leaves: the active atomic states, by index, in document order.
         active: all active states, the root included.
+        when: what conditions can fire.
+        always: what fires without a trigger.
+        after: what time-outs can fire.
+        pick_when: the selector's function, or one that gives ``NONE``.
+        events: what an event can fire, for the events that were asked for.
+        plans: what is done for the transitions that a selector picked, where that does not depend on history.
     """
 
     def __init__(self, machine: Machine, leaves: tuple[int, ...]) -> None:
         self.machine = machine
         self.leaves = leaves
         self.active = machine.topology.closure(leaves)
-        self._events: dict[Event, Selector | None] = {}
-        self._plans: dict[Any, Plan | None] = {}
+        self.when = self._selector(lambda transition: isinstance(transition.trigger, When))
+        self.always = self._selector(lambda transition: isinstance(transition.trigger, Always))
+        self.after = self._selector(lambda transition: isinstance(transition.trigger, After))
+        self.pick_when = self.when.pick if self.when else _nothing
+        self.events: dict[Event, Selector | None] = {}
+        self.plans: dict[Any, Plan] = {}
 
     @cached_property
     def states(self) -> tuple[int, ...]:
@@ -67,54 +77,33 @@ class Configuration:
         """The active states that do something, in document order."""
         return tuple(state for state in sorted(self.active) if self.machine.model.states[state].activity is not None)
 
-    @cached_property
-    def when(self) -> Selector | None:
-        """What conditions can fire."""
-        return self._selector(lambda transition: isinstance(transition.trigger, When))
-
-    @cached_property
-    def always(self) -> Selector | None:
-        """What fires without a trigger."""
-        return self._selector(lambda transition: isinstance(transition.trigger, Always))
-
-    @cached_property
-    def after(self) -> Selector | None:
-        """What time-outs can fire."""
-        return self._selector(lambda transition: isinstance(transition.trigger, After))
-
     def on(self, event: Event) -> Selector | None:
         """What an event can fire."""
-        if event not in self._events:
-            if len(self._events) >= CACHE:
-                self._events.clear()
-            self._events[event] = self._selector(lambda transition: self._listens(transition, event))
-        return self._events[event]
+        if event not in self.events:
+            if len(self.events) >= CACHE:
+                self.events.clear()
+            self.events[event] = self._selector(lambda transition: self._listens(transition, event))
+        return self.events[event]
 
-    def plan(self, picked: Picked, remembered: Remembered, memory: object) -> Plan:
-        """What is done for the transitions that a selector picked.
-
-        Args:
-            picked: what the selector gave.
-            remembered: what each history state remembers.
-            memory: the same, as a key.
-        """
-        plan = self._plans.get(picked)
+    def plan(self, picked: Picked, remembered: Remembered) -> Plan:
+        """What is done for the transitions that a selector picked, given what each history state remembers."""
+        plan = self.plans.get(picked)
         if plan is not None:
             return plan
-        key = (picked, memory)
-        plan = self._plans.get(key)
+        key = (picked, tuple(sorted(remembered.items())))
+        plan = self.plans.get(key)
         if plan is None:
-            if len(self._plans) >= CACHE:
-                self._plans.clear()
+            if len(self.plans) >= CACHE:
+                self.plans.clear()
             enabled = (picked,) if isinstance(picked, int) else picked
             plan = self.machine.planner.plan(self.active, enabled, remembered)
             depends = plan.restored or any(self.machine.topology.has_history_target(one) for one in enabled)
-            self._plans[key if depends else picked] = plan
+            self.plans[key if depends else picked] = plan
         return plan
 
     def forget(self) -> None:
         """Drop the plans, which keep other configurations alive."""
-        self._plans.clear()
+        self.plans.clear()
 
     def _listens(self, transition: Transition, event: Event) -> bool:
         if not isinstance(transition.trigger, On):
@@ -143,6 +132,10 @@ class Configuration:
 
     def _candidates(self, leaf: int, offered: dict[int, tuple[int, ...]]) -> tuple[int, ...]:
         return tuple(index for state in self.machine.topology.up(leaf) for index in offered[state])
+
+
+def _nothing(*_: Any) -> int:
+    return NONE
 
 
 def _together(picks: Iterable[Callable[..., int]]) -> Callable[..., Picked]:

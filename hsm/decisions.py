@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 from hsm.expressions import Binary, Expression, Literal, Unary
 from hsm.model import Transition, When
@@ -49,7 +50,7 @@ class Junction:
 Tree = Condition | Constant | Negation | Junction
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Decision:
     """The guard of one transition.
 
@@ -61,11 +62,17 @@ class Decision:
     tree: Tree
     conditions: tuple[Expression, ...]
 
-    @property
-    def paths(self) -> int:
-        """How many ways there are through the tree."""
-        true, false = _paths(self.tree)
+    @cached_property
+    def count(self) -> int:
+        """How many paths there are."""
+        true, false = _count(self.tree)
         return true + false
+
+    @cached_property
+    def paths(self) -> tuple[int, ...]:
+        """All paths, sorted; only to be asked where they are few."""
+        true, false = _walk(self.tree, (0,))
+        return tuple(sorted((*true, *false)))
 
     def follow(self, evaluate: Callable[[Expression], bool]) -> tuple[bool, int]:
         """The outcome and the path, asking for conditions in order and only where they matter."""
@@ -146,7 +153,7 @@ def _chain(expression: Expression, operator: str) -> list[Expression]:
     return [expression, *reversed(operands)]
 
 
-def _paths(tree: Tree) -> tuple[int, int]:
+def _count(tree: Tree) -> tuple[int, int]:
     """How many paths lead to true and how many to false."""
     match tree:
         case Condition():
@@ -154,13 +161,33 @@ def _paths(tree: Tree) -> tuple[int, int]:
         case Constant(held):
             return (1, 0) if held else (0, 1)
         case Negation(operand):
-            true, false = _paths(operand)
+            true, false = _count(operand)
             return false, true
         case Junction(parts, conjunction):
             going, decided = 1, 0
             for part in parts:
-                true, false = _paths(part)
+                true, false = _count(part)
                 further, leaving = (true, false) if conjunction else (false, true)
                 decided += going * leaving
                 going *= further
             return (going, decided) if conjunction else (decided, going)
+
+
+def _walk(tree: Tree, paths: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """How paths that reach a tree go on: those that leave it with true and those that leave it with false."""
+    match tree:
+        case Condition(number):
+            true, false = (tuple(path + digit * 3**number for path in paths) for digit in (TRUE, FALSE))
+            return true, false
+        case Constant(held):
+            return (paths, ()) if held else ((), paths)
+        case Negation(operand):
+            true, false = _walk(operand, paths)
+            return false, true
+        case Junction(parts, conjunction):
+            decided: tuple[int, ...] = ()
+            for part in parts:
+                true, false = _walk(part, paths)
+                paths, leaving = (true, false) if conjunction else (false, true)
+                decided += leaving
+            return (paths, decided) if conjunction else (decided, paths)

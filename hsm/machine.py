@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hsm.codegen import Generator
 from hsm.configuration import CACHE, Configuration
+from hsm.evaluation import Evaluation
+from hsm.expressions import SignalValue
 from hsm.model import Model
 from hsm.plans import Planner
 from hsm.topology import Topology
@@ -63,6 +65,17 @@ class Machine:
                 self._configurations.clear()
             found = self._configurations[leaves] = Configuration(self, leaves)
         return found
+
+    def evaluation(
+        self,
+        memo: Mapping[Any, Any],
+        values: Sequence[Any],
+        active: frozenset[int],
+        ask: Callable[[SignalValue], Any],
+    ) -> Evaluation:
+        """What expressions are evaluated against at one moment of a run."""
+        generator = self.generator
+        return Evaluation(values, generator.variables, active, self.indices, memo, generator.key, ask)
 
     def _parameters(self, given: Mapping[str, Any]) -> list[Any]:
         declared = {parameter.name: parameter for parameter in self.model.parameters}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from hsm.events import Event, Scoped
@@ -13,6 +14,7 @@ from hsm.plans import Plan
 
 if TYPE_CHECKING:
     from hsm.configuration import Configuration
+    from hsm.explanation import Considered
 
 
 class Phase(Enum):
@@ -27,7 +29,7 @@ class Phase(Enum):
         return self.value
 
 
-Look = tuple["Phase | Event", "Configuration", Sequence[Any], "frozenset[int]", "Plan | None"]
+Look = tuple["Phase | Event", "Configuration", Sequence[Any], frozenset[int], Plan | None]
 """One look at the transitions for one trigger: the trigger, the configuration, the variables, the due time-outs, and
 what was done."""
 
@@ -53,34 +55,38 @@ class Microstep:
     actions: tuple[Action, ...]
 
 
+Evidence = tuple[float, Sequence[Look], Mapping[Any, Any], Sequence[Any] | None, Mapping[int, float], "Configuration"]
+"""What a step leaves behind: its time, its looks, the signals evaluated, the variables at the last look for conditions
+(which found none to hold and is not among the looks; None where there was no such look), the deadlines of time-outs and
+the configuration afterwards."""
+
+
 class Macrostep:
     """What one step did: a value that does not change, worked out further when it is asked.
 
-    Two are equal when the same was done at the same time.
+    Two are equal when the same was done at the same time. As a truth value: whether anything was done.
     """
 
-    __slots__ = ("_after", "_looks", "_memo", "_time")
+    # Made once a tick, in a fraction of a microsecond: what the step leaves behind is kept as it is.
+    __slots__ = ("_evidence",)
 
-    def __init__(self, time: float, looks: Sequence[Look], memo: Mapping[Any, Any], after: Configuration) -> None:
-        self._time = time
-        self._looks = looks
-        self._memo = memo
-        self._after = after
+    def __init__(self, evidence: Evidence) -> None:
+        self._evidence = evidence
 
     @property
     def time(self) -> float:
         """The logical time of the step in seconds."""
-        return self._time
+        return self._evidence[0]
 
     @property
     def configuration(self) -> frozenset[str]:
         """Full names of all states active after the step."""
-        return self._after.names
+        return self._evidence[5].names
 
     @property
     def microsteps(self) -> tuple[Microstep, ...]:
         """What was done, one microstep after the other."""
-        model = self._after.machine.model
+        model = self._evidence[5].machine.model
         return tuple(
             Microstep(
                 trigger=str(trigger),
@@ -89,7 +95,7 @@ class Macrostep:
                 entered=tuple(model.states[state].name for state in plan.entered if state),
                 actions=plan.actions,
             )
-            for trigger, _, _, _, plan in self._looks
+            for trigger, _, _, _, plan in self._evidence[1]
             if plan is not None
         )
 
@@ -116,32 +122,50 @@ class Macrostep:
     @property
     def handled(self) -> tuple[str, ...]:
         """The events that made a transition fire, in order."""
-        return tuple(str(look[0]) for look in self._looks if isinstance(look[0], str | Scoped) and look[4] is not None)
+        return tuple(str(look[0]) for look in self._events() if look[4] is not None)
 
     @property
     def ignored(self) -> tuple[str, ...]:
         """The events that nothing reacted to, in order."""
-        return tuple(str(look[0]) for look in self._looks if isinstance(look[0], str | Scoped) and look[4] is None)
+        return tuple(str(look[0]) for look in self._events() if look[4] is None)
+
+    @property
+    def considered(self) -> tuple[Considered, ...]:
+        """Every transition that was looked at, with what became of it and why.
+
+        Worked out from the signals and variables of the step, so it is true of the step whenever it is asked.
+        """
+        from hsm.explanation import explain  # noqa: PLC0415 - only needed on demand
+
+        return explain(self._evidence)
+
+    def why(self, state: str) -> tuple[Considered, ...]:
+        """What became of the transitions of one state, and why.
+
+        Args:
+            state: its full name.
+        """
+        model = self._evidence[5].machine.model
+        return tuple(one for one in self.considered if model.states[one.transition.source].name == state)
+
+    def _events(self) -> list[Look]:
+        return [look for look in self._evidence[1] if isinstance(look[0], str | Scoped)]
+
+    def _said(self) -> tuple[Any, ...]:
+        return self.time, self.microsteps, self.ignored, self.configuration
 
     def __bool__(self) -> bool:
-        return any(look[4] is not None for look in self._looks)
+        return any(map(itemgetter(4), self._evidence[1]))
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Macrostep):
-            return NotImplemented
-        return (self.time, self.microsteps, self.ignored, self.configuration) == (
-            other.time,
-            other.microsteps,
-            other.ignored,
-            other.configuration,
-        )
+        return self._said() == other._said() if isinstance(other, Macrostep) else NotImplemented
 
     def __hash__(self) -> int:
-        return hash((self._time, self.configuration))
+        return hash((self.time, self.configuration))
 
     def __repr__(self) -> str:
         done = "; ".join(
             f"{one.trigger}: left {', '.join(one.exited) or 'nothing'}, entered {', '.join(one.entered) or 'nothing'}"
             for one in self.microsteps
         )
-        return f"<Macrostep at {self._time:.10g} s: {done or 'nothing taken'}>"
+        return f"<Macrostep at {self.time:.10g} s: {done or 'nothing taken'}>"

@@ -38,7 +38,7 @@ class Plan:
         stopped: states whose activity ends.
         restored: history states that were entered, each with whether it remembered something.
         outcome: the name of the top-level final state that is entered.
-        plain: whether nothing has to be done but to move to the target.
+        plain: whether nothing has to be done but to move to the target, and nothing follows at once.
     """
 
     transitions: tuple[int, ...]
@@ -266,6 +266,7 @@ class Planner:
                 else:
                     work.done.extend(self._completions(state, work.active))
         leaves = tuple(sorted(state for state in work.active if self._topology.atomic(state)))
+        target = self._configuration(leaves)
         ending = [*taken, *(index for state in exited for index in self._states[state].transitions)]
         disarmed = tuple(index for index in dict.fromkeys(ending) if self._timed(index))
         arming = any(self._timed(index) for state in entry.states for index in self._states[state].transitions)
@@ -275,7 +276,7 @@ class Planner:
             preempted=preempted,
             exited=exited,
             entered=tuple(entry.states),
-            target=self._configuration(leaves),
+            target=target,
             work=tuple(work.done),
             remembered=remembered,
             disarmed=disarmed,
@@ -283,7 +284,7 @@ class Planner:
             stopped=stopped,
             restored=tuple(entry.restored.items()),
             outcome=outcome,
-            plain=not (work.done or remembered or disarmed or arming or outcome or stopped),
+            plain=not (work.done or remembered or disarmed or arming or outcome or stopped or target.always),
         )
 
     def _timed(self, index: int) -> bool:

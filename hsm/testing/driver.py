@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from hsm.evaluation import UNSET
+from hsm.expressions import Expression, SignalValue
 from hsm.machine import Machine
 from hsm.macrostep import Macrostep
 from hsm.model import Model
-from hsm.testing.script import Performed, Script, scripted_machine
+from hsm.testing.script import Performed, Script, ScriptedFault, scripted_machine
 
 TICK = 0.1
 """Seconds from one step to the next where nothing else is said."""
@@ -34,16 +36,17 @@ class Driver:
         signals: Mapping[Any, Any] | None = None,
         *,
         tick: float = TICK,
+        watch: Callable[[Driver], None] = lambda _: None,
     ) -> None:
         self.machine = scripted_machine(machine)
         self.tick = tick
+        self._watch = watch
         self._signals: dict[Any, Any] = dict(signals or {})
         self._failing: frozenset[str] = frozenset()
         script = self._script()
         self.supervisor = self.machine.start(parameters, facts=script)
         self.doing: dict[str, Performed] = {}
         self.calls: list[Performed] = []
-        self._elapsed = 0
         self.last = self.supervisor.step(0.0, (), script)
         self._took(script)
 
@@ -108,8 +111,14 @@ class Driver:
         self._took(script)
         return self.last
 
-    def wait(self, duration: float, signals: Mapping[Any, Any] | None = None) -> Macrostep:
-        """Let time pass, tick by tick, with the signals as they are; then one step with signals that change."""
+    def wait(
+        self,
+        duration: float,
+        signals: Mapping[Any, Any] | None = None,
+        reports: Mapping[str, str] | None = None,
+        events: Sequence[str] = (),
+    ) -> Macrostep:
+        """Let time pass, tick by tick, with all as it is; then one step with what changes, as for ``step``."""
         end = self.time + duration
         ticks = math.ceil(duration / self.tick - 1e-6) if self.tick > 0 else 1
         begin, calls = self.time, []
@@ -118,7 +127,8 @@ class Driver:
                 break
             self.step(after=begin + count * self.tick - self.time)
             calls += self.calls
-        self.step(signals, after=max(0.0, end - self.time))
+        if self.outcome is None:
+            self.step(signals, reports, events, after=max(0.0, end - self.time))
         self.calls[:0] = calls
         return self.last
 
@@ -147,3 +157,20 @@ class Driver:
         effects = () if self.outcome is not None else self.supervisor.act(script)
         self.doing = {state: effect for state, effect in effects if isinstance(effect, Performed)}
         self.calls = script.calls
+        self._script_of_step = script
+        self._watch(self)
+
+    def value(self, expression: Expression) -> Any:
+        """The value of an expression now, with the signals of the last step; ``UNSET`` where it has none."""
+        script, supervisor = self._script_of_step, self.supervisor
+
+        def ask(call: SignalValue) -> Any:
+            return script.read(call.signal, tuple(evaluation.value(one) for one in call.arguments))
+
+        active = frozenset(self.machine.indices[name] for name in self.configuration)
+        values = [supervisor.variables.get(name) for name in self.machine.generator.variables]
+        evaluation = self.machine.evaluation({}, values, active, ask)
+        try:
+            return evaluation.value(expression)
+        except (TypeError, ArithmeticError, ScriptedFault):
+            return UNSET

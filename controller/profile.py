@@ -15,6 +15,7 @@ from controller.errors import CommandError, FileError, UsageError
 from perception.settings import PerceptionSettings
 from skills.settings import SkillSettings
 from transport.description import RobotDescription, Settings
+from transport.settings import LinkSettings
 
 SHIPPED = Path(__file__).parent / "profiles"
 
@@ -28,6 +29,8 @@ class Profile(Settings):
 
     robot: RobotDescription = RobotDescription()
     """The robot's body: shape, limits, laser, period."""
+    link: LinkSettings = LinkSettings()
+    """How the robot is reached, and how patient either side is with the other."""
     perception: PerceptionSettings = PerceptionSettings()
     """Thresholds and sizes of perception."""
     skills: SkillSettings = SkillSettings()

@@ -1,4 +1,4 @@
-"""Write what repeats the code: the reference of the command line and the profile of every default.
+"""Write what repeats the code: the references of the command line and of robot profiles.
 
 Run as ``python docs/generate.py``.
 """
@@ -61,14 +61,12 @@ def _default(parameter: Any) -> str:
 
 def default_profile() -> str:
     """The profile that spells out every default."""
-    return "# PICO as it is simulated. Every key may be left out; its value is then the one here.\n" + profile_text(
-        Profile()
-    )
+    return "# Every setting of a robot profile with its default; any may be left out.\n" + profile_text(Profile())
 
 
 GENERATED = {
     ROOT / "docs" / "reference" / "command-line.md": command_line,
-    ROOT / "controller" / "profiles" / "pico.toml": default_profile,
+    ROOT / "docs" / "reference" / "profile.toml": default_profile,
 }
 
 

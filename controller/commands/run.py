@@ -86,7 +86,7 @@ def run(
     from controller.result import Result
     from controller.simulation import SimulatedWorld, find_maze
     from controller.trace import TraceWriter
-    from transport.connect import connect_lockstep
+    from transport.connect import connect_robot
     from transport.world import LockstepRobot
 
     if connect is not None and maze is not None:
@@ -106,7 +106,7 @@ def run(
             files["trace"] = trace
             file = stack.enter_context(trace.open("w", encoding="utf-8", newline="\n"))
             watchers.append(TraceWriter(file, mission.machine, mission.parameters))
-        driven = LockstepRobot(world) if world else connect_lockstep(str(connect), profile.robot.name, seed=seed)
+        driven = LockstepRobot(world) if world else connect_robot(str(connect), profile.robot, profile.link, seed=seed)
         ending = drive(mission, driven, driven, watchers)
     result = Result(mission.machine.name, mission.parameters, ending, files)
     if not no_picture:

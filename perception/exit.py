@@ -27,7 +27,7 @@ def is_outside(
         footprint: the robot's outline in its own frame, m.
         settings: sizes and ranges.
     """
-    ahead = sweep.fan.sector(_quantised(misalignment), 2 * settings.half_angle)
+    ahead = sweep.fan.sector(quantised(misalignment), 2 * settings.half_angle)
     if not len(ahead):
         return False
     tolerated = len(ahead) // 100
@@ -43,7 +43,7 @@ def is_outside(
     return not looks_back or bool(np.any((x < rear) & (np.hypot(x, y) <= 2 * settings.beside)))
 
 
-def _quantised(angle: float) -> float:
+def quantised(angle: float) -> float:
     """To the nearest degree, so that the sector's beams are looked up, not sought anew for every scan."""
     return math.radians(round(math.degrees(angle)))
 

@@ -10,12 +10,16 @@ import numpy as np
 
 from perception.compass import Compass, compass_of
 from perception.door import Door, find_doors, is_near, open_share, passage_of
-from perception.exit import is_outside
+from perception.exit import is_outside, quantised
+from perception.hough import HoughSpace, hough_compass, hough_space
 from perception.junction import Junction, junction_of
-from perception.lines import Lines, find_lines
+from perception.landmarks import Landmark, find_landmarks
+from perception.lines import LinePieces, Lines, find_lines, split
+from perception.minimap import Minimap, minimap_of
+from perception.nodes import Node, find_nodes
 from perception.repulsion import Force, repulsion_of
 from perception.settings import PerceptionSettings
-from perception.space import Space, space_of
+from perception.space import Space, look, space_of
 from perception.sweep import Floats, Sweep
 from perception.walls import Centre, Wall, centre_of, clearance_of, nearest_wall
 from perception.world import WorldModel, to_robot
@@ -62,7 +66,37 @@ class Facts:
     @cached_property
     def lines(self) -> Lines:
         """The straight walls in sight, in the robot's frame."""
-        return find_lines(self.sweep, self.settings.lines)
+        return find_lines(self.sweep, self.pieces, self.settings.lines)
+
+    @cached_property
+    def pieces(self) -> LinePieces:
+        """Where the hits jump and bend."""
+        return split(self.sweep, self.settings.lines)
+
+    @cached_property
+    def landmarks(self) -> tuple[Landmark, ...]:
+        """The walls in sight in the form of 2015, in the robot's frame."""
+        return find_landmarks(self.lines, self.settings.landmarks)
+
+    @cached_property
+    def nodes(self) -> tuple[Node, ...]:
+        """The ends and corners of the walls in sight."""
+        return find_nodes(self.sweep, self.pieces, self.settings.nodes)
+
+    @cached_property
+    def hough(self) -> HoughSpace:
+        """The Hough transform of the hits in the trust area."""
+        return hough_space(self.points, self.settings.hough)
+
+    @cached_property
+    def hough_compass(self) -> Compass:
+        """The misalignment with the walls as 2015 found it, as fine as the Hough space's grid."""
+        return hough_compass(self.hough, self.settings.hough, self.settings.compass.world_angle)
+
+    @cached_property
+    def minimap(self) -> Minimap:
+        """The map around the robot, turned along the walls."""
+        return minimap_of(self.sweep, self.aligned, self.misalignment, self.settings.minimap)
 
     @cached_property
     def compass(self) -> Compass:
@@ -123,6 +157,14 @@ class Facts:
     def outside(self) -> bool:
         """Whether this scan alone shows the robot outside a wall that it has just passed."""
         return is_outside(self.sweep, self.aligned, self.misalignment, self.robot.footprint, self.settings.exit)
+
+    @cached_property
+    def exit_ahead(self) -> bool:
+        """Whether nothing is in sight straight along the corridor, as at an exit."""
+        settings = self.settings
+        reach = min(settings.exit.range, self.sweep.reach)
+        beam = look(self.sweep, quantised(self.misalignment), settings.space.width, reach, settings.space.bad_share)
+        return beam.free
 
     @cached_property
     def doors(self) -> tuple[Door, ...]:

@@ -152,7 +152,8 @@ def junction_of(
         left_wall=to_left.wall(settings),
         right_wall=to_right.wall(settings),
         end=forward.lane(robot.half_width),
-        wide=any(way.open and way.width > settings.max_width for way in (left, right)),
+        wide=any(way.open and way.width > settings.max_width for way in (left, right))
+        or forward.is_empty(settings.open_half_angle, settings.open_range),
         door_depth=settings.door_depth,
     )
 

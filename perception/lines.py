@@ -87,14 +87,33 @@ class Lines:
         return np.hypot(chords[:, 0], chords[:, 1])
 
 
+@dataclass(frozen=True, eq=False)
+class LinePieces:
+    """How the hits of a scan were split.
+
+    Attributes:
+        runs: first and last hit of each run without a jump.
+        pieces: first and last hit of each straight piece; neighbours share a hit.
+    """
+
+    runs: list[tuple[int, int]]
+    pieces: list[tuple[int, int]]
+
+    @cached_property
+    def bends(self) -> list[int]:
+        """The hits at which the walls bend, in order."""
+        ends = {last for _, last in self.runs}
+        return sorted({first for first, _ in self.pieces} | {last for _, last in self.pieces} - ends)
+
+
 def no_lines() -> Lines:
     """What is found where nothing is seen."""
     none = np.empty(0)
     return Lines(none, none, np.empty((0, 2)), np.empty((0, 2)), np.empty(0, np.intp), none, none)
 
 
-def find_lines(sweep: Sweep, settings: LineSettings) -> Lines:
-    """The straight pieces of wall in a sweep, in the robot's frame.
+def split(sweep: Sweep, settings: LineSettings) -> LinePieces:
+    """Where the hits of a sweep jump and bend.
 
     Args:
         sweep: the scan.
@@ -102,13 +121,25 @@ def find_lines(sweep: Sweep, settings: LineSettings) -> Lines:
     """
     points = sweep.points
     if len(points) < settings.min_hits:
+        return LinePieces([], [])
+    runs = _runs(sweep, settings)
+    return LinePieces(runs, split_at_end_points(points, runs, settings.split, settings.min_hits + 1))
+
+
+def find_lines(sweep: Sweep, pieces: LinePieces, settings: LineSettings) -> Lines:
+    """The straight pieces of wall in a sweep, in the robot's frame.
+
+    Args:
+        sweep: the scan.
+        pieces: how its hits were split.
+        settings: what is too small or too crooked to be a wall.
+    """
+    if not pieces.pieces:
         return no_lines()
-    pieces = split_at_end_points(points, _runs(sweep, settings), settings.split, settings.min_hits + 1)
-    if not pieces:
-        return no_lines()
-    firsts, lasts = np.array(pieces).T
+    firsts, lasts = np.array(pieces.pieces).T
     # The points at a split belong to both sides or, at a jump, to neither for sure: the fit leaves them out.
     firsts, lasts = firsts + 1, lasts - 1
+    points = sweep.points
     sums = _sums(points, sweep.ranges[sweep.beams] ** 2, firsts, lasts)
     merged = _merged(sums, firsts, lasts, settings)
     return _chosen(_fit(points, *merged), settings)

@@ -51,6 +51,56 @@ class CompassSettings(Settings):
     """Standard deviation of a reading, m; uniform noise of 1 cm has 0.58 cm."""
 
 
+class HoughSettings(Settings):
+    """The Hough transform of 2015."""
+
+    area: Positive = 2.0
+    """Half the width of the trust area, m."""
+    step: Positive = math.radians(1)
+    """Angle between two columns of the grid, rad."""
+    cell: Positive = 0.02
+    """Distance between two lines of the grid, m."""
+    min_share: Share = 0.08
+    """A wall has at least this share of the hits in the trust area."""
+    apart: Positive = 0.2
+    """Parallel walls are at least so far apart, m."""
+
+
+class LandmarkSettings(Settings):
+    """Landmarks in the form of 2015."""
+
+    min_hits: Count = 20
+    """A landmark has at least so many hits; 2015 asked for 100 of 1000."""
+    max_gap: Positive = 0.3
+    """A longer gap ends a wall, m: less than what a robot fits through."""
+    same_angle: Positive = math.radians(4)
+    """Pieces turned less than this from each other may be one wall, rad."""
+    same_distance: Positive = 0.04
+    """Their distances from the robot may differ by this, m."""
+
+
+class NodeSettings(Settings):
+    """Ends and corners of walls (2017)."""
+
+    arm: Positive = 0.15
+    """Distance of the two neighbours for the right-angle test, m."""
+    pythagoras: Positive = 0.15
+    """How far the neighbours' distance may be from what Pythagoras gives, as a share of it."""
+    apart: Positive = 0.1
+    """Connected nodes are at least so far apart, m."""
+    min_hits: Count = 5
+    """A run of fewer hits has no nodes."""
+
+
+class MinimapSettings(Settings):
+    """The map around the robot."""
+
+    half_size: Positive = 1.5
+    """From the robot to the map's border, m."""
+    cell: Positive = 0.05
+    """Width of a cell, m."""
+
+
 class SpaceSettings(Settings):
     """Space to the left, ahead and to the right, by beams of some width (2017)."""
 
@@ -176,6 +226,10 @@ class JunctionSettings(Settings):
     """A way that ends within this depth is a recess, m."""
     max_recess_width: Positive = 1.7
     """A recess wider than this is no way but a wall that stands back, m: wider than any door."""
+    open_half_angle: Positive = math.radians(40)
+    """Half of the angle ahead that is empty in an open space, rad."""
+    open_range: Positive = 3.0
+    """To this distance, m."""
     door_depth: Positive = 1.3
     """A way that ends within this depth may be a door, m."""
 
@@ -198,6 +252,14 @@ class PerceptionSettings(Settings):
     """Straight walls."""
     compass: CompassSettings = CompassSettings()
     """Misalignment with the walls."""
+    hough: HoughSettings = HoughSettings()
+    """The Hough transform."""
+    landmarks: LandmarkSettings = LandmarkSettings()
+    """Landmarks."""
+    nodes: NodeSettings = NodeSettings()
+    """Nodes."""
+    minimap: MinimapSettings = MinimapSettings()
+    """The map around the robot."""
     space: SpaceSettings = SpaceSettings()
     """Space to the left, ahead and to the right."""
     exit: ExitSettings = ExitSettings()

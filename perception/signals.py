@@ -87,6 +87,18 @@ def misalignment_confidence(facts: Facts) -> float:
     return facts.compass.confidence
 
 
+@LIBRARY.signal("misalignment.hough")
+def misalignment_hough(facts: Facts) -> Angle:
+    """The misalignment by the Hough transform, as 2015 had it: whole degrees; 0 where it is not known."""
+    return facts.hough_compass.misalignment
+
+
+@LIBRARY.signal("misalignment.hough.known")
+def misalignment_hough_known(facts: Facts) -> bool:
+    """Whether a line with hits enough was found by the Hough transform."""
+    return facts.hough_compass.known
+
+
 @LIBRARY.signal("centre.error")
 def centre_error(facts: Facts) -> Length:
     """How far the middle of the corridor is to the left; 0 where not both walls are seen."""
@@ -199,6 +211,54 @@ def junction_begin(facts: Facts) -> Length:
 def junction_length(facts: Facts) -> Length:
     """From the beginning of the first way to a side to the end of the last (d3); 1000 m where there is none."""
     return _number(facts.junction.d3)
+
+
+@LIBRARY.signal("side_path.left")
+def side_path_left(facts: Facts) -> bool:
+    """Whether the robot has come to the middle of a way to the left; false where it is not known."""
+    return facts.junction.left.is_beside
+
+
+@LIBRARY.signal("side_path.right")
+def side_path_right(facts: Facts) -> bool:
+    """Whether the robot has come to the middle of a way to the right; false where it is not known."""
+    return facts.junction.right.is_beside
+
+
+@LIBRARY.signal("open_space")
+def open_space(facts: Facts) -> bool:
+    """Whether the robot is in or before an open space: a way wider than any corridor, or nothing ahead."""
+    return facts.junction.wide
+
+
+@LIBRARY.signal("corner.left")
+def corner_left(facts: Facts) -> Length:
+    """Distance to the nearest corner or end of a wall at the left; 1000 m where there is none."""
+    return _nearest_node(facts, 1.0)
+
+
+@LIBRARY.signal("corner.right")
+def corner_right(facts: Facts) -> Length:
+    """Distance to the nearest corner or end of a wall at the right; 1000 m where there is none."""
+    return _nearest_node(facts, -1.0)
+
+
+def _nearest_node(facts: Facts, side: float) -> float:
+    first, last = facts.sweep.fan.ends
+    seen = (node for node in facts.nodes if first < node.beam < last)
+    return min((node.distance for node in seen if side * node.bearing > 0), default=FAR)
+
+
+@LIBRARY.signal("minimap.known")
+def minimap_known(facts: Facts) -> float:
+    """Share of the minimap's cells of which it is known whether they are free, 0 to 1."""
+    return facts.minimap.known_share
+
+
+@LIBRARY.signal("exit.ahead")
+def exit_ahead(facts: Facts) -> bool:
+    """Whether there is nothing ahead of the robot as far as its laser sees (2015); false where it is not known."""
+    return facts.exit_ahead
 
 
 @LIBRARY.signal("junction.end")

@@ -44,6 +44,11 @@ class Fan:
     mount: Pose
     step: float
 
+    @property
+    def ends(self) -> tuple[int, int]:
+        """The first and the last beam: what they hit may be cut off by the sensor's view."""
+        return 0, len(self.angles) - 1
+
     def sector(self, centre: float, width: float) -> Indices:
         """The beams whose direction is within ``width / 2`` of ``centre`` (both in rad), shape (k,)."""
         return _sector(self, centre, width)

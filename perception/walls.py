@@ -9,7 +9,7 @@ import numpy as np
 
 from perception.lines import Lines
 from perception.settings import CentreSettings, WallSettings
-from perception.sweep import Floats
+from perception.sweep import Floats, Mask
 from transport.description import Point
 
 
@@ -124,19 +124,29 @@ def clearance_of(points: Floats, footprint: tuple[Point, ...]) -> float:
     if not len(points):
         return math.inf
     corners = np.asarray(footprint)
-    radii = np.hypot(points[:, 0], points[:, 1])
-    reach = float(np.hypot(corners[:, 0], corners[:, 1]).max())
-    near = points[radii <= radii.min() + 2 * reach]
+    # The distance to the outline's bounding box is no larger than that to the outline: it tells which hits matter.
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    x, y = points[:, 0], points[:, 1]
+    beside_x = np.maximum(np.maximum(low[0] - x, x - high[0]), 0.0)
+    beside_y = np.maximum(np.maximum(low[1] - y, y - high[1]), 0.0)
+    at_least = np.hypot(beside_x, beside_y)
+    nearest = int(at_least.argmin())
+    at_most = _distances(points[nearest : nearest + 1], corners)[0]
+    return float(_distances(points[at_least <= at_most + 1e-9], corners).min())
+
+
+def _distances(points: Floats, corners: Floats) -> Floats:
+    """Distance of each point from a polygon, m; zero inside."""
     edges = np.roll(corners, -1, axis=0) - corners
-    offsets = near[:, None, :] - corners
+    offsets = points[:, None, :] - corners
     share = np.clip((offsets * edges).sum(axis=2) / (edges**2).sum(axis=1), 0.0, 1.0)
     away = offsets - share[:, :, None] * edges
-    distances = np.sqrt((away**2).sum(axis=2).min(axis=1))
-    distances[_inside(near, corners)] = 0.0
-    return float(distances.min())
+    distances: Floats = np.sqrt((away**2).sum(axis=2).min(axis=1))
+    distances[_inside(points, corners)] = 0.0
+    return distances
 
 
-def _inside(points: Floats, corners: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def _inside(points: Floats, corners: Floats) -> Mask:
     """Which points are inside a polygon, by the number of edges that a ray crosses."""
     x, y = points[:, 0, None], points[:, 1, None]
     ends = np.roll(corners, -1, axis=0)
@@ -144,5 +154,5 @@ def _inside(points: Floats, corners: Floats) -> np.ndarray[tuple[int, ...], np.d
     rise = ends[:, 1] - corners[:, 1]
     slope = (ends[:, 0] - corners[:, 0]) / np.where(rise == 0, 1.0, rise)
     crossing = straddles & (x < corners[:, 0] + slope * (y - corners[:, 1]))
-    inside: np.ndarray[tuple[int, ...], np.dtype[np.bool_]] = crossing.sum(axis=1) % 2 == 1
+    inside: Mask = crossing.sum(axis=1) % 2 == 1
     return inside

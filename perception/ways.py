@@ -9,7 +9,7 @@ import numpy as np
 
 from perception.lines import Lines
 from perception.settings import JunctionSettings
-from perception.sweep import Floats, Mask, Sweep
+from perception.sweep import Floats, Indices, Mask, Sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,11 @@ class Way:
     def width(self) -> float:
         """From edge to edge, m; NaN where it is not open."""
         return self.far - self.near
+
+    @property
+    def is_beside(self) -> bool:
+        """Whether the robot is past the middle of a way to a side: more of it is behind than ahead (2015)."""
+        return self.open and -self.near > self.far
 
     @property
     def middle(self) -> float:
@@ -109,37 +114,37 @@ class Surroundings:
 
     def left(self) -> View:
         """The view to the left: y to the left, x ahead."""
-        return self._view(self.cosines, self.sines, axes=(0, 1), signs=(1.0, 1.0))
+        (x, y), (origin_x, origin_y) = self.ends, self.origin
+        beams = _towards(self.sines)
+        walls = _walls(self.starts[0], self.stops[0], self.starts[1], self.stops[1])
+        cotangent = self.cosines[beams] / self.sines[beams]
+        return View(cotangent, x[beams], y[beams], self.hit[beams], (origin_x, origin_y), walls)
 
     def right(self) -> View:
         """The view to the right: y to the right, x ahead."""
-        return self._view(self.cosines, -self.sines, axes=(0, 1), signs=(1.0, -1.0))
+        (x, y), (origin_x, origin_y) = self.ends, self.origin
+        beams = _towards(-self.sines)
+        walls = _walls(self.starts[0], self.stops[0], -self.starts[1], -self.stops[1])
+        # Mirrored, the beams come in the other order.
+        cotangent = -self.cosines[beams][::-1] / self.sines[beams][::-1]
+        return View(cotangent, x[beams][::-1], -y[beams][::-1], self.hit[beams][::-1], (origin_x, -origin_y), walls)
 
     def ahead(self) -> View:
         """The view ahead: y ahead, x to the right."""
-        return self._view(-self.sines, self.cosines, axes=(1, 0), signs=(-1.0, 1.0))
+        (x, y), (origin_x, origin_y) = self.ends, self.origin
+        beams = _towards(self.cosines)
+        walls = _walls(-self.starts[1], -self.stops[1], self.starts[0], self.stops[0])
+        cotangent = -self.sines[beams] / self.cosines[beams]
+        return View(cotangent, -y[beams], x[beams], self.hit[beams], (-origin_y, origin_x), walls)
 
-    def _view(self, across: Floats, towards: Floats, axes: tuple[int, int], signs: tuple[float, float]) -> View:
-        beams = np.flatnonzero(towards > 0.03)
-        if signs[1] < 0:
-            beams = beams[::-1]
-        if len(beams) and abs(int(beams[-1]) - int(beams[0])) >= len(beams):
-            # The beams of a sensor that looks all round begin somewhere within the half.
-            beams = np.roll(beams, -1 - int(np.argmax(np.abs(np.diff(beams)))))
-        (first, second), (sign_x, sign_y) = axes, signs
-        return View(
-            across[beams] / towards[beams],
-            sign_x * self.ends[first, beams],
-            sign_y * self.ends[second, beams],
-            self.hit[beams],
-            (sign_x * self.origin[first], sign_y * self.origin[second]),
-            _walls(
-                sign_x * self.starts[first],
-                sign_x * self.stops[first],
-                sign_y * self.starts[second],
-                sign_y * self.stops[second],
-            ),
-        )
+
+def _towards(component: Floats) -> slice | Indices:
+    """The beams that lead to one side, in order; a slice where they follow each other, which saves copies."""
+    beams = np.flatnonzero(component > 0.03)
+    if len(beams) == 0 or int(beams[-1]) - int(beams[0]) == len(beams) - 1:
+        return slice(int(beams[0]), int(beams[-1]) + 1) if len(beams) else slice(0)
+    # The beams of a sensor that looks all round begin somewhere within the half.
+    return np.roll(beams, -1 - int(np.argmax(np.diff(beams))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +175,12 @@ class View:
         """How far a lane along y is free, m; infinity where nothing stands in it."""
         inside = self.hit & (np.abs(self.x) <= half_width)
         return float(self.y[inside].min()) if inside.any() else math.inf
+
+    def is_empty(self, half_angle: float, distance: float) -> bool:
+        """Whether nothing is seen within an angle of the y axis up to a distance; two bad beams do not count."""
+        within = np.abs(self.cotangent) <= math.tan(half_angle)
+        near = np.hypot(self.x[within], self.y[within]) < distance
+        return bool(within.any()) and int(np.count_nonzero(near)) <= 2
 
     def wall(self, settings: JunctionSettings) -> float:
         """Distance to the nearest wall of the corridor beside the robot or ahead of it, m; NaN where there is none."""

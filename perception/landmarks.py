@@ -1,0 +1,107 @@
+"""Landmarks in the form of 2015: walls with their ends and with the line ``p = x cos(alpha) + y sin(alpha)``.
+
+The ends say how much of a wall was seen, which changes from scan to scan; alpha and p say which wall it is, so that two
+sightings of a wall can be associated though they show different parts of it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from perception.lines import Lines
+from perception.settings import LandmarkSettings
+from transport.description import Point
+from transport.messages import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Landmark:
+    """A wall, in whatever frame its makers say.
+
+    Attributes:
+        start: its first end, m.
+        end: its other end, m.
+        alpha: direction of its normal from the origin, rad within [-pi, pi].
+        p: its distance from the origin, m, not negative.
+        hits: how many hits made it.
+    """
+
+    start: Point
+    end: Point
+    alpha: float
+    p: float
+    hits: int
+
+    @property
+    def length(self) -> float:
+        """From end to end, m."""
+        return math.dist(self.start, self.end)
+
+    def seen_from(self, pose: Pose) -> Landmark:
+        """The same landmark, given in the robot's frame, in the frame in which the robot is at ``pose``."""
+        cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+
+        def move(point: Point) -> Point:
+            return (pose.x + point[0] * cosine - point[1] * sine, pose.y + point[0] * sine + point[1] * cosine)
+
+        alpha = self.alpha + pose.heading
+        p = self.p + pose.x * math.cos(alpha) + pose.y * math.sin(alpha)
+        if p < 0:
+            alpha, p = alpha + math.pi, -p
+        return Landmark(move(self.start), move(self.end), math.remainder(alpha, math.tau), p, self.hits)
+
+
+def find_landmarks(lines: Lines, settings: LandmarkSettings) -> tuple[Landmark, ...]:
+    """The walls in a scan, in the robot's frame, in the order of the beams.
+
+    Pieces on one line are one wall as long as the gap between them is short, be it because something stands before it
+    or because of readings that failed. (In 2015 fifty missing beams of a thousand ended a wall, so that openings far
+    away were passed over; a gap in metres does not depend on the distance.)
+
+    Args:
+        lines: the straight pieces.
+        settings: the least number of hits, the longest gap, what counts as one line.
+    """
+    found: list[Landmark] = []
+    for line in lines:
+        piece = Landmark(line.start, line.end, line.alpha, line.p, line.hits)
+        for index, wall in enumerate(found):
+            if _continues(wall, piece, settings):
+                found[index] = _united(wall, piece)
+                break
+        else:
+            found.append(piece)
+    return tuple(wall for wall in found if wall.hits >= settings.min_hits)
+
+
+def _continues(wall: Landmark, piece: Landmark, settings: LandmarkSettings) -> bool:
+    """Whether a piece is the rest of a wall: the same line, and not too far from its end."""
+    turned = abs(math.remainder(piece.alpha - wall.alpha, math.tau))
+    return (
+        turned <= settings.same_angle
+        and abs(piece.p - wall.p) <= settings.same_distance
+        and math.dist(wall.end, piece.start) <= settings.max_gap
+    )
+
+
+def _united(wall: Landmark, piece: Landmark) -> Landmark:
+    """One wall of two pieces; each end weighs as its piece's hits."""
+    points = np.array([wall.start, wall.end, piece.start, piece.end])
+    weights = np.array([wall.hits, wall.hits, piece.hits, piece.hits], dtype=np.float64)
+    centre = weights @ points / weights.sum()
+    offsets = points - centre
+    _, axes = np.linalg.eigh((offsets * weights[:, None]).T @ offsets)
+    normal = axes[:, 0]
+    p = float(normal @ centre)
+    if p < 0:
+        normal, p = -normal, -p
+    start, end = (_onto(point, normal, p) for point in (wall.start, piece.end))
+    return Landmark(start, end, math.atan2(normal[1], normal[0]), p, wall.hits + piece.hits)
+
+
+def _onto(point: Point, normal: np.ndarray[tuple[int, ...], np.dtype[np.float64]], p: float) -> Point:
+    away = float(normal @ point) - p
+    return (point[0] - away * float(normal[0]), point[1] - away * float(normal[1]))

@@ -1,0 +1,143 @@
+"""Nodes: the ends and corners of the walls in sight, and the walls between them (2017)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from perception.lines import LinePieces
+from perception.settings import NodeSettings
+from perception.sweep import Floats, Sweep
+from transport.description import Point
+
+
+class NodeKind(StrEnum):
+    """What a node is."""
+
+    END = "end"
+    CORNER = "corner"
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """An end or a corner of a wall.
+
+    Attributes:
+        id: number of the node, from right to left as the sensor looks, from 0.
+        kind: end or corner.
+        x: in the robot's frame, m.
+        y: the same.
+        distance: from the robot's origin, m.
+        bearing: rad from the robot's x axis.
+        beam: the beam that hit it.
+        connections: ids of the nodes that a wall joins to it.
+    """
+
+    id: int
+    kind: NodeKind
+    x: float
+    y: float
+    distance: float
+    bearing: float
+    beam: int
+    connections: tuple[int, ...] = ()
+
+    @property
+    def point(self) -> Point:
+        """Its place in the robot's frame, m."""
+        return (self.x, self.y)
+
+
+@dataclass(frozen=True, slots=True)
+class WallSegment:
+    """A wall between two nodes, by their ids."""
+
+    first: int
+    second: int
+
+
+def find_nodes(sweep: Sweep, pieces: LinePieces, settings: NodeSettings) -> tuple[Node, ...]:
+    """The nodes of a scan.
+
+    Where a run of hits begins or ends with a jump, at the first and at the last hit, is an end. Where the walls bend,
+    the right-angle test decides: with one hit some distance before and one some distance behind, Pythagoras' theorem
+    must hold. The nodes of a run are connected one to the next.
+
+    Args:
+        sweep: the scan.
+        pieces: where the runs of hits begin and end and where their chords bend.
+        settings: distances and tolerances.
+    """
+    points = sweep.points
+    found: list[tuple[int, NodeKind, bool]] = []
+    for first, last in pieces.runs:
+        if last - first < settings.min_hits:
+            continue
+        inner = [bend for bend in pieces.bends if first < bend < last]
+        corners = [bend for bend in inner if is_right_angle(points, (first, bend, last), settings)]
+        found.append((first, NodeKind.END, False))
+        found += [(corner, NodeKind.CORNER, True) for corner in corners]
+        found.append((last, NodeKind.END, True))
+    return _numbered(sweep, _apart(points, found, settings.apart))
+
+
+def _apart(
+    points: Floats, found: Sequence[tuple[int, NodeKind, bool]], distance: float
+) -> list[tuple[int, NodeKind, bool]]:
+    """Of connected nodes closer than a distance keep the first; an end stays an end."""
+    kept: list[tuple[int, NodeKind, bool]] = []
+    for index, kind, connected in found:
+        if kept and connected and math.dist(points[index], points[kept[-1][0]]) < distance:
+            if kind is NodeKind.END:
+                kept[-1] = (index, kind, kept[-1][2]) if kept[-1][1] is NodeKind.CORNER else kept[-1]
+            continue
+        kept.append((index, kind, connected))
+    return kept
+
+
+def _numbered(sweep: Sweep, found: Sequence[tuple[int, NodeKind, bool]]) -> tuple[Node, ...]:
+    nodes = []
+    for number, (index, kind, connected) in enumerate(found):
+        x, y = sweep.points[index].tolist()
+        before = (number - 1,) if connected and number else ()
+        after = (number + 1,) if number + 1 < len(found) and found[number + 1][2] else ()
+        beam = int(sweep.beams[index])
+        nodes.append(Node(number, kind, x, y, math.hypot(x, y), math.atan2(y, x), beam, before + after))
+    return tuple(nodes)
+
+
+def is_right_angle(points: Floats, place: tuple[int, int, int], settings: NodeSettings) -> bool:
+    """The right-angle test of 2017 at one hit.
+
+    Args:
+        points: hits in order, m, shape (n, 2).
+        place: first hit of the run, the hit to test, last hit of the run.
+        settings: at which distance the neighbours are taken, and how far their distance may be from Pythagoras'.
+    """
+    first, middle, last = place
+    corner = points[middle]
+    before = _beyond(points[first:middle][::-1], corner, settings.arm)
+    after = _beyond(points[middle + 1 : last + 1], corner, settings.arm)
+    if before is None or after is None:
+        return False
+    legs = math.dist(before, corner) ** 2 + math.dist(after, corner) ** 2
+    return abs(math.dist(before, after) / math.sqrt(legs) - 1.0) <= settings.pythagoras
+
+
+def _beyond(points: Floats, centre: Floats, distance: float) -> Floats | None:
+    """The mean of the first points that are farther from a centre than a distance; None where there are too few."""
+    away = np.hypot(points[:, 0] - centre[0], points[:, 1] - centre[1]) >= distance
+    if not away.any():
+        return None
+    start = int(away.argmax())
+    mean: Floats = points[start : start + 5].mean(axis=0)
+    return mean
+
+
+def wall_segments(nodes: Sequence[Node]) -> tuple[WallSegment, ...]:
+    """The walls between connected nodes."""
+    return tuple(WallSegment(node.id, other) for node in nodes for other in node.connections if node.id < other)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import gc
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -73,7 +75,20 @@ def check_file(path: str | Path, library: Library, *, remarks: bool = True) -> C
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
     """Check a text as ``check_file`` does; imports are looked for beside ``file``."""
-    return _Loader(library).check(text, file, remarks=remarks)
+    with _no_collection():
+        return _Loader(library).check(text, file, remarks=remarks)
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Without it, the garbage collector walks all of a large machine again and again, and finds nothing."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 def _model(checked: Checked) -> Model:

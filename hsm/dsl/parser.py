@@ -9,85 +9,17 @@ from importlib.resources import files
 from typing import Any
 
 from lark import Lark, Token
-from lark.exceptions import UnexpectedToken
-from lark.lark import PostLex
 
 from hsm.diagnostics import Diagnostic, Place
 from hsm.dsl import syntax
 from hsm.dsl.codes import Report
+from hsm.dsl.lalr import Parser, Table
+from hsm.dsl.lexer import Lexer
 from hsm.dsl.syntax import depth_of, place_of
-from hsm.dsl.syntax_errors import STATEMENTS, report_line
+from hsm.dsl.syntax_errors import report_line
 from hsm.model import StateKind
 
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
-
-
-class _Blocks(PostLex):
-    """Turns the spaces at the beginnings of lines into the beginnings and ends of blocks.
-
-    A line within brackets continues the one before, unless it begins like a statement: then the bracket was never
-    closed.
-
-    Attributes:
-        unclosed: brackets that are never closed, by the line on which that is noticed.
-        misfits: ends of lines behind which the indentation fits no block.
-    """
-
-    always_accept = ("_NL", "UNKNOWN")
-
-    def __init__(self) -> None:
-        self.unclosed: dict[int, Token] = {}
-        self.misfits: list[Token] = []
-
-    def process(self, stream: Iterator[Token]) -> Iterator[Token]:
-        self.unclosed, self.misfits = {}, []
-        levels = [0]
-        opened: list[Token] = []
-        held: Token | None = None
-        for read in stream:
-            token, kind = read, read.type
-            if kind == "_NL":
-                if opened:
-                    held = token
-                    continue
-                yield token
-                yield from self._indentation(token, levels)
-                continue
-            if held is not None:
-                if token.value in STATEMENTS:
-                    self._give_up(opened, held)
-                    yield held
-                    yield from self._indentation(held, levels)
-                    token = Token.new_borrow_pos(token.value.upper(), token.value, token)
-                held = None
-            if kind == "LPAR":
-                opened.append(token)
-            elif kind == "RPAR" and opened:
-                opened.pop()
-            yield token
-        if held is not None:
-            self._give_up(opened, held)
-            yield held
-        for _ in levels[1:]:
-            yield Token("_DEDENT", "")
-
-    def _give_up(self, opened: list[Token], end: Token) -> None:
-        self.unclosed[end.line or 1] = opened[0]
-        opened.clear()
-
-    def _indentation(self, newline: Token, levels: list[int]) -> Iterator[Token]:
-        width = len(newline) - newline.rindex("\n") - 1
-        if width > levels[-1]:
-            levels.append(width)
-            yield Token.new_borrow_pos("_INDENT", "", newline)
-            return
-        while width < levels[-1]:
-            levels.pop()
-            if width > levels[-1]:
-                self.misfits.append(newline)
-                levels.append(width)
-                return
-            yield Token.new_borrow_pos("_DEDENT", "", newline)
 
 
 class _Builder:
@@ -212,12 +144,11 @@ class _Builder:
 
 
 @cache
-def _parser() -> tuple[Lark, _Blocks]:
-    blocks = _Blocks()
+def _tools() -> tuple[Table, Lexer]:
     grammar = files("hsm.dsl").joinpath("grammar.lark").read_text(encoding="utf-8")
     builder: Any = _Builder()
-    lark = Lark(grammar, parser="lalr", start="file", postlex=blocks, transformer=builder, maybe_placeholders=False)
-    return lark, blocks
+    lark = Lark(grammar, parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False)
+    return Table.of(lark), Lexer.of(lark)
 
 
 def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
@@ -233,48 +164,40 @@ def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
     report = Report(file)
     text = _without_tabs(text.replace("\r\n", "\n"), report)
     lines = text.split("\n")
-    lark, blocks = _parser()
-    interactive = lark.parse_interactive(text + "\n")
-    state = interactive.parser_state
-    tokens: Iterator[Token] = interactive.lexer_thread.lex(state)  # type: ignore[no-untyped-call]
-    accepted: list[bool] = []
+    table, lexer = _tools()
+    parser = Parser(table)
+    tokens = lexer.tokens(text + "\n")
+    blocks: list[bool] = []
     for token in tokens:
         kind = token.type
-        if kind == "_DEDENT" and not accepted.pop():
+        if kind == "_DEDENT" and not blocks.pop():
             continue
-        try:
-            state.feed_token(token)
-            if kind == "_INDENT":
-                accepted.append(True)
-        except UnexpectedToken as error:
-            if kind == "_INDENT":
-                accepted.append(False)
+        taken = parser.feed(token)
+        if kind == "_INDENT":
+            blocks.append(taken)
+            if not taken:
                 report.add("E0103", _line_place(file, lines, token.end_line or 1))
-                continue
+        elif not taken:
             line = token.line or 1
-            if line not in blocks.unclosed:
-                report_line(report, token, error.expected, lines[line - 1])
-            _skip_line(state, tokens, token, lines)
-    items = state.feed_token(Token("$END", ""), is_end=True)
-    for token in blocks.unclosed.values():
+            if line not in lexer.unclosed:
+                report_line(report, token, parser.expected(), lines[line - 1])
+            _skip_line(parser, tokens, token, lines)
+    items = parser.finish()
+    for token in lexer.unclosed.values():
         report.add("E0104", place_of(file, token))
-    for token in blocks.misfits:
+    for token in lexer.misfits:
         report.add("E0105", _line_place(file, lines, token.end_line or 1))
     return syntax.File(file, items, tuple(lines)), report.found
 
 
-def _skip_line(state: Any, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
-    """Puts ``BAD`` in place of the line that ``token`` cannot stand on, and goes on behind that line."""
-    actions = state.parse_conf.states
-    while "BAD" not in actions[state.state_stack[-1]]:
-        state.state_stack.pop()
-        state.value_stack.pop()
+def _skip_line(parser: Parser, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
+    """Puts ``BAD`` in place of the line that a token cannot stand on, and goes on behind that line."""
+    parser.back_to("BAD")
     first = token.line or 1
     while token.type != "_NL":
         token = next(tokens)
-    stretch = lines[first - 1 : token.line]
-    state.feed_token(Token("BAD", "\n".join(stretch)))
-    state.feed_token(token)
+    parser.feed(Token("BAD", "\n".join(lines[first - 1 : token.line])))
+    parser.feed(token)
 
 
 def _without_tabs(text: str, report: Report) -> str:

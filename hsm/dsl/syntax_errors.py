@@ -9,14 +9,7 @@ from lark import Token
 
 from hsm.diagnostics import Place
 from hsm.dsl.codes import Report
-
-STATEMENTS = frozenset(
-    {
-        *("machine", "import", "param", "var", "event", "state", "parallel", "final", "initial"),
-        *("do", "entry", "exit", "on", "when", "after", "stay"),
-    }
-)
-"""The words that a line may begin with."""
+from hsm.dsl.lexer import STATEMENTS
 
 _WORDS = {
     "NAME": "a name",

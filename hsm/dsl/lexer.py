@@ -1,0 +1,145 @@
+"""From text to tokens: the grammar's terminals, matched by one expression, and blocks from indentation.
+
+The words that lines begin with are keywords there only, so that a state may be called ``exit`` or ``event``. A line
+within brackets continues the one before, unless it begins like a statement: then the bracket was never closed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from lark import Lark, Token
+
+STATEMENTS = frozenset(
+    {
+        *("machine", "import", "param", "var", "event", "state", "parallel", "final", "initial"),
+        *("do", "entry", "exit", "on", "when", "after", "stay"),
+    }
+)
+"""The words that a line may begin with."""
+
+RESERVED = frozenset({"and", "if", "not", "or", "raise"})
+"""The words that are keywords anywhere behind the beginning of a line."""
+
+_OPENERS = frozenset(map(str.upper, STATEMENTS))
+_new = str.__new__
+
+
+@dataclass(slots=True)
+class Lexer:
+    """Reads tokens.
+
+    Attributes:
+        pattern: matches any token, with the blanks before it.
+        symbols: the kind of each token that is always the same.
+        unclosed: brackets that are never closed, by the line on which that is noticed.
+        misfits: ends of lines behind which the indentation fits no block.
+    """
+
+    pattern: re.Pattern[str]
+    symbols: dict[str, str]
+    unclosed: dict[int, Token] = field(default_factory=dict)
+    misfits: list[Token] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, lark: Lark) -> Lexer:
+        """The lexer for a grammar's terminals; a character that begins none of them is one of its own."""
+        formed = {one.name: one.pattern.to_regexp() for one in lark.terminals if one.pattern.type == "re"}
+        symbols = {one.pattern.value: one.name for one in lark.terminals if one.pattern.type == "str"}
+        marks = sorted((text for text in symbols if not text.isidentifier()), key=len, reverse=True)
+        groups = [f"(?P<{name}>{formed.pop(name)})" for name in ("NAME", "_NL", "NUMBER")]
+        groups += [f"(?P<{name}>{text})" for name, text in formed.items() if name.isupper()]
+        groups += [f"(?P<_MARK>{'|'.join(map(re.escape, marks))})", r"(?P<UNKNOWN>\S)"]
+        return cls(re.compile(f"[ ]*(?:{'|'.join(groups)})"), symbols)
+
+    def tokens(self, text: str) -> Iterator[Token]:
+        """All tokens of a text that ends with a line break, with the beginnings and ends of blocks."""
+        self.unclosed, self.misfits = {}, []
+        levels = [0]
+        opened: list[Token] = []
+        held: Token | None = None
+        end = _token("_NL", "\n", 1, 1)
+        for token in self._words(text):
+            kind = token.type
+            if kind == "_NL":
+                if opened:
+                    held = held or token
+                    continue
+                end = token
+                yield token
+                yield from self._indentation(token, levels)
+                continue
+            if held is not None:
+                if kind in _OPENERS:
+                    yield from self._give_up(opened, held, levels)
+                held = None
+            if kind == "LPAR":
+                opened.append(token)
+            elif kind == "RPAR" and opened:
+                opened.pop()
+            yield token
+        if held is not None:
+            yield from self._give_up(opened, held, levels)
+        for _ in levels[1:]:
+            yield Token.new_borrow_pos("_DEDENT", "", end)
+
+    def _words(self, text: str) -> Iterator[Token]:
+        """The tokens of a text as they stand there; what looks blank at its end is no line of its own."""
+        symbols = self.symbols
+        line, line_start = 1, 0
+        previous = "_NL"  # the text begins like a line behind a line break
+        for match in self.pattern.finditer(text):
+            kind = match.lastgroup or "UNKNOWN"
+            start, end = match.span(kind)
+            word = text[start:end]
+            token = _token(kind, word, line, start - line_start + 1)
+            if kind == "NAME":
+                keywords = STATEMENTS if previous == "_NL" else RESERVED
+                if word in keywords or (word == "when" and previous == "STAY"):
+                    token.type = kind = word.upper()
+            elif kind == "_NL":
+                if end == len(text):
+                    token = _token(kind, "\n", line, token.column or 1)
+                line += word.count("\n")
+                line_start = start + word.rindex("\n") + 1
+                token.end_line = line
+            elif kind == "_MARK":
+                token.type = kind = symbols[word]
+            previous = kind
+            yield token
+
+    def _give_up(self, opened: list[Token], end: Token, levels: list[int]) -> Iterator[Token]:
+        """End a line although a bracket is open."""
+        self.unclosed[end.line or 1] = opened[0]
+        opened.clear()
+        yield end
+        yield from self._indentation(end, levels)
+
+    def _indentation(self, newline: Token, levels: list[int]) -> Iterator[Token]:
+        """The beginning of a block or the ends of some, as the blanks behind a line break tell."""
+        width = len(newline.value) - newline.value.rindex("\n") - 1
+        if width > levels[-1]:
+            levels.append(width)
+            yield Token.new_borrow_pos("_INDENT", "", newline)
+            return
+        while width < levels[-1]:
+            levels.pop()
+            if width > levels[-1]:
+                self.misfits.append(newline)
+                levels.append(width)
+                return
+            yield Token.new_borrow_pos("_DEDENT", "", newline)
+
+
+def _token(kind: str, word: str, line: int, column: int) -> Token:
+    """A token on one line; made without lark's own way, which takes several times as long."""
+    token = _new(Token, word)
+    token.type = kind
+    token.value = word
+    token.line = token.end_line = line
+    token.column = column
+    token.end_column = column + len(word)
+    token.start_pos = token.end_pos = None
+    return token

@@ -21,10 +21,7 @@ from transport.session import Open, open_session
 from transport.settings import LinkSettings
 from transport.zenoh_bus import ZenohBus, session_settings
 
-CONNECT_LIMIT = 5.0
-"""How long a robot is looked for, s."""
-ANSWER_LIMIT = 10.0
-"""How long one step of a simulator is waited for, s: its first may compile."""
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 
 
 def controller_name() -> str:
@@ -38,7 +35,7 @@ def listening(endpoint: str, *, security: Mapping[str, object] | None = None) ->
 
     Args:
         endpoint: where to listen, such as ``tcp/127.0.0.1:7447``.
-        security: settings for TLS and access control, as :mod:`transport.certificates` makes them.
+        security: settings for TLS and access control, as :mod:`transport.security` makes them.
 
     Raises:
         LinkError: the endpoint is malformed or taken.
@@ -50,107 +47,108 @@ def listening(endpoint: str, *, security: Mapping[str, object] | None = None) ->
         bus.close()
 
 
-def connect_lockstep(
-    endpoint: str,
-    robot: str = "pico",
-    *,
-    seed: int | None = None,
-    limit: float = CONNECT_LIMIT,
-    patience: float = ANSWER_LIMIT,
-    security: Mapping[str, object] | None = None,
-) -> RemoteLockstep:
-    """Begin an episode of the simulator at an endpoint.
+@contextmanager
+def routing(endpoint: str, *, security: Mapping[str, object] | None = None) -> Iterator[None]:
+    """A router, for as long as the block runs: robots and controllers that all dial it hear each other.
 
     Args:
-        endpoint: where the simulator listens, such as ``tcp/127.0.0.1:7447``.
-        robot: the robot's name.
-        seed: the run to simulate; None leaves it to the simulator.
-        limit: how long to look for it, s.
-        patience: how long to wait for one step, s.
-        security: settings for TLS, as :mod:`transport.certificates` makes them.
+        endpoint: where to listen, such as ``tcp/127.0.0.1:7447``.
+        security: settings for TLS and access control, as :mod:`transport.security` makes them.
 
     Raises:
-        LinkError: nobody answers there within the limit, or another controller drives the robot.
+        LinkError: the endpoint is malformed or taken.
     """
-    bus = ZenohBus(session_settings("client", connect=endpoint, security=security, wait=limit))
+    bus = ZenohBus(session_settings("router", listen=endpoint, security=security))
     try:
-        return open_lockstep(bus, robot, seed=seed, limit=limit, patience=patience)
-    except LinkError as error:
+        yield
+    finally:
         bus.close()
-        raise LinkError(f"{endpoint}: {error}") from None
-    except BaseException:
-        bus.close()
-        raise
 
 
-def open_lockstep(
-    bus: Bus, robot: str, *, seed: int | None = None, limit: float = CONNECT_LIMIT, patience: float = ANSWER_LIMIT
-) -> RemoteLockstep:
-    """Begin an episode over a bus.
+@contextmanager
+def dialling(
+    endpoint: str, *, wait: float = LinkSettings().connect, security: Mapping[str, object] | None = None
+) -> Iterator[ZenohBus]:
+    """A bus that dials a robot's side or a router, for as long as the block runs.
+
+    Args:
+        endpoint: what to dial, such as ``tcp/127.0.0.1:7447``.
+        wait: how long to dial, s.
+        security: settings for TLS, as :mod:`transport.security` makes them.
 
     Raises:
-        LinkError: nobody answers within the limit, or another controller drives the robot.
+        LinkError: the endpoint is malformed, or nobody answers there within the time.
     """
-    question = Open(request=secrets.token_hex(8), controller=controller_name(), mode="lockstep", seed=seed)
-    return RemoteLockstep(bus, open_session(bus, robot, question, limit), limit=patience)
+    bus = ZenohBus(session_settings("client", connect=endpoint, security=security, wait=wait))
+    try:
+        yield bus
+    finally:
+        bus.close()
 
 
-def connect_realtime(
+def connect_robot(
     endpoint: str,
-    description: RobotDescription,
-    settings: LinkSettings,
+    description: RobotDescription | None = None,
+    settings: LinkSettings | None = None,
     *,
     seed: int | None = None,
     security: Mapping[str, object] | None = None,
-) -> RealtimeRobot:
-    """Take a robot in real time: a simulator, one behind a gate, or a bare ROS 2 driver behind a Zenoh bridge.
+) -> RemoteLockstep | RealtimeRobot:
+    """Take the robot at an endpoint: simulated in lockstep or in real time, behind a gate, or a bare ROS 2 driver.
+
+    Whether time waits for the controller is the robot's side's to say. In real time nothing drives before scan and
+    odometry are there, fresh and as the description says.
 
     Args:
-        endpoint: where the robot's side or a router listens, such as ``tcp/192.168.1.7:7447``.
-        description: the robot.
+        endpoint: where the robot's side or a router listens, such as ``tcp/127.0.0.1:7447``.
+        description: the robot; by default PICO.
         settings: how it is reached, and how patient to be.
-        seed: the run, for a simulator.
-        security: settings for TLS, as :mod:`transport.certificates` makes them.
+        seed: the run to simulate; None leaves it to the simulator, and hardware does not mind.
+        security: settings for TLS, as :mod:`transport.security` makes them.
 
     Raises:
-        LinkError: nobody answers there within the limit, another controller drives the robot, or its scan and odometry
-            are not there, not fresh or not sane.
+        LinkError: nobody answers there within the time limit, another controller drives the robot, or its sensors are
+            not to be trusted; the message says which.
     """
+    description, settings = description or RobotDescription(), settings or LinkSettings()
     bus = ZenohBus(session_settings("client", connect=endpoint, security=security, wait=settings.connect))
     try:
-        return open_realtime(bus, description, settings, seed=seed)
+        return open_robot(bus, description, settings, seed=seed)
     except LinkError as error:
         raise LinkError(f"{endpoint}: {error}") from None
 
 
-def open_realtime(
+def open_robot(
     bus: Bus,
     description: RobotDescription,
     settings: LinkSettings,
     *,
     seed: int | None = None,
     clock: Clock | None = None,
-) -> RealtimeRobot:
-    """Take a robot in real time over a bus, which is closed with it.
+) -> RemoteLockstep | RealtimeRobot:
+    """Take a robot over a bus, which is closed with the robot, or at once where that fails.
 
     Raises:
-        LinkError: as :func:`connect_realtime`.
+        LinkError: as :func:`connect_robot`.
     """
     keys = RobotKeys(description.name, settings)
+    driver: RosDriver | LeasedDriver
     try:
-        driver = _leased(bus, keys, settings, seed) if settings.gate else RosDriver(bus, keys)
+        if settings.gate:
+            question = Open(request=secrets.token_hex(8), controller=controller_name(), seed=seed)
+            granted = open_session(bus, keys.namespace, question, settings.connect)
+            if granted.mode == "lockstep":
+                return RemoteLockstep(bus, granted, limit=settings.step)
+            driver = LeasedDriver(bus, keys, question, granted)
+        else:
+            driver = RosDriver(bus, keys)
+        robot = RealtimeRobot(driver, description, settings, clock)
     except BaseException:
         bus.close()
         raise
-    robot = RealtimeRobot(driver, description, settings, clock)
     try:
         robot.ready()
     except BaseException:
         robot.close()
         raise
     return robot
-
-
-def _leased(bus: Bus, keys: RobotKeys, settings: LinkSettings, seed: int | None) -> LeasedDriver:
-    question = Open(request=secrets.token_hex(8), controller=controller_name(), mode="realtime", seed=seed)
-    return LeasedDriver(bus, keys, question, open_session(bus, keys.namespace, question, settings.connect))

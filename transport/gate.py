@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import secrets
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Protocol
 
 from transport.bus import MAX_PAYLOAD, Bus, Mailbox, Message, Request
@@ -19,7 +19,7 @@ from transport.envelope import CommandTag, ObservationTag
 from transport.guard import Guard
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply, Observation, Odometry, Scan, Twist
-from transport.session import Ask, Close, Granted, Mode, Open, Refused, State, respond
+from transport.session import Ask, Close, Granted, Open, Refused, State, respond
 from transport.settings import LinkSettings
 from transport.world import MakeWorld, World
 
@@ -32,6 +32,10 @@ class Base(Protocol):
 
     def begin(self, question: Open) -> str:
         """A controller takes the robot; the answer is why it cannot, or nothing."""
+        ...
+
+    def end(self) -> None:
+        """The episode is over."""
         ...
 
     def due(self) -> float:
@@ -68,8 +72,6 @@ class Gate:
         dropped: how many messages were dropped before they were judged, by reason.
     """
 
-    mode: Mode = "realtime"
-
     def __init__(
         self,
         bus: Bus,
@@ -83,6 +85,7 @@ class Gate:
         self.dropped: Counter[str] = Counter()
         self._base, self._name, self._period = base, description.name, description.period
         self._granted: Granted | None = None
+        self._reports: list[Mapping[str, object]] = []
         self._instance = secrets.randbits(62) + 1
         self._sequence = 0
         self._door: DoorReply | None = None
@@ -95,11 +98,22 @@ class Gate:
         bus.subscribe(keys.command, self._inbox.put)
         bus.serve(keys.session, self._inbox.put)
 
-    def run(self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1) -> None:
-        """Work until ``stop`` says so, asked at least every ``heartbeat`` seconds; the base is left standing."""
+    def episodes(
+        self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1
+    ) -> Iterator[Mapping[str, object]]:
+        """Work; yields the referee's verdict on each episode that was given back or given up.
+
+        However it ends, the base is left standing.
+
+        Args:
+            stop: says when to end; asked at least every ``heartbeat`` seconds.
+            heartbeat: s.
+        """
         try:
             while not stop():
                 self._inbox.wait(min(self.pump(), heartbeat))
+                while self._reports:
+                    yield self._reports.pop(0)
         finally:
             self._base.move(STOP)
 
@@ -123,12 +137,13 @@ class Gate:
             return self._granted
         if not self.guard.grant(question):
             return self.guard.lease.refusal()
+        if not question.previous:
+            self._end()
         if reason := self._base.begin(question):
             self.guard.release()
             return Refused(reason=reason)
         self.guard.lease.heard()
-        referee = self._base.report() is not None
-        self._granted = Granted(epoch=self.guard.lease.epoch, robot=self._name, period=self._period, referee=referee)
+        self._granted = Granted(epoch=self.guard.lease.epoch, robot=self._name, mode="realtime", period=self._period)
         return self._granted
 
     def close(self, question: Close) -> State:
@@ -138,6 +153,7 @@ class Gate:
         self.guard.release()
         self._granted = None
         self._move()
+        self._end()
         return State(held=False, reason="given back")
 
     def state(self, question: Ask) -> State:
@@ -147,6 +163,11 @@ class Gate:
         report = self._base.report()
         parts = {"held": True, "sequence": self._sequence, "report": None if report is None else dict(report)}
         return State.model_validate(parts)
+
+    def _end(self) -> None:
+        if (report := self._base.report()) is not None:
+            self._reports.append(report)
+            self._base.end()
 
     def _judge(self, message: Message) -> None:
         if len(message.payload) > MAX_PAYLOAD:
@@ -221,6 +242,10 @@ class PacedWorld:
             self._world, self._fresh = self._make_world(question.seed), True
         return ""
 
+    def end(self) -> None:
+        """Let go of the world."""
+        self._world = None
+
     def due(self) -> float:
         """Time until the world moves on, s."""
         return self._pace.due()
@@ -270,6 +295,9 @@ class DriverBase:
         """A controller takes the robot, once it senses anything."""
         del question
         return "" if self._scan and self._odometry else "the robot's driver sends no scan or no odometry"
+
+    def end(self) -> None:
+        """Hardware goes on."""
 
     def due(self) -> float:
         """When to look again, s."""

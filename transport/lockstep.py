@@ -31,7 +31,6 @@ from transport.session import (
     Close,
     Granted,
     Lease,
-    Mode,
     Open,
     Refused,
     State,
@@ -54,8 +53,6 @@ class LockstepServer:
     Attributes:
         dropped: how many messages were dropped, by reason.
     """
-
-    mode: Mode = "lockstep"
 
     def __init__(
         self, bus: Bus, robot: str, period: float, make_world: MakeWorld, *, patience: float = PATIENCE
@@ -106,7 +103,7 @@ class LockstepServer:
             return self._lease.refusal()
         self._end()
         self._world = self._make_world(question.seed)
-        self._granted = Granted(epoch=self._lease.epoch, robot=self._robot, period=self._period)
+        self._granted = Granted(epoch=self._lease.epoch, robot=self._robot, mode="lockstep", period=self._period)
         self._sequence = 0
         self._lease.heard()
         self._show(self._world.observation)

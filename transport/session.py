@@ -37,7 +37,6 @@ class Open(_Part):
     """A name that no other request has: asked twice, the question is answered alike."""
     controller: Annotated[str, Field(max_length=200)]
     """Who asks, for people."""
-    mode: Mode
     seed: int | None = None
     """Which run to simulate; None leaves it to the simulator."""
     previous: int = 0
@@ -69,10 +68,10 @@ class Granted(_Part):
     """The lease's number, which every command must bear."""
     robot: str
     """Name of the robot."""
+    mode: Mode
+    """Whether time waits for the controller."""
     period: float
     """Time from one command to the next, s."""
-    referee: bool = True
-    """Whether there is a referee, as in simulation."""
 
 
 class Refused(_Part):
@@ -194,8 +193,6 @@ class Lease:
 class Desk(Protocol):
     """The robot's side of a session."""
 
-    mode: Mode
-
     def open(self, question: Open) -> Granted | Refused:
         """Somebody wants the robot."""
         ...
@@ -223,8 +220,6 @@ def respond(desk: Desk, payload: bytes) -> tuple[bytes, bool]:
         answer = desk.close(question)
     elif isinstance(question, Ask):
         answer = desk.state(question)
-    elif question.mode != desk.mode:
-        answer = Refused(reason=f"the robot's side runs in {desk.mode}, the controller asks for {question.mode}")
     else:
         answer = desk.open(question)
     return answer.model_dump_json().encode(), True

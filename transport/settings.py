@@ -40,5 +40,7 @@ class LinkSettings(Settings):
     """Sensor data older than this are stale, s."""
     silence: Positive = 5.0
     """A controller that has heard nothing for so long gives the run up, s."""
+    step: Positive = 10.0
+    """How long one step of a simulator in lockstep is waited for, s: its first may compile."""
     connect: Positive = 5.0
     """How long a robot is looked for, s."""

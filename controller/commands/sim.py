@@ -2,41 +2,72 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from controller.completion import complete_maze, complete_profile
 
 
 def sim(
     maze: Annotated[
         str,
-        typer.Argument(help="A maze file of any format, or the name of a shipped maze."),
+        typer.Argument(help="A maze file of any format, or the name of a shipped maze.", autocompletion=complete_maze),
     ],
-    listen: Annotated[str, typer.Option(metavar="ENDPOINT", help="Where controllers find it.")] = "tcp/127.0.0.1:7447",
+    listen: Annotated[str, typer.Option(metavar="ENDPOINT", help="Where controllers dial it.")] = "tcp/127.0.0.1:7447",
+    connect: Annotated[
+        str | None, typer.Option(metavar="ENDPOINT", help="Dial a router there instead of listening.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="The run, where a controller asks for none.")] = 0,
-    robot: Annotated[str, typer.Option(help="Profile: a TOML file or a shipped one.")] = "pico",
+    robot: Annotated[
+        str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
+    ] = "pico",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of the profile; may be repeated."),
+    ] = None,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Let time pass by the clock on the wall, with a dead man, as hardware.")
+    ] = False,
     once: Annotated[bool, typer.Option("--once", help="End after one episode.")] = False,
+    identity: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."
+        ),
+    ] = None,
 ) -> None:
-    """Simulate a robot in a maze for a controller in another process, in lockstep.
+    """Simulate a robot in a maze for a controller in another process.
 
-    One line says that it is ready, and one line each how an episode went. It ends with Ctrl-C.
+    One line says that it is ready, and one line each how an episode went. It ends with Ctrl-C. Without `--realtime`
+    each period of the simulation waits for its command.
 
     Example: `maze-machine sim final_2015 --listen tcp/127.0.0.1:7447`
     """
+    from controller.network import joined
     from controller.profile import load_profile
     from controller.simulation import SimulatedWorld, find_maze
-    from transport.connect import listening
+    from transport.gate import Gate, PacedWorld
     from transport.lockstep import LockstepServer
 
-    description = load_profile(robot).robot
+    profile = load_profile(robot, settings or ())
+    description = profile.robot
     drawn = find_maze(maze)
 
     def begin(asked: int | None) -> SimulatedWorld:
         return SimulatedWorld(drawn, description, seed if asked is None else asked)
 
-    with listening(listen) as bus:
-        print(f"{description.name} in {drawn.name} listens at {listen}", flush=True)
-        for report in LockstepServer(bus, description.name, description.period, begin).episodes():
+    with joined(listen, connect, identity, profile.link) as bus:
+        server: LockstepServer | Gate
+        if realtime:
+            base = PacedWorld(begin, description.period)
+            server = Gate(bus, base, description, profile.link)
+        else:
+            server = LockstepServer(bus, description.name, description.period, begin)
+        place = f"dials {connect}" if connect else f"listens at {listen}"
+        print(f"{description.name} in {drawn.name} {place}", flush=True)
+        for report in server.episodes():
             print(f"seed {report['seed']}: {report['line']}", flush=True)
             if once:
                 return

@@ -39,7 +39,7 @@ class Driven:
         self.take()
 
     def take(self, name: str = "first", previous: int = 0) -> bool:
-        question = Open(request=f"{name}{self.clock()}", controller=name, mode="realtime", previous=previous)
+        question = Open(request=f"{name}{self.clock()}", controller=name, previous=previous)
         return self.guard.grant(question)
 
     def show(self) -> int:

@@ -12,13 +12,23 @@ import pytest
 from toy_world import PERIOD, ToyWorld, seen, wander
 
 from transport.bus import Bus, Message
-from transport.connect import connect_lockstep, listening, open_lockstep
+from transport.connect import connect_robot, listening, open_robot
+from transport.description import RobotDescription
 from transport.lockstep import LockstepServer, RemoteLockstep
 from transport.memory_bus import MemoryNetwork
 from transport.robot import LinkError
+from transport.settings import LinkSettings
 from transport.world import LockstepRobot
 
 LENGTH = 40
+
+
+def take(bus: Bus, seed: int | None = None, **settings: float) -> RemoteLockstep:
+    return open_robot(bus, RobotDescription(name="toy"), LinkSettings(**settings), seed=seed)
+
+
+def reach(endpoint: str, seed: int | None = None, **settings: float) -> RemoteLockstep:
+    return connect_robot(endpoint, RobotDescription(name="toy"), LinkSettings(**settings), seed=seed)
 
 
 @contextmanager
@@ -53,7 +63,7 @@ def test_over_a_network_the_run_is_the_one_in_process_bit_for_bit() -> None:
     with served(network.bus()):
         for seed in (0, 1, 7):
             here = LockstepRobot(ToyWorld(seed, LENGTH))
-            there = open_lockstep(network.bus(), "toy", seed=seed)
+            there = take(network.bus(), seed=seed)
             assert trace(there) == trace(here)
             assert there.report() == here.report()
             there.close()
@@ -63,7 +73,7 @@ def test_over_zenoh_the_run_is_the_one_in_process_bit_for_bit(endpoint: str) -> 
     with listening(endpoint) as bus, served(bus) as server:
         for seed in (0, 1, 7):
             here = LockstepRobot(ToyWorld(seed, LENGTH))
-            there = connect_lockstep(endpoint, "toy", seed=seed)
+            there = reach(endpoint, seed=seed)
             assert trace(there) == trace(here)
             assert there.report() == here.report()
             there.close()
@@ -118,7 +128,7 @@ def test_a_bad_network_changes_nothing_of_the_run(
     monkeypatch.setattr("transport.lockstep._LONGEST_RESEND", 0.01)
     network = MemoryNetwork()
     with served(network.bus()):
-        robot = open_lockstep(network.bus(), "toy", seed=seed)
+        robot = take(network.bus(), seed=seed)
         network.fault = make(random.Random(seed))
         assert trace(robot) == trace(LockstepRobot(ToyWorld(seed, LENGTH)))
         network.fault = lambda _key, message: (message,)
@@ -129,7 +139,7 @@ def test_a_bad_network_changes_nothing_of_the_run(
 def test_a_second_controller_is_refused_and_told_who_drives() -> None:
     network = MemoryNetwork()
     with served(network.bus(), patience=30.0):
-        first = open_lockstep(network.bus(), "toy")
+        first = take(network.bus())
         stop = threading.Event()
 
         def drive() -> None:
@@ -140,20 +150,20 @@ def test_a_second_controller_is_refused_and_told_who_drives() -> None:
         thread.start()
         try:
             with pytest.raises(LinkError, match=r"driven by .*process \d+"):
-                open_lockstep(network.bus(), "toy", limit=5.0)
+                take(network.bus(), connect=5.0)
         finally:
             stop.set()
             thread.join(10)
         first.close()
-        open_lockstep(network.bus(), "toy").close()
+        take(network.bus()).close()
 
 
 def test_the_lease_of_a_dead_controller_frees_by_itself() -> None:
     network = MemoryNetwork()
     with served(network.bus(), patience=0.3):
-        dead = open_lockstep(network.bus(), "toy", seed=1)
+        dead = take(network.bus(), seed=1)
         dead.command(wander(dead.observe()))
-        heir = open_lockstep(network.bus(), "toy", seed=2)
+        heir = take(network.bus(), seed=2)
         assert trace(heir) == trace(LockstepRobot(ToyWorld(2, LENGTH)))
         with pytest.raises(LinkError, match="another controller took the robot"):
             dead.observe()
@@ -164,7 +174,7 @@ def test_a_simulator_that_was_restarted_is_found_out() -> None:
     network = MemoryNetwork()
     bus = network.bus()
     with served(bus):
-        robot = open_lockstep(network.bus(), "toy", seed=1)
+        robot = take(network.bus(), seed=1)
         robot.command(wander(robot.observe()))
         robot.observe()
     bus.close()
@@ -178,7 +188,7 @@ def test_a_simulator_that_is_gone_is_told_within_the_limit() -> None:
     network = MemoryNetwork()
     bus = network.bus()
     with served(bus):
-        robot = open_lockstep(network.bus(), "toy", patience=0.3)
+        robot = take(network.bus(), step=0.3)
         robot.command(wander(robot.observe()))
         robot.observe()
     bus.close()
@@ -190,7 +200,7 @@ def test_a_simulator_that_is_gone_is_told_within_the_limit() -> None:
 def test_foreign_messages_are_counted_and_change_nothing() -> None:
     network = MemoryNetwork()
     with served(network.bus()) as server:
-        robot = open_lockstep(network.bus(), "toy", seed=3)
+        robot = take(network.bus(), seed=3)
         robot.observe()
         intruder = network.bus()
         for key in ("toy/cmd_vel", "toy/scan", "toy/odom"):
@@ -205,12 +215,12 @@ def test_foreign_messages_are_counted_and_change_nothing() -> None:
 
 def test_nobody_at_the_address_is_one_message_within_the_limit(endpoint: str) -> None:
     with pytest.raises(LinkError, match=f"nobody can be reached at {endpoint}"):
-        connect_lockstep(endpoint, "toy", limit=0.3)
+        reach(endpoint, connect=0.3)
 
 
 def test_a_robot_of_another_name_is_one_message(endpoint: str) -> None:
     with listening(endpoint) as bus, served(bus), pytest.raises(LinkError, match="no robot named 'pico2' answered"):
-        connect_lockstep(endpoint, "pico2", limit=0.5)
+        connect_robot(endpoint, RobotDescription(name="pico2"), LinkSettings(connect=0.5))
 
 
 def test_a_busy_port_is_one_message(endpoint: str) -> None:

@@ -1,0 +1,61 @@
+"""``maze-machine gate``: a dead man, limits and leases in front of a robot's driver that has none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from controller.completion import complete_profile
+
+
+def gate(
+    driver: Annotated[
+        str, typer.Argument(metavar="ENDPOINT", help="Where the driver is reached: its Zenoh bridge or router.")
+    ],
+    inside: Annotated[
+        str, typer.Option(metavar="NAME", help="The driver's namespace; controllers must not know it.")
+    ] = "base",
+    listen: Annotated[
+        str, typer.Option(metavar="ENDPOINT", help="Where controllers dial the gate.")
+    ] = "tcp/127.0.0.1:7447",
+    robot: Annotated[
+        str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
+    ] = "pico",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of the profile; may be repeated."),
+    ] = None,
+    identity: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."
+        ),
+    ] = None,
+) -> None:
+    """Stand between controllers and a ROS 2 driver: one controller at a time, limits, and a stop when it falls silent.
+
+    It runs on the robot, next to the driver. The profile's section `[link]` names the driver's topics. It ends with
+    Ctrl-C, and leaves the robot standing.
+
+    Example: `maze-machine gate tcp/127.0.0.1:7448 --inside base --listen tcp/0.0.0.0:7447`
+    """
+    from controller.network import joined
+    from controller.profile import load_profile
+    from transport.connect import dialling
+    from transport.driver import RosDriver
+    from transport.gate import DriverBase, Gate
+    from transport.keys import RobotKeys
+
+    profile = load_profile(robot, settings or ())
+    outside = profile.link.model_copy(update={"gate": True, "keys": "bridge"})
+    with (
+        dialling(driver, wait=profile.link.connect) as bus,
+        joined(listen, None, identity, outside) as net,
+    ):
+        base = DriverBase(RosDriver(bus, RobotKeys(inside, profile.link)))
+        server = Gate(net, base, profile.robot, outside)
+        print(f"{profile.robot.name} behind a gate listens at {listen}", flush=True)
+        for _report in server.episodes():
+            pass  # a driver has no referee

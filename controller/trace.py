@@ -6,7 +6,8 @@ The first line names the machine and its parameters, each further one tells a ti
      "pose": [x, y, heading], "twist": [forward, left, turn], "ring": false}
 
 ``stamp`` is the observation's time in ns; ``pose`` is odometry, in metres and radians; ``twist`` is the command, in m/s
-and rad/s. Floats are written so that reading them back gives the same bits.
+and rad/s. Floats are written so that reading them back gives the same bits. Where the machine has ended, ``outcome``
+names its final state.
 """
 
 from __future__ import annotations
@@ -16,40 +17,52 @@ from collections.abc import Mapping
 from typing import Any, TextIO
 
 from controller.loop import Tick
+from controller.mission import Mission
 from hsm import Machine
 from hsm.model import Transition
 
 
-class TraceWriter:
-    """Writes a trace to an open text file, line by line."""
+def trace_head(mission: Mission) -> dict[str, Any]:
+    """What the first line of a trace says."""
+    return {"machine": mission.machine.name, "parameters": dict(mission.parameters)}
 
-    def __init__(self, file: TextIO, machine: Machine, parameters: Mapping[str, Any]) -> None:
+
+def trace_line(machine: Machine, tick: Tick) -> dict[str, Any]:
+    """What a trace says of a tick."""
+    pose, twist = tick.pose, tick.command.twist
+    line: dict[str, Any] = {
+        "tick": tick.index,
+        "stamp": tick.observation.stamp,
+        "states": list(tick.configuration),
+        "taken": [_described(machine, transition) for transition in tick.step.transitions],
+        "pose": [pose.x, pose.y, pose.heading],
+        "twist": [twist.forward, twist.left, twist.turn],
+        "ring": tick.command.ring,
+    }
+    if tick.outcome is not None:
+        line["outcome"] = tick.outcome
+    return line
+
+
+def _described(machine: Machine, transition: Transition) -> str:
+    states = machine.model.states
+    targets = ", ".join(states[target].name for target in transition.targets)
+    arrow = f" -> {targets}" if targets else ""
+    place = f" (line {transition.place.line})" if transition.place else ""
+    return f"{states[transition.source].name}{arrow}{place}"
+
+
+class TraceWriter:
+    """Writes a trace to an open text file; a watcher of ticks."""
+
+    def __init__(self, file: TextIO, mission: Mission) -> None:
         self._file = file
-        self._machine = machine
-        self._write({"machine": machine.model.name, "parameters": dict(parameters)})
+        self._machine = mission.machine
+        self._write(trace_head(mission))
 
     def __call__(self, tick: Tick) -> None:
         """Write one tick."""
-        pose, twist = tick.pose, tick.command.twist
-        line: dict[str, Any] = {
-            "tick": tick.index,
-            "stamp": tick.observation.stamp,
-            "states": tick.configuration,
-            "taken": [self._described(transition) for transition in tick.step.transitions],
-            "pose": [pose.x, pose.y, pose.heading],
-            "twist": [twist.forward, twist.left, twist.turn],
-            "ring": tick.command.ring,
-        }
-        if tick.outcome is not None:
-            line["outcome"] = tick.outcome
-        self._write(line)
-
-    def _described(self, transition: Transition) -> str:
-        states = self._machine.model.states
-        source = states[transition.source].name
-        targets = ", ".join(states[target].name for target in transition.targets)
-        place = f" (line {transition.place.line})" if transition.place else ""
-        return f"{source} -> {targets}{place}" if targets else f"{source}{place}"
+        self._write(trace_line(self._machine, tick))
 
     def _write(self, line: Mapping[str, Any]) -> None:
         self._file.write(json.dumps(line, separators=(",", ":")) + "\n")

@@ -55,6 +55,10 @@ def run(
     trace: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write states, poses and commands as JSON lines.")
     ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Record sensors, commands and steps as MCAP, for `maze-machine replay`."),
+    ] = None,
     picture: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Where to save the picture of the path. Default: in the folder runs/."),
@@ -83,10 +87,12 @@ def run(
     from controller.picture import TrailKeeper, checked_picture, save_run
     from controller.profile import load_profile
     from controller.progress import Progress
+    from controller.replay import described, keeper
     from controller.result import Result
     from controller.simulation import SimulatedWorld, find_maze
     from controller.trace import TraceWriter
     from transport.connect import connect_robot
+    from transport.recording import Recorder
     from transport.world import LockstepRobot
 
     if connect is not None and maze is not None:
@@ -105,7 +111,15 @@ def run(
         if trace is not None:
             files["trace"] = trace
             file = stack.enter_context(trace.open("w", encoding="utf-8", newline="\n"))
-            watchers.append(TraceWriter(file, mission.machine, mission.parameters))
+            watchers.append(TraceWriter(file, mission))
+        if record is not None:
+            files["recording"] = record
+            about = described(mission, machine)
+            # Nothing is lost where time waits for the disk.
+            recorder = stack.enter_context(
+                Recorder(record, profile.robot.name, about, patience=0.0 if connect else 60.0)
+            )
+            watchers.append(keeper(recorder, mission))
         driven = LockstepRobot(world) if world else connect_robot(str(connect), profile.robot, profile.link, seed=seed)
         ending = drive(mission, driven, driven, watchers)
     result = Result(mission.machine.name, mission.parameters, ending, files)

@@ -22,7 +22,7 @@ def traced(tmp_path):
         robot = LockstepRobot(SimulatedWorld(find_maze("final_2015"), profile.robot, seed))
         file = tmp_path / "trace.jsonl"
         with file.open("w", encoding="utf-8") as out:
-            drive(mission, robot, robot, [TraceWriter(out, mission.machine, mission.parameters)])
+            drive(mission, robot, robot, [TraceWriter(out, mission)])
         return file.read_bytes()
 
     return run

@@ -1,0 +1,71 @@
+"""Recorded runs, replayed."""
+
+import json
+
+import pytest
+
+from controller.replay import Difference, first_difference
+
+
+@pytest.fixture
+def recorded(finish, tmp_path):
+    """A short recorded run and its trace."""
+    arguments = ["--time-limit", 10, "--no-picture", "--record", "run.mcap", "--trace", "run.jsonl"]
+    status, _, err = finish(
+        "run", "pledge", *arguments, "--param", "cruise=0.4 m/s", "--set", "skills.motion.slow_gain=1"
+    )
+    assert (status, err) == (1, "")
+    return tmp_path / "run.mcap", tmp_path / "run.jsonl"
+
+
+def test_the_same_machine_gives_the_same_trace_byte_for_byte(finish, recorded, tmp_path):
+    recording, trace = recorded
+    status, out, err = finish("replay", recording, "--trace", "again.jsonl")
+    assert (status, err) == (0, "")
+    assert out == "pledge on 101 recorded ticks: no difference\n"
+    assert (tmp_path / "again.jsonl").read_bytes() == trace.read_bytes()
+
+
+def test_with_another_machine_the_first_difference_is_shown(finish, recorded, tmp_path):
+    recording, trace = recorded
+    status, out, _ = finish("replay", recording, "--machine", "right_hand", "--trace", "other.jsonl", "--json")
+    assert status == 1
+    told = json.loads(out)
+    assert told["same"] is False
+    index = told["difference"]["tick"]
+    lines = [json.loads(line) for line in trace.read_text().splitlines()[1:]]
+    others = [json.loads(line) for line in (tmp_path / "other.jsonl").read_text().splitlines()[1:]]
+    assert lines[:index] == others[:index]
+    assert lines[index] != others[index]
+    assert told["difference"]["recorded"].items() <= lines[index].items()
+    assert told["difference"]["replayed"].items() <= others[index].items()
+    assert lines[index]["pose"] == others[index]["pose"], "the sensors are the recorded ones"
+
+
+def test_a_recording_that_a_crash_cut_off_is_replayed_as_far_as_it_goes(finish, recorded, tmp_path):
+    recording, _ = recorded
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(recording.read_bytes()[: recording.stat().st_size * 3 // 4])
+    status, out, _ = finish("replay", cut, "--json")
+    told = json.loads(out)
+    assert status == 0
+    assert told["complete"] is False
+    assert 0 < told["ticks"] < 101
+
+
+@pytest.mark.parametrize("content", [b"", b"no recording at all"])
+def test_a_file_that_is_no_recording_is_refused_in_one_line(finish, tmp_path, content):
+    file = tmp_path / "x.mcap"
+    file.write_bytes(content)
+    status, _, err = finish("replay", file)
+    assert status == 3
+    assert str(file) in err
+    assert len(err.splitlines()) == 1
+    assert finish("replay", tmp_path / "nothing")[0] == 3
+
+
+def test_the_first_difference_of_two_traces():
+    one, other = {"tick": 0, "states": ["a"]}, {"tick": 0, "states": ["b"]}
+    assert first_difference([one, one], [one, one]) is None
+    assert first_difference([one, one], [one, other]) == Difference(1, {"states": ["a"]}, {"states": ["b"]})
+    assert first_difference([one], [one, other]) == Difference(1, {}, other)

@@ -174,7 +174,14 @@ class Facts:
     @cached_property
     def door(self) -> Door | None:
         """The possible door ahead that may be rung from here, if there is one."""
-        return next((door for door in self.doors if is_near(door, self.settings.door)), None)
+        near = (door for door in self.doors if is_near(door, self.settings.door))
+        return next((door for door in near if self._ends_at(door)), None)
+
+    def _ends_at(self, door: Door) -> bool:
+        """The depth check of 2015: on the minimap the way to a door is free and ends there."""
+        depth = self.minimap.depth(door.bearing - self.misalignment, 0.0)
+        reach = self.settings.minimap.half_size - self.settings.minimap.cell
+        return abs(min(math.hypot(*door.centre), reach) - min(depth, reach)) <= self.settings.door.depth_margin
 
     @cached_property
     def rung_door(self) -> Door | None:

@@ -187,6 +187,8 @@ class DoorSettings(Settings):
     """How far inside the rule's area the robot shall be before it counts as near, m."""
     ahead: Positive = math.radians(30)
     """A door is ahead when its direction is within this angle of straight on, rad."""
+    depth_margin: Positive = 0.15
+    """On the minimap the way to a door ends at most so far before or behind it, m."""
     same_place: Positive = 0.5
     """Two doors nearer than this are the same one, m; more than dead reckoning drifts in a run."""
     passage_margin: NotNegative = 0.05

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from controller.commands import maze, profile, run, sim, sweep
+from controller.commands import certificates, gate, maze, profile, replay, router, run, sim, sweep
 from controller.errors import reported
 
 
@@ -58,10 +58,14 @@ def maze_machine(
 # One line a command, in the order of the help text.
 DRIVE, WRITE, WORLD, LINK = "Drive", "Write machines", "Mazes and simulation", "Link"
 app.command("run", rich_help_panel=DRIVE)(run.run)
+app.command("replay", rich_help_panel=DRIVE)(replay.replay)
 app.command("sweep", rich_help_panel=DRIVE)(sweep.sweep)
 app.command("profile", rich_help_panel=DRIVE)(profile.profile)
 app.add_typer(maze.app, name="maze", rich_help_panel=WORLD)
 app.command("sim", rich_help_panel=LINK)(sim.sim)
+app.command("gate", rich_help_panel=LINK)(gate.gate)
+app.command("router", rich_help_panel=LINK)(router.router)
+app.command("certificates", rich_help_panel=LINK)(certificates.certificates)
 
 
 def main() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -15,43 +16,43 @@ class SlidingDoor:
     def __init__(self, door: Door) -> None:
         self.door = door
         self.stuck = False
+        """Whether it stays where it is, whatever is asked of it."""
         self.shift = 0.0
         """How far it has slid, m: from zero, shut, to its length, open."""
+        self.has_opened = False
+        """Whether it was ever wide open."""
         self._opening = False
         self._closes_in = math.inf
         (ax, ay), (bx, by) = door.leaf
         self._leaf = np.array([[ax, ay, bx, by]])
         self._axis = ((bx - ax) / door.length, (by - ay) / door.length)
 
-    @property
-    def is_open(self) -> bool:
-        """Whether it is wide open."""
-        return self.shift == self.door.length
-
     def ask(self) -> None:
-        """Somebody rang as the rules demand: it opens, or stays open for its full time."""
-        if not self.stuck:
-            self._opening = True
-            self._closes_in = self.door.stays
+        """Somebody rang as the rules demand: it opens, and once open stays so for its full time."""
+        self._opening = True
+        self._closes_in = self.door.stays
 
-    def velocity(self, duration: float, *, occupied: bool) -> tuple[float, float]:
+    def velocity(self, duration: float, occupied: Callable[[], bool]) -> tuple[float, float]:
         """Slide for a while and say how fast.
 
         Args:
             duration: how long, s.
-            occupied: somebody stands in the doorway; an open door waits for that before it closes.
+            occupied: whether somebody stands in the doorway; an open door waits for that before it closes.
 
         Returns:
             The leaf's mean velocity along x and y, m/s.
         """
+        if self.stuck:
+            return 0.0, 0.0
         before = self.shift
         travel = self.door.speed * duration
         if self._opening:
             self.shift = min(self.shift + travel, self.door.length)
             if self.door.length - self.shift < 1e-9:
                 self.shift = self.door.length
+                self.has_opened = True
                 self._closes_in -= duration
-                if self._closes_in <= 0.0 and not occupied:
+                if self._closes_in <= 0.0 and not occupied():
                     self._opening = False
         else:
             self.shift = self.shift - travel if self.shift - travel > 1e-9 else 0.0
@@ -62,7 +63,8 @@ class SlidingDoor:
     def at_rest(self) -> bool:
         """Whether nothing will change without a ring."""
         shut = not self._opening and self.shift == 0.0
-        return shut or (self._opening and self.is_open and math.isinf(self._closes_in))
+        wide_open = self._opening and self.shift == self.door.length
+        return self.stuck or shut or (wide_open and math.isinf(self._closes_in))
 
     def leaf(self) -> Segments:
         """Where the leaf is now, shape (1, 4)."""

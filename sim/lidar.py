@@ -1,8 +1,12 @@
 """Exact laser ranges: each wall is projected onto the interval of beams that it subtends, and the nearest wall wins.
 
 A beam hits a wall if the wall's ends lie on opposite sides of it. The side is computed from the end alone, so two walls
-that share an end agree about it bit for bit, and no beam slips through where they touch. Intervals are widened by one
+that share an end agree about it bit for bit, and no beam slips through where they touch. Intervals are widened by a
 beam on both sides before that exact test; hence their rounding decides nothing.
+
+The reciprocal of the distance to a straight wall is linear in the beam's direction, so that the nearest wall is found
+as the largest reciprocal without a division for every beam and wall. Walls whose line passes close to the sensor, where
+that loses digits, are intersected with each beam instead.
 """
 
 from __future__ import annotations
@@ -17,7 +21,13 @@ from numpy.typing import NDArray
 from sim.maze import Segments
 from transport.messages import Pose, ScanGeometry
 
+CLOSE = 1e-3
+"""Walls whose line passes the sensor nearer than this, m, are intersected with every beam."""
+STRAIGHT = 2e-3
+"""A wall whose ends lie in opposite directions to within this angle, rad, is tried with every beam: on which side of it
+the sensor is, the directions do not tell for certain."""
 Ranges = NDArray[np.float64]
+Vector = tuple[float, float]
 Sensor = tuple[float, float, float, float]
 Fan = tuple[float, float, float]
 Kernel = Callable[[Segments, Sensor, Ranges, Fan], Ranges]
@@ -40,7 +50,8 @@ def project(segments: Segments, sensor: Sensor, beams: Ranges, fan: Fan) -> Rang
     angle_min, increment, reach = fan
     beam_x, beam_y = beams
     count = len(beam_x)
-    ranges = np.full(count, np.inf)
+    nearness = np.zeros(count)
+    nearest_close = np.full(count, np.inf)
     dx, dy = segments[:, 0] - x, segments[:, 1] - y
     ax, ay = cos * dx + sin * dy, cos * dy - sin * dx
     dx, dy = segments[:, 2] - x, segments[:, 3] - y
@@ -49,6 +60,13 @@ def project(segments: Segments, sensor: Sensor, beams: Ranges, fan: Fan) -> Rang
     low, high = np.minimum(first, second), np.maximum(first, second)
     over_the_back = high - low > math.pi
     low, high = np.where(over_the_back, high, low), np.where(over_the_back, low + math.tau, high)
+    straight = np.abs(high - low - math.pi) < STRAIGHT
+    low, high = np.where(straight, -math.pi, low), np.where(straight, math.pi, high)
+    wx, wy = bx - ax, by - ay
+    area = ax * by - ay * bx
+    close = area * area < CLOSE * CLOSE * (wx * wx + wy * wy)
+    far_area = np.where(close, 1.0, area)
+    px, py = wy / far_area, -wx / far_area
     for turn in (-math.tau, 0.0, math.tau):
         begin = np.maximum(np.floor((low + turn - angle_min) / increment), 0.0).astype(np.int64)
         end = np.minimum(np.ceil((high + turn - angle_min) / increment), count - 1.0).astype(np.int64)
@@ -59,18 +77,29 @@ def project(segments: Segments, sensor: Sensor, beams: Ranges, fan: Fan) -> Rang
         which = np.repeat(np.arange(len(segments)), counts)
         beam = np.arange(total) + np.repeat(begin - np.cumsum(counts) + counts, counts)
         ux, uy = beam_x[beam], beam_y[beam]
-        pax, pay, pbx, pby = ax[which], ay[which], bx[which], by[which]
-        side_a, side_b = ux * pay - uy * pax, ux * pby - uy * pbx
-        ahead_a, ahead_b = ux * pax + uy * pay, ux * pbx + uy * pby
-        between = side_a - side_b
-        along = between == 0.0
-        distance = ahead_a + side_a / np.where(along, 1.0, between) * (ahead_b - ahead_a)
-        ends_on = np.minimum(np.where(ahead_a >= 0.0, ahead_a, np.inf), np.where(ahead_b >= 0.0, ahead_b, np.inf))
-        distance = np.where(along, ends_on, distance)
-        hit = (np.minimum(side_a, side_b) <= 0.0) & (np.maximum(side_a, side_b) >= 0.0) & (distance >= 0.0)
-        np.minimum.at(ranges, beam[hit], distance[hit])
+        side_a, side_b = ux * ay[which] - uy * ax[which], ux * by[which] - uy * bx[which]
+        hit = (np.minimum(side_a, side_b) <= 0.0) & (np.maximum(side_a, side_b) >= 0.0)
+        plain = hit & ~close[which]
+        np.maximum.at(nearness, beam[plain], (ux * px[which] + uy * py[which])[plain])
+        for index in np.flatnonzero(hit & close[which]).tolist():
+            wall = which[index]
+            distance = _along_beam((ux[index], uy[index]), (ax[wall], ay[wall]), (bx[wall], by[wall]))
+            nearest_close[beam[index]] = min(nearest_close[beam[index]], distance)
+    with np.errstate(divide="ignore"):
+        ranges: Ranges = np.minimum(1.0 / nearness, nearest_close)
     ranges[ranges > reach] = np.inf
     return ranges
+
+
+def _along_beam(u: Vector, a: Vector, b: Vector) -> float:
+    """Where a beam in direction u from the origin meets the wall from a to b that is known to cross its line, m."""
+    (ux, uy), (ax, ay), (bx, by) = u, a, b
+    side_a, side_b = ux * ay - uy * ax, ux * by - uy * bx
+    ahead_a, ahead_b = ux * ax + uy * ay, ux * bx + uy * by
+    if side_a == side_b:
+        return min(ahead_a if ahead_a >= 0.0 else math.inf, ahead_b if ahead_b >= 0.0 else math.inf)
+    distance = ahead_a + side_a / (side_a - side_b) * (ahead_b - ahead_a)
+    return distance if distance >= 0.0 else math.inf
 
 
 def compiled() -> Kernel | None:

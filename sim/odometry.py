@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.settings import OdometryNoise
-from transport.messages import Odometry, Pose, Twist, wrap_angle
+from transport.messages import STOP, Odometry, Pose, Twist, wrap_angle
 
 WHEEL_DIRECTIONS = (0.0, math.tau / 3, 2 * math.tau / 3)
 """Where the wheels stand about the robot's origin, rad."""
@@ -59,6 +59,7 @@ class WheelOdometry:
         spread = noise.start_spread
         x, y, heading = generator.uniform((-spread, -spread, -math.pi), (spread, spread, math.pi)).tolist()
         self._pose = Pose(x, y, heading)
+        self._twist = STOP
         self._counted = self._draw()
         self._next_draw = noise.redraw
 
@@ -68,20 +69,24 @@ class WheelOdometry:
         counted: list[list[float]] = (self._inverse @ (factors[:, None] * self._wheels)).tolist()
         return counted
 
-    def reading(self, stamp: int, twist: Twist) -> Odometry:
+    def reading(self, stamp: int) -> Odometry:
         """What the odometry says now.
 
         Args:
             stamp: time of the measurement, ns.
-            twist: the robot's velocity in its own frame.
         """
-        return Odometry.at(stamp, self._pose, twist)
+        return Odometry.at(stamp, self._pose, self._twist)
 
-    def count(self, motion: Twist, time: float) -> None:
+    def jump(self, jump: Twist) -> None:
+        """Be moved at once, in the robot's own frame, metres and radians: a fault, not a motion."""
+        self._pose = moved(self._pose, jump)
+
+    def count(self, motion: Twist, duration: float, time: float) -> None:
         """Add a motion.
 
         Args:
             motion: the true motion in the robot's frame, metres and radians.
+            duration: how long it took, s.
             time: simulated time at its end, s.
         """
         if self._noise.slip:
@@ -89,6 +94,7 @@ class WheelOdometry:
             motion = Twist(forward * motion.forward, left * motion.left, turn * motion.turn)
         forward, left, turn = (a * motion.forward + b * motion.left + c * motion.turn for a, b, c in self._counted)
         self._pose = moved(self._pose, Twist(forward, left, turn))
+        self._twist = Twist(forward / duration, left / duration, turn / duration)
         if time >= self._next_draw - 1e-9:
             self._counted = self._draw()
             self._next_draw += self._noise.redraw

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
-from sim.geometry import Points, crosses, distances, outline_distance
+from sim.base import Base
+from sim.doors import SlidingDoor
+from sim.geometry import Points, crosses, distances, outline_distance, placed
 from sim.maze import Maze, Segments
 from sim.settings import Rules
-from sim.world import Contact
+from sim.world import Contact, World
 from transport.messages import Command, Pose
 
 STILL_DISTANCE = 0.01
@@ -40,9 +43,10 @@ class Verdict:
         time: simulated time since the attempt began, s.
         path_length: how far the robot's origin travelled, m.
         clearance: smallest distance between the robot's outline and anything solid, m; zero if it touched something.
-        doors_opened: names of the doors that it made open, in order.
+        doors_opened: names of the doors that it rang open, in order.
         contacts: what it touched, in order.
         rings: how often it rang.
+        attempt: which attempt it was, counted from 1.
     """
 
     outcome: Outcome
@@ -53,6 +57,7 @@ class Verdict:
     doors_opened: tuple[str, ...] = ()
     contacts: tuple[Contact, ...] = ()
     rings: int = 0
+    attempt: int = 1
 
     @property
     def escaped(self) -> bool:
@@ -98,89 +103,98 @@ def may_open(rules: Rules, corners: Points, origin: Pose, command: Command, door
 
 
 class Referee:
-    """Watches one robot's attempt."""
+    """Watches one attempt of one robot."""
 
-    def __init__(self, maze: Maze, rules: Rules, pose: Pose, began: float = 0.0) -> None:
+    def __init__(self, maze: Maze, rules: Rules, pose: Pose, began: float = 0.0, attempt: int = 1) -> None:
+        """Args: the maze, the rules, the robot's pose now, the time, and which attempt this is, counted from 1."""
+        self.attempt = attempt
         self._rules = rules
         self._time_limit = maze.time_limit
         self._gates = maze.exits.tolist()
         self._crossed = [False] * len(self._gates)
-        self._began = began
+        self._began = self._time = began
         self._pose = self._anchor = pose
         self._anchor_time = began
-        self._verdict = Verdict(Outcome.RUNNING, "still inside", 0.0, 0.0, math.inf)
+        self._path_length = 0.0
+        self._clearance = math.inf
+        self._contacts: tuple[Contact, ...] = ()
+        self._rings = 0
+        self._rung: list[SlidingDoor] = []
+        self._outcome, self._reason = Outcome.RUNNING, "still inside"
+
+    @property
+    def finished(self) -> bool:
+        """Whether the attempt is over."""
+        return self._outcome is not Outcome.RUNNING
 
     @property
     def verdict(self) -> Verdict:
         """How the attempt stands."""
-        return self._verdict
-
-    def rang(self, opened: tuple[str, ...]) -> None:
-        """The robot rang and made these doors open."""
-        if self._verdict.finished:
-            return
-        new = tuple(name for name in opened if name not in self._verdict.doors_opened)
-        self._verdict = replace(
-            self._verdict, rings=self._verdict.rings + 1, doors_opened=self._verdict.doors_opened + new
+        return Verdict(
+            self._outcome,
+            self._reason,
+            self._time - self._began,
+            self._path_length,
+            self._clearance,
+            tuple(door.door.name for door in self._rung if door.has_opened),
+            self._contacts,
+            self._rings,
+            self.attempt,
         )
 
-    def watch(self, time: float, pose: Pose, corners: Points, solids: Segments, contacts: tuple[Contact, ...]) -> None:
+    def rang(self, doors: Iterable[SlidingDoor]) -> None:
+        """The robot rang; these doors must open."""
+        if not self.finished:
+            self._rings += 1
+            self._rung += [door for door in doors if door not in self._rung]
+
+    def watch(self, time: float, pose: Pose, world: World, name: str, contacts: tuple[Contact, ...]) -> None:
         """Take note of where the robot is after a tick.
 
         Args:
             time: simulated time, s.
             pose: the robot's true pose.
-            corners: its footprint in the world, m.
-            solids: all that it could touch, shape (n, 4).
+            world: where it is.
+            name: which robot it is.
             contacts: what it touched during the tick.
         """
-        if self._verdict.finished:
+        if self.finished:
             return
-        before, self._pose = self._pose, pose
-        clearance = 0.0 if contacts else self._clearance(pose, corners, solids)
-        self._verdict = replace(
-            self._verdict,
-            time=time - self._began,
-            path_length=self._verdict.path_length + math.hypot(pose.x - before.x, pose.y - before.y),
-            clearance=min(self._verdict.clearance, clearance),
-            contacts=self._verdict.contacts + contacts,
-        )
-        self._note_motion(time, pose)
-        outcome, reason = self._judge(time, before, corners)
-        self._verdict = replace(self._verdict, outcome=outcome, reason=reason)
-
-    def _clearance(self, pose: Pose, corners: Points, solids: Segments) -> float:
-        """The distance to what is near enough to lower the smallest clearance; infinite if nothing is."""
-        origin = np.array([[pose.x, pose.y]])
-        radius = float(np.hypot(corners[:, 0] - pose.x, corners[:, 1] - pose.y).max())
-        near = solids[distances(origin, solids)[0] < self._verdict.clearance + radius]
-        return outline_distance(corners, near)
-
-    def _note_motion(self, time: float, pose: Pose) -> None:
+        before, self._pose, self._time = self._pose, pose, time
+        self._path_length += math.hypot(pose.x - before.x, pose.y - before.y)
+        self._contacts += contacts
+        base = world.bases[name]
+        if contacts:
+            self._clearance = 0.0
+        elif world.anything_within(name, self._clearance + base.description.radius):
+            corners = placed(base.outline, pose)
+            self._clearance = min(self._clearance, outline_distance(corners, world.around(name)))
         moved = math.hypot(pose.x - self._anchor.x, pose.y - self._anchor.y) > STILL_DISTANCE
         turned = abs(math.remainder(pose.heading - self._anchor.heading, math.tau)) > STILL_ANGLE
         if moved or turned:
             self._anchor, self._anchor_time = pose, time
+        self._outcome, self._reason = self._judge(before, base)
 
-    def _judge(self, time: float, before: Pose, corners: Points) -> tuple[Outcome, str]:
-        verdict = self._verdict
-        if verdict.contacts and self._rules.contact_fails:
-            return Outcome.TOUCHED, str(verdict.contacts[0])
-        if self._out(before, corners):
+    def _judge(self, before: Pose, base: Base) -> tuple[Outcome, str]:
+        if self._contacts and self._rules.contact_fails:
+            return Outcome.TOUCHED, str(self._contacts[0])
+        if self._out(before, base):
             return Outcome.ESCAPED, "the whole robot is across the exit"
-        if time - self._anchor_time >= self._rules.still_limit - 1e-9:
+        if self._time - self._anchor_time >= self._rules.still_limit - 1e-9:
             return Outcome.STOOD_STILL, f"stood still for {self._rules.still_limit:g} s"
-        if time >= self._time_limit - 1e-9:
+        if self._time >= self._time_limit - 1e-9:
             return Outcome.OUT_OF_TIME, f"ran out of the {self._time_limit:g} s"
         return Outcome.RUNNING, "still inside"
 
-    def _out(self, before: Pose, corners: Points) -> bool:
+    def _out(self, before: Pose, base: Base) -> bool:
+        """Whether the robot's origin went out through an exit and all of its outline has followed."""
         now = self._pose
         for index, gate in enumerate(self._gates):
             passed = crosses((before.x, before.y), (now.x, now.y), gate)
             self._crossed[index] = passed > 0 or (self._crossed[index] and passed == 0)
             if self._crossed[index]:
                 ax, ay, bx, by = gate
+                corners = placed(base.outline, now)
                 side = (bx - ax) * (corners[:, 1] - ay) - (by - ay) * (corners[:, 0] - ax)
                 if float(side.min()) > 0.0:
                     return True

@@ -43,7 +43,7 @@ class SimulatedRobot:
     @property
     def finished(self) -> bool:
         """Whether the referee has ended the attempt."""
-        return self.verdict.finished
+        return self.simulation.finished()
 
     @property
     def truth(self) -> Pose:

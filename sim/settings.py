@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
 from pydantic import Field
 
+from sim.faults import Fault
 from transport.description import Settings
 
 NotNegative = Annotated[float, Field(ge=0)]
@@ -48,6 +48,8 @@ class Rules(Settings):
     """No part of the robot may be farther from the door than this when it rings, m."""
     lax_door: bool = False
     """The course simulator's door: it opens when the robot's origin is within a metre, moving or not."""
+    attempts: Annotated[int, Field(ge=1)] = 2
+    """How many attempts there are within the maze's time limit."""
     contact_fails: bool = True
     """Whether a touched wall fails the attempt."""
 
@@ -61,11 +63,11 @@ class SimulatorSettings(Settings):
     """The odometry's noise."""
     rules: Rules = Rules()
     """The challenge's rules."""
+    faults: tuple[Fault, ...] = ()
+    """What goes wrong."""
     substep: Annotated[float, Field(gt=0)] = 0.01
     """Step of the physics, s."""
 
 
 IDEAL = SimulatorSettings(noise=LaserNoise(model="none"), odometry=OdometryNoise(scale=0.0, start_spread=0.0))
 """No noise anywhere; the odometry frame is still turned at random."""
-
-UNLIMITED = math.inf

@@ -1,0 +1,144 @@
+"""Faults to order: what goes wrong, when or where it begins, and for how long."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field, TypeAdapter, ValidationError
+
+from sim.maze import Point
+from transport.description import Settings
+from transport.messages import Pose
+
+Seconds = Annotated[float, Field(ge=0)]
+
+
+class _Fault(Settings):
+    """When a fault begins: at a time, or, where a place is given, when the robot first comes to it after that time."""
+
+    at: Seconds = 0.0
+    """Time before which it does not begin, s."""
+    lasts: Seconds = math.inf
+    """How long it lasts, s."""
+    place: tuple[float, float, Annotated[float, Field(gt=0)]] | None = None
+    """Centre and radius of the area where it begins, m; none to begin by time alone."""
+    robot: str = ""
+    """The robot that it befalls; empty for all."""
+
+    def concerns(self, robot: str) -> bool:
+        """Whether it befalls a robot of that name."""
+        return self.robot in ("", robot)
+
+
+class LaserBlinded(_Fault):
+    """Every beam measures nothing: NaN."""
+
+    kind: Literal["laser_blinded"] = "laser_blinded"
+
+
+class LaserFrozen(_Fault):
+    """The ranges stay as they were; only their stamp goes on."""
+
+    kind: Literal["laser_frozen"] = "laser_frozen"
+
+
+class BeamsMissing(_Fault):
+    """The beams between two directions measure nothing: NaN."""
+
+    kind: Literal["beams_missing"] = "beams_missing"
+    angles: tuple[float, float]
+    """First and last direction in the sensor's frame, rad."""
+
+
+class OdometryJump(_Fault):
+    """The odometry's pose jumps, once."""
+
+    kind: Literal["odometry_jump"] = "odometry_jump"
+    by: tuple[float, float, float]
+    """Metres forward and to the left, radians counter-clockwise."""
+
+
+class CommandLost(_Fault):
+    """Commands do not arrive: the robot goes on with the last one that did."""
+
+    kind: Literal["command_lost"] = "command_lost"
+
+
+class CommandLate(_Fault):
+    """Commands arrive late."""
+
+    kind: Literal["command_late"] = "command_late"
+    ticks: Annotated[int, Field(ge=1)] = 1
+    """By so many periods."""
+
+
+class DoorStuck(_Fault):
+    """A door stays where it is, whoever rings."""
+
+    kind: Literal["door_stuck"] = "door_stuck"
+    door: str = ""
+    """The door's name; empty for all."""
+
+
+class ObjectStops(_Fault):
+    """A moving object stops where it is."""
+
+    kind: Literal["object_stops"] = "object_stops"
+    thing: str = ""
+    """The object's name; empty for all."""
+
+
+Fault = Annotated[
+    LaserBlinded | LaserFrozen | BeamsMissing | OdometryJump | CommandLost | CommandLate | DoorStuck | ObjectStops,
+    Field(discriminator="kind"),
+]
+_ANY: TypeAdapter[Fault] = TypeAdapter(Fault)
+
+
+def parse_fault(text: str) -> Fault:
+    """A fault from a line such as ``laser_blinded at=10 lasts=2`` or ``odometry_jump by=0.5,0,0.3 place=2,3,0.5``.
+
+    Raises:
+        ValueError: there is no such fault, or it has no such detail; the message says which.
+    """
+    kind, *details = text.split() or [""]
+    values: dict[str, object] = {"kind": kind}
+    for detail in details:
+        key, _, value = detail.partition("=")
+        values[key] = value.split(",") if "," in value else value
+    try:
+        return _ANY.validate_python(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"][1:])
+        raise ValueError(f"{text}: {where + ': ' if where else ''}{first['msg']}") from None
+
+
+class Watch:
+    """Knows of one fault, for one robot, whether it holds."""
+
+    def __init__(self, fault: Fault) -> None:
+        self.fault = fault
+        self._began = math.inf
+
+    def holds(self, time: float, pose: Pose) -> bool:
+        """Whether the fault is in force.
+
+        Args:
+            time: simulated time, s; calls are made in its order.
+            pose: the robot's true pose.
+        """
+        if math.isinf(self._began) and time >= self.fault.at - 1e-9 and self._inside((pose.x, pose.y)):
+            self._began = time
+        return self._began <= time < self._began + self.fault.lasts - 1e-9
+
+    def begins(self, time: float, pose: Pose) -> bool:
+        """Whether the fault comes into force at this very tick."""
+        return self.holds(time, pose) and self._began == time
+
+    def _inside(self, point: Point) -> bool:
+        if self.fault.place is None:
+            return True
+        x, y, radius = self.fault.place
+        return math.dist(point, (x, y)) <= radius

@@ -1,0 +1,137 @@
+"""One robot of a simulation: its sensors, its commands on their way, its faults and its referee."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.faults import (
+    BeamsMissing,
+    CommandLate,
+    CommandLost,
+    Fault,
+    LaserBlinded,
+    LaserFrozen,
+    OdometryJump,
+    Watch,
+)
+from sim.geometry import placed
+from sim.lidar import Lidar
+from sim.maze import Maze
+from sim.noise import disturbed
+from sim.odometry import WheelOdometry, displacement
+from sim.referee import Referee, Verdict, may_open
+from sim.settings import SimulatorSettings
+from sim.world import World
+from transport.description import RobotDescription
+from transport.messages import STOP, Command, DoorReply, Observation, Pose, Scan, Twist, wrap_angle
+
+
+class Member:
+    """One robot in a world; every random number that concerns it comes from streams of its own."""
+
+    def __init__(
+        self, description: RobotDescription, maze: Maze, settings: SimulatorSettings, seed: int, index: int
+    ) -> None:
+        """Args: the robot, its world, the settings, the run's seed, and the robot's place among the others."""
+        self.description = description
+        self._maze, self._settings = maze, settings
+        self._noise, odometry, self._placing = (_stream(seed, index, purpose) for purpose in range(3))
+        self._lidar = Lidar(description.laser.geometry(), description.laser.mount)
+        self._odometry = WheelOdometry(settings.odometry, odometry)
+        self._watches = [Watch(fault) for fault in settings.faults if fault.concerns(description.name)]
+        self._pending: deque[Command] = deque()
+        self._obeyed = Command(STOP)
+        self._door: DoorReply | None = None
+        self._ranges: NDArray[np.float32] | None = None
+        self.path = [self._drawn_start()]
+        self.verdicts: list[Verdict] = []
+        self.referee = Referee(maze, settings.rules, self.path[0])
+
+    def _drawn_start(self) -> Pose:
+        start = self._maze.start
+        x, y, heading = self._placing.uniform(-1.0, 1.0, 3).tolist()
+        return Pose(
+            start.pose.x + x * start.spread.x,
+            start.pose.y + y * start.spread.y,
+            wrap_angle(start.pose.heading + heading * start.spread.heading),
+        )
+
+    def faults(self, time: float) -> list[Fault]:
+        """The faults in force now."""
+        return [watch.fault for watch in self._watches if watch.holds(time, self.path[-1])] if self._watches else []
+
+    def obey(self, command: Command, time: float, world: World) -> Twist:
+        """Take a command, unless it is lost or late, ring if it says so, and say which velocity to strive for."""
+        faults = self.faults(time)
+        late = next((fault.ticks for fault in faults if isinstance(fault, CommandLate)), 0)
+        self._pending.append(command)
+        arrived = [self._pending.popleft() for _ in range(max(len(self._pending) - late, 0))]
+        if any(isinstance(fault, CommandLost) for fault in faults):
+            arrived = []
+        self._door = None
+        for heard in arrived:
+            self._obeyed = heard
+            if heard.ring:
+                self._door = self._ring(heard, world)
+        return self._obeyed.twist
+
+    def _ring(self, command: Command, world: World) -> DoorReply:
+        pose = self.path[-1]
+        corners = placed(world.bases[self.description.name].outline, pose)
+        refusals = {
+            door: may_open(self._settings.rules, corners, pose, command, door.doorway()) for door in world.doors
+        }
+        opening = [door for door, refusal in refusals.items() if not refusal]
+        for door in opening:
+            door.ask()
+        self.referee.rang(opening)
+        if opening:
+            return DoorReply(accepted=True)
+        return DoorReply(accepted=False, reason=min(refusals.values(), default="the maze has no door"))
+
+    def advance(self, time: float, duration: float, world: World, contacts_before: int) -> None:
+        """Take note of where a tick has led."""
+        name = self.description.name
+        pose = world.bases[name].pose
+        self._odometry.count(displacement(self.path[-1], pose), duration, time)
+        self.path.append(pose)
+        touched = tuple(contact for contact in world.contacts[contacts_before:] if contact.robot == name)
+        self.referee.watch(time, pose, world, name, touched)
+        for watch in self._watches:
+            if isinstance(watch.fault, OdometryJump) and watch.begins(time, pose):
+                self._odometry.jump(Twist(*watch.fault.by))
+
+    def observe(self, time: float, stamp: int, world: World) -> Observation:
+        """What the robot's sensors say now."""
+        geometry = self._lidar.geometry
+        exact = self._lidar.ranges(world.around(self.description.name), self.path[-1])
+        ranges = disturbed(exact, self._settings.noise, geometry, self._noise)
+        for fault in self.faults(time):
+            match fault:
+                case LaserFrozen() if self._ranges is not None:
+                    ranges = self._ranges.copy()
+                case LaserBlinded():
+                    ranges[:] = np.nan
+                case BeamsMissing(angles=(first, last)):
+                    angles = geometry.angles()
+                    ranges[(angles >= first) & (angles <= last)] = np.nan
+        self._ranges = ranges
+        ranges.flags.writeable = False
+        return Observation(stamp, Scan(stamp, geometry, ranges), self._odometry.reading(stamp), self._door)
+
+    def try_again(self, time: float, world: World) -> None:
+        """Begin the next attempt at the start."""
+        self.verdicts.append(self.referee.verdict)
+        pose = self._drawn_start()
+        world.put(self.description.name, pose)
+        self.path.append(pose)
+        self._obeyed, self._door = Command(STOP), None
+        self._pending.clear()
+        self.referee = Referee(self._maze, self._settings.rules, pose, time, self.referee.attempt + 1)
+
+
+def _stream(seed: int, robot: int, purpose: int) -> np.random.Generator:
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(robot, purpose))))

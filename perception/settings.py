@@ -183,7 +183,7 @@ class DoorSettings(Settings):
     """How far a corner may be from a right angle, rad."""
     range: Positive = 1.3
     """The door opens for a robot of which no part is farther from it than this, m."""
-    range_margin: NotNegative = 0.05
+    range_margin: NotNegative = 0.01
     """How far inside the rule's area the robot shall be before it counts as near, m."""
     ahead: Positive = math.radians(30)
     """A door is ahead when its direction is within this angle of straight on, rad."""
@@ -236,6 +236,13 @@ class JunctionSettings(Settings):
     """A way that ends within this depth may be a door, m."""
 
 
+class MarkSettings(Settings):
+    """Marks at junctions."""
+
+    same_place: Positive = 0.35
+    """Two junctions nearer than this are the same one, m; more than dead reckoning drifts in a run."""
+
+
 class OdometrySettings(Settings):
     """Dead reckoning."""
 
@@ -276,5 +283,7 @@ class PerceptionSettings(Settings):
     """Door areas."""
     junction: JunctionSettings = JunctionSettings()
     """Junctions."""
+    marks: MarkSettings = MarkSettings()
+    """Marks at junctions."""
     odometry: OdometrySettings = OdometrySettings()
     """Dead reckoning."""

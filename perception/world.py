@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from perception.compass import Compass
 from perception.door import Door
+from perception.marks import Marks
 from perception.odometry import Step, corrected, is_restart, moved, step_between
 from perception.settings import PerceptionSettings
 from transport.description import Point
@@ -65,6 +66,7 @@ class WorldModel:
         restarts: how often the odometry began anew.
         clear_ticks: for how many ticks in a row the scan has shown the robot outside.
         doors: the doors tried so far, in order.
+        marks: the junctions that the robot has marked.
     """
 
     settings: PerceptionSettings
@@ -75,8 +77,12 @@ class WorldModel:
     restarts: int = 0
     clear_ticks: int = 0
     doors: list[DoorPlace] = field(default_factory=list)
+    marks: Marks = field(init=False)
     _odometry: Pose | None = None
     _aligned: bool = False
+
+    def __post_init__(self) -> None:
+        self.marks = Marks(self.settings.marks.same_place)
 
     def move(self, odometry: Odometry) -> None:
         """Dead reckoning: take in the newest odometry."""

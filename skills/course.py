@@ -23,7 +23,7 @@ class Course:
         The first call sets the course: along the nearest axis of the walls; where there are none, as the robot stands.
         """
         heading = facts.observation.odometry.pose.heading
-        along_walls = heading + facts.compass.misalignment
+        along_walls = heading + facts.misalignment
         if self._heading is None or (facts.compass.known and abs(wrap_angle(along_walls - self._heading)) < TRUSTED):
             self._heading = along_walls
         return wrap_angle(self._heading - heading)

@@ -29,7 +29,8 @@ class Arc(Skill):
     The distances to the opening's corners give the radius of a quarter circle that ends in the middle of the opening,
     in wide ones as far from the corner as a wall is kept off. At its beginning a local frame is set in the odometry.
     Along the circle the path's speed is fed forward; the deviations in x and y from where the robot should be for the
-    angle that it has turned are fed back. Outcomes: `done`, `blocked` when the robot gets no farther.
+    angle that it has turned are fed back. A turn once begun is ended, if need be on the spot. Outcomes: `done`,
+    `blocked` when the robot does not get to where the circle begins.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5) -> None:
@@ -39,11 +40,14 @@ class Arc(Skill):
         self._headway = Headway(PATIENCE)
         self._opening: Opening | None = None
         self._circle: _Circle | None = None
+        self._on_the_spot = False
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
         if self._headway.lost(facts):
-            return BLOCKED
+            if self._circle is None:
+                return BLOCKED
+            self._on_the_spot = True
         if self._circle is not None:
             return self._along_the_circle(facts, self._circle)
         return self._to_the_circle(facts)
@@ -76,6 +80,8 @@ class Arc(Skill):
             left = misalignment
         if left < self.settings.rotate.tolerance:
             return Outcome("done")
+        if self._on_the_spot:
+            return Command(Twist(turn=self._side.sign * self.settings.rotate.rate))
         target = circle.place(min(turned, QUARTER))
         here = circle.frame.local(pose)
         gain = self.settings.arc.gain

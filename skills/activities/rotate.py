@@ -23,16 +23,18 @@ class Rotate(Skill):
     """Turn on the spot by an angle, counter-clockwise positive.
 
     The turn is measured by odometry from the axis of the walls that the robot stands along at first; quarter turns end
-    along the walls, where there are any. Where a wall is too
-    near for the robot's corners, the robot moves off it while it turns. Outcomes: `done`, `blocked` when it cannot turn
-    any farther.
+    along the walls, where there are any. Where a wall is too near for the robot's corners, the robot moves off it while
+    it turns. A turn that meets an obstacle is taken back, and tried again should that fail too, so that the robot never
+    stays between two headings. Outcomes: `done`; `blocked` when the robot stands as before.
     """
 
     def __init__(self, angle: Angle) -> None:
         self._angle = angle
+        self._goal = angle
         self._headway = Headway(self.settings.rotate.patience)
         self._turned: Turned | None = None
         self._along_walls = False
+        self._error = 0.0
         self._spot = Frame(Pose())
 
     def tick(self, facts: Facts) -> Command | Outcome:
@@ -41,23 +43,24 @@ class Rotate(Skill):
         if self._turned is None:
             self._turned = Turned(pose.heading)
             self._along_walls = abs(math.remainder(self._angle, facts.settings.compass.world_angle)) < 0.01
-            self._angle += facts.compass.misalignment
+            self._error = facts.misalignment
             self._spot = self._roomy_spot(facts, pose)
-        left = self._angle - self._turned.update(pose.heading)
+        left = self._goal + self._error - self._turned.update(pose.heading)
         compass = facts.compass
         if self._along_walls and abs(left) < CLOSE and compass.known and abs(compass.misalignment - left) < TRUSTED:
             left = compass.misalignment
         settings = self.settings.rotate
         if abs(left) < settings.tolerance:
-            return Outcome("done")
+            return Outcome("done" if self._goal == self._angle else "blocked")
         if self._headway.lost(facts):
-            return Outcome("blocked")
+            self._goal = self._angle - self._goal
+            self._headway = Headway(settings.patience)
         turn = math.copysign(min(settings.rate, settings.gain * abs(left)), left)
         return Command(Twist(*self._to_the_spot(pose), turn))
 
     def _roomy_spot(self, facts: Facts, pose: Pose) -> Frame:
         """Where to turn: here, or as far off the walls as the robot's corners need."""
-        error = facts.compass.misalignment
+        error = self._error
         room = facts.robot.radius + self.settings.safety.margin + self.settings.rotate.room
         passage = passage_of(points_along(facts, error), facts.robot, room)
         aside = 0.0

@@ -1,0 +1,82 @@
+"""Marks at junctions: which ways have been taken, and how often, in the manner of Tremaux."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from transport.messages import Pose
+
+
+class Direction(StrEnum):
+    """A way on from a junction, as the robot sees it."""
+
+    AHEAD = "ahead"
+    LEFT = "left"
+    BACK = "back"
+    RIGHT = "right"
+
+
+_QUARTERS = {Direction.AHEAD: 0, Direction.LEFT: 1, Direction.BACK: 2, Direction.RIGHT: 3}
+
+
+@dataclass(slots=True)
+class MarkedPlace:
+    """A junction with the marks at its four ways.
+
+    Attributes:
+        x: m in the world model's frame.
+        y: m in the world model's frame.
+        marks: at the ways towards +x, +y, -x and -y.
+    """
+
+    x: float
+    y: float
+    marks: list[int] = field(default_factory=lambda: [0, 0, 0, 0])
+
+
+@dataclass(slots=True)
+class Marks:
+    """All marked junctions of a run, and the one where the robot is.
+
+    Attributes:
+        tolerance: two places nearer to each other than this are the same one, m.
+        places: the junctions in the order in which they were found.
+        here: the junction that the robot has come to last, or None.
+        new: whether it had never been there before.
+        heading: the quarter in which the robot came there: 0 along +x, 1 along +y, and so on.
+    """
+
+    tolerance: float
+    places: list[MarkedPlace] = field(default_factory=list)
+    here: MarkedPlace | None = None
+    new: bool = False
+    heading: int = 0
+
+    def arrive(self, pose: Pose) -> None:
+        """The robot has come to a junction: find it again or note it, and mark the way by which the robot came.
+
+        A junction found again is moved to where it is seen now: the drift of dead reckoning shall not add up.
+        """
+        near = min(self.places, key=lambda place: math.dist((place.x, place.y), (pose.x, pose.y)), default=None)
+        self.new = near is None or math.dist((near.x, near.y), (pose.x, pose.y)) > self.tolerance
+        if near is None or self.new:
+            near = MarkedPlace(pose.x, pose.y)
+            self.places.append(near)
+        near.x, near.y = pose.x, pose.y
+        self.here = near
+        self.heading = round(pose.heading / (math.pi / 2)) % 4
+        self.mark(Direction.BACK)
+
+    def mark(self, direction: Direction) -> None:
+        """Mark a way of the junction where the robot is, as seen when it arrived; nothing if there is none."""
+        if self.here is not None:
+            self.here.marks[self._quarter(direction)] += 1
+
+    def count(self, direction: Direction) -> int:
+        """How many marks a way of the junction bears where the robot is, as seen when it arrived."""
+        return self.here.marks[self._quarter(direction)] if self.here is not None else 0
+
+    def _quarter(self, direction: Direction) -> int:
+        return (self.heading + _QUARTERS[direction]) % 4

@@ -1,0 +1,45 @@
+"""Getting away from whatever is too near."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hsm.registry import Outcome
+from hsm.types import Duration
+from perception.facts import Facts
+from skills.library import LIBRARY
+from skills.motion import Skill
+from transport.messages import Command, Twist
+
+CLEAR = 0.2
+"""Distance from the robot's outline that is room enough, m."""
+
+
+@LIBRARY.activity("make_room", outcomes=("done", "blocked"), holds=("base",))
+class MakeRoom(Skill):
+    """Move away from what is near, without turning, until there is room about the robot.
+
+    The push of each hit within reach falls with its distance. Outcomes: `done` when there is room, `blocked` when the
+    time is over first, as in a narrow place.
+    """
+
+    def __init__(self, timeout: Duration = 2.0) -> None:
+        self._timeout = timeout
+        self._began: float | None = None
+
+    def tick(self, facts: Facts) -> Command | Outcome:
+        """The next velocity."""
+        if self._began is None:
+            self._began = facts.time
+        if facts.clearance > CLEAR:
+            return Outcome("done")
+        if facts.time - self._began > self._timeout:
+            return Outcome("blocked")
+        distance = np.hypot(facts.points[:, 0], facts.points[:, 1])
+        near = facts.points[distance < facts.robot.radius + 2 * CLEAR]
+        push = -(near / (near**2).sum(axis=1, keepdims=True)).sum(axis=0)
+        size = math.hypot(*push) or 1.0
+        speed = self.settings.motion.lateral_speed
+        return Command(Twist(speed * float(push[0]) / size, speed * float(push[1]) / size))

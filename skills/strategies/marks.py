@@ -1,0 +1,31 @@
+"""Marks at junctions, for machines that decide by them."""
+
+from __future__ import annotations
+
+from perception.facts import Facts
+from perception.marks import Direction
+from skills.library import LIBRARY
+
+
+@LIBRARY.action("junction.arrive")
+def junction_arrive(facts: Facts) -> None:
+    """Note that the robot is at a junction, and mark the way by which it came."""
+    facts.world.marks.arrive(facts.pose)
+
+
+@LIBRARY.action("junction.mark")
+def junction_mark(facts: Facts, way: Direction) -> None:
+    """Mark a way of this junction, named as the robot stood when it arrived."""
+    facts.world.marks.mark(way)
+
+
+@LIBRARY.signal("junction.marks")
+def junction_marks(facts: Facts, way: Direction) -> int:
+    """How many marks a way of this junction bears, named as the robot stood when it arrived."""
+    return facts.world.marks.count(way)
+
+
+@LIBRARY.signal("junction.new")
+def junction_new(facts: Facts) -> bool:
+    """Whether the robot has come to this junction for the first time; false before any."""
+    return facts.world.marks.new

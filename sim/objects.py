@@ -43,7 +43,9 @@ class Traveller:
             return 0.0, 0.0
         self._travelled += self._direction * self.thing.speed * duration
         if not 0.0 <= self._travelled <= self._way:
-            self._travelled = min(max(self._travelled, 0.0), self._way)
+            end = self._way if self._direction > 0 else 0.0
+            # What it went too far at the end of the path, it has gone back already.
+            self._travelled = 2 * end - self._travelled if self.thing.returns else end
             self._direction = -self._direction if self.thing.returns else 0
         before, self.place = self.place, self._at(self._travelled)
         return (self.place[0] - before[0]) / duration, (self.place[1] - before[1]) / duration

@@ -18,7 +18,7 @@ class Wall:
     """The nearest wall at a side.
 
     Attributes:
-        distance: from the robot's origin to the nearest point of the wall, m; infinity where there is none.
+        distance: from the robot's origin to the nearest seen point of the wall, m; infinity where there is none.
         angle: the turn that brings the robot parallel to it, rad within [-pi/2, pi/2]; zero where there is none.
     """
 

@@ -19,9 +19,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FORMATS = (".png", ".svg", ".pdf", ".jpg")
-"""Suffixes of the image files that can be written."""
-
 LINES_OF_LEGEND = 12
 """So many states are told apart by colour; with more of them the trail shows time instead."""
 
@@ -57,7 +54,7 @@ class Trail:
 
 
 def save_picture(file: Path, scene: Scene, trail: Trail, title: str = "") -> None:
-    """Draw a run into an image file, in the one of ``FORMATS`` that its suffix says.
+    """Draw a run into an image file; its suffix (.png, .svg, .pdf, .jpg) says which format.
 
     Raises:
         OSError: the file cannot be written.

@@ -5,14 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from controller.completion import complete_machine, complete_maze, complete_profile
 from controller.errors import ExitStatus, UsageError
 
+if TYPE_CHECKING:
+    from controller.profile import Profile
+    from transport.lockstep import RemoteLockstep
+    from transport.realtime import RealtimeRobot
+
 DEFAULT_MAZE = "final_2015"
+PICTURES = (".png", ".svg", ".pdf", ".jpg")
 
 
 def run(
@@ -36,6 +42,12 @@ def run(
         typer.Option(
             metavar="ENDPOINT",
             help="Drive the robot that listens there, such as tcp/127.0.0.1:7447, and start no simulator.",
+        ),
+    ] = None,
+    identity: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."
         ),
     ] = None,
     robot: Annotated[
@@ -84,50 +96,61 @@ def run(
 
     from controller.mission import Watcher, drive, prepare
     from controller.parameters import split_setting
-    from controller.picture import TrailKeeper, checked_picture, save_run
     from controller.profile import load_profile
     from controller.progress import Progress
     from controller.replay import described, keeper
     from controller.result import Result
     from controller.simulation import SimulatedWorld, find_maze
     from controller.trace import TraceWriter
-    from transport.connect import connect_robot
+    from controller.trail import TrailKeeper
     from transport.recording import Recorder
     from transport.world import LockstepRobot
 
     if connect is not None and maze is not None:
-        raise UsageError(
-            "--maze does not go with --connect", "the maze is the simulator's: give it to `maze-machine sim`"
-        )
-    if picture is not None:
-        checked_picture(picture)
+        raise UsageError("--maze does not go with --connect", "give the maze to `maze-machine sim`")
+    if picture is not None and picture.suffix not in PICTURES:
+        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
     profile = load_profile(robot, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit)
     world = None if connect else SimulatedWorld(find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0)
     files: dict[str, Path] = {}
     trail = TrailKeeper()
+    watchers: list[Watcher] = [trail]
     with ExitStack() as stack:
-        watchers: list[Watcher] = [trail, stack.enter_context(Progress(Console(stderr=True)))]
         if trace is not None:
             files["trace"] = trace
             file = stack.enter_context(trace.open("w", encoding="utf-8", newline="\n"))
             watchers.append(TraceWriter(file, mission))
         if record is not None:
             files["recording"] = record
-            about = described(mission, machine)
             # Nothing is lost where time waits for the disk.
-            recorder = stack.enter_context(
-                Recorder(record, profile.robot.name, about, patience=0.0 if connect else 60.0)
-            )
-            watchers.append(keeper(recorder, mission))
-        driven = LockstepRobot(world) if world else connect_robot(str(connect), profile.robot, profile.link, seed=seed)
+            patience = 60.0 if world else 0.0
+            recorder = Recorder(record, profile.robot.name, described(mission, machine), patience=patience)
+            watchers.append(keeper(stack.enter_context(recorder), mission))
+        driven = LockstepRobot(world) if world else reached(str(connect), identity, profile, seed)
+        watchers.append(stack.enter_context(Progress(Console(stderr=True))))
         ending = drive(mission, driven, driven, watchers)
     result = Result(mission.machine.name, mission.parameters, ending, files)
     if not no_picture:
+        from controller.picture import save_run
+
         files["picture"] = picture or default_picture(mission.machine.name, ending.report)
         save_run(files["picture"], world, trail, result.line)
     print(dumps(result.as_json()) if json else "\n".join(result.lines()))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
+
+
+def reached(endpoint: str, identity: Path | None, profile: Profile, seed: int | None) -> RemoteLockstep | RealtimeRobot:
+    """The robot at an endpoint.
+
+    Raises:
+        LinkError: nobody can be reached there, or the robot is not to be had.
+    """
+    from controller.network import secured
+    from transport.connect import connect_robot
+
+    security = secured(endpoint, identity, profile.link)
+    return connect_robot(endpoint, profile.robot, profile.link, seed=seed, security=security)
 
 
 def default_picture(machine: str, report: Mapping[str, Any]) -> Path:

@@ -19,11 +19,11 @@ def trail(states=()):
     return Trail(times, np.column_stack([np.linspace(1, 3, 50), np.full(50, 2.0)]), states)
 
 
-@pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+@pytest.mark.parametrize("suffix", ["png", "svg", "pdf", "jpg"])
 def test_the_suffix_decides_the_format(tmp_path, suffix):
     file = tmp_path / f"run.{suffix}"
     save_picture(file, Scene(SQUARE, NONE, NONE), trail(), "out")
-    head = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[suffix]
+    head = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF", "jpg": b"\xff\xd8"}[suffix]
     assert file.read_bytes().startswith(head)
 
 

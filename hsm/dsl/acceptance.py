@@ -1,9 +1,13 @@
-"""Findings that an author has looked at and accepts: ``# accept N0701`` on the line of a finding, or above it."""
+"""Findings that an author has looked at and accepts: ``# accept N0701`` on the line of a finding, or above it.
+
+On the line of a state, or above it, it also holds for whatever is indented below.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 
 from hsm.diagnostics import Diagnostic, Place, Severity
 from hsm.dsl import syntax
@@ -16,11 +20,14 @@ _CODE = re.compile(r"[WN]\d{4}")
 def accepted(findings: Iterable[Diagnostic], tree: syntax.File) -> list[Diagnostic]:
     """The findings that are not accepted in the file, and a warning for each acceptance of nothing."""
     places = _acceptances(tree)
+    blocks = _blocks(tree, {line for line, _ in places})
     used: set[tuple[int, str]] = set()
     remaining: list[Diagnostic] = []
     for found in findings:
-        key = (found.place.line, found.code) if found.place is not None else (0, "")
-        if found.severity < Severity.ERROR and key in places:
+        line = found.place.line if found.place is not None else 0
+        lines = (line, *blocks.get(line, ()))
+        key = next(((one, found.code) for one in lines if (one, found.code) in places), None)
+        if found.severity < Severity.ERROR and key is not None:
             used.add(key)
         else:
             remaining.append(found)
@@ -42,6 +49,24 @@ def _acceptances(tree: syntax.File) -> dict[tuple[int, str], Place]:
             place = Place(tree.name, number, code.start() + 1, number, code.end() + 1)
             found.setdefault((subject, code.group()), place)
     return found
+
+
+def _blocks(tree: syntax.File, wanted: set[int]) -> Mapping[int, Sequence[int]]:
+    """For each line, the wanted lines that begin a block around it, innermost first."""
+    around: dict[int, list[int]] = defaultdict(list)
+    stack: list[tuple[syntax.Item, tuple[int, ...]]] = [(item, ()) for item in tree.items] if wanted else []
+    while stack:
+        item, lines = stack.pop()
+        if isinstance(item, syntax.StateBlock):
+            own = item.name.line or 0
+            around[own] = list(lines)
+            inner = (own, *lines) if own in wanted else lines
+            stack.extend((one, inner) for one in item.items)
+        elif isinstance(item, syntax.TransitionLine):
+            around[item.keyword.line or 0] = list(lines)
+        elif isinstance(item, syntax.DoLine):
+            around[item.call.name.line or 0] = list(lines)
+    return around
 
 
 def _next_line(tree: syntax.File, number: int) -> int:

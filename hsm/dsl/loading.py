@@ -23,6 +23,8 @@ from hsm.registry import Library
 SUFFIX = ".maze-machine"
 """What the name of a machine's file ends with."""
 
+_LARGEST = 2**25
+
 
 @dataclass(frozen=True, slots=True)
 class Checked:
@@ -66,11 +68,25 @@ def check_file(path: str | Path, library: Library, *, remarks: bool = True) -> C
         remarks: whether warnings and notes are wanted for a machine without errors; with errors they always are.
     """
     try:
-        text = Path(path).read_bytes().decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        unread = finding("E0107", None, f"{path} cannot be read: {_reason(error)}")
-        return Checked(None, (unread,))
+        text = read_text(path)
+    except MachineError as error:
+        return Checked(None, error.diagnostics)
     return check_text(text, library, str(path), remarks=remarks)
+
+
+def read_text(path: str | Path) -> str:
+    """The text of a file.
+
+    Raises:
+        MachineError: it cannot be read, or is no text.
+    """
+    try:
+        content = Path(path).read_bytes()
+        if len(content) > _LARGEST:
+            raise MachineError([finding("E0107", None, f"{path} cannot be read: it is larger than 32 MiB")])
+        return content.decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        raise MachineError([finding("E0107", None, f"{path} cannot be read: {_reason(error)}")]) from None
 
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
@@ -97,10 +113,10 @@ def _model(checked: Checked) -> Model:
     return checked.model
 
 
-def _reason(error: OSError | UnicodeDecodeError) -> str:
+def _reason(error: OSError | ValueError) -> str:
     if isinstance(error, UnicodeDecodeError):
         return f"byte {error.start + 1} is not UTF-8"
-    return error.strerror or str(error)
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def _position(found: Diagnostic) -> tuple[int, int, str]:
@@ -155,8 +171,8 @@ class _Loader:
         if key in self.units:
             return self.units[key]
         try:
-            text = path.read_bytes().decode("utf-8-sig")
-        except (OSError, UnicodeDecodeError) as error:
-            report.add("E0208", place, f"machine `{name}` cannot be read from {path}: {_reason(error)}")
+            text = read_text(path)
+        except MachineError as error:
+            report.add("E0208", place, f"there is no machine `{name}` to import: {error.diagnostics[0].message}")
             return None
         return self._compile(text, str(path))

@@ -190,6 +190,11 @@ def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
     return syntax.File(file, items, tuple(lines)), report.found
 
 
+def tokens_of(text: str) -> Iterator[Token]:
+    """The tokens of a text, with the beginnings and ends of blocks."""
+    return _tools()[1].tokens(text + "\n")
+
+
 def _skip_line(parser: Parser, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
     """Puts ``BAD`` in place of the line that a token cannot stand on, and goes on behind that line."""
     parser.back_to("BAD")

@@ -118,16 +118,22 @@ def _hiding(row: Row, earlier: Sequence[Row]) -> list[Transition]:
 
 
 def _overlaps(row: Row, earlier: Sequence[Row], event: str | None) -> Iterator[Diagnostic]:
+    """One finding for a row that can be enabled together with earlier ones, with a case of the first of them."""
     if event is not None and row.transition.guard is None:
         return
+    cases: list[str] = []
+    related: list[Related] = []
     for one in earlier:
         same = (one.transition.targets, one.transition.actions) == (row.transition.targets, row.transition.actions)
         if same or one.transition.place is None:
             continue
         case = next(models(both(one.usual, row.usual)), None)
         if case is not None:
-            message = f"this transition and an earlier one can both fire, and the first wins: {case_text(case)}"
-            yield finding("N0701", row.transition.place, message, related=(Related(one.transition.place, "the first"),))
+            cases.append(case_text(case))
+            related.append(Related(one.transition.place, f"this one wins when {cases[-1]}"))
+    if cases:
+        message = f"an earlier transition wins where both can fire: {cases[0]}"
+        yield finding("N0701", row.transition.place, message, related=tuple(related))
 
 
 def _events(own: Sequence[Transition], usual: Mapping[str, bool | float | int]) -> Iterator[Diagnostic]:

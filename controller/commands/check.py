@@ -1,0 +1,98 @@
+"""``maze-machine check``: what is wrong with a machine, and what may be."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from controller.completion import complete_machine
+from controller.errors import ExitStatus
+
+if TYPE_CHECKING:
+    from hsm.diagnostics import Diagnostic
+
+
+class Format(StrEnum):
+    """How findings are written."""
+
+    TEXT = "text"
+    JSON = "json"
+    SARIF = "sarif"
+
+
+def check(
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            help=".maze-machine files, or names of shipped machines.",
+            metavar="FILE...",
+            autocompletion=complete_machine,
+        ),
+    ],
+    layout: Annotated[
+        Format, typer.Option("--format", help="For people, for programs, or as SARIF 2.1.0.")
+    ] = Format.TEXT,
+    ignore: Annotated[
+        list[str] | None,
+        typer.Option(metavar="CODE", help="Leave out warnings and notes whose code begins so; may be repeated."),
+    ] = None,
+) -> None:
+    """Check machines and all that they import: errors, likely mistakes, and notes on overlaps and gaps.
+
+    Every finding bears a code, which `maze-machine list codes` and the reference explain. The exit status is 1 if there
+    is an error, 3 if a file cannot be read. A comment `# accept CODE` on a line accepts a warning or a note there.
+
+    Example: `maze-machine check pledge my.maze-machine`
+
+    Example: `maze-machine check my.maze-machine --ignore N --format sarif > findings.sarif`
+    """
+    from importlib.metadata import version
+
+    from controller.library import robot_library
+    from hsm.diagnostics import Severity
+    from hsm.dsl import check_file, render
+
+    library = robot_library()
+    findings: list[Diagnostic] = []
+    sources: dict[str, str] = {}
+    for name in files:
+        checked = check_file(machine_path(name), library)
+        findings.extend(found for found in checked.diagnostics if found not in findings)
+        sources.update(checked.sources)
+    unwanted = tuple(ignore or ())
+    findings = [one for one in findings if one.severity is Severity.ERROR or not one.code.startswith(unwanted)]
+    match layout:
+        case Format.TEXT:
+            print_findings(findings, sources, files)
+        case Format.JSON:
+            print(render.as_json(findings))
+        case Format.SARIF:
+            print(render.as_sarif(findings, version("maze-machine")))
+    if any(found.code == "E0107" for found in findings):
+        raise typer.Exit(ExitStatus.BAD_FILE)
+    if any(found.severity is Severity.ERROR for found in findings):
+        raise typer.Exit(ExitStatus.FAILED)
+
+
+def machine_path(name: str) -> str:
+    """The file that is meant: a shipped machine's where there is no file of that name."""
+    from pathlib import Path
+
+    from controller.machines import shipped_machines
+
+    return name if Path(name).exists() else str(shipped_machines().get(name, name))
+
+
+def print_findings(findings: Sequence[Diagnostic], sources: dict[str, str], files: Sequence[str]) -> None:
+    """Print findings for people, and how many there are."""
+    from hsm.dsl import render
+
+    if findings:
+        print(render.as_text(findings, sources, colour=sys.stdout.isatty()))
+        print()
+    counted = f"{len(files)} file{'s' * (len(files) != 1)} checked"
+    print(f"{counted}: {render.summary(findings) or 'nothing to say'}")

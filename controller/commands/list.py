@@ -1,0 +1,147 @@
+"""``maze-machine list``: what there is to name in a machine."""
+
+from __future__ import annotations
+
+import json
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from hsm.registry import Library, Parameter
+
+
+class Subject(StrEnum):
+    """What can be listed."""
+
+    MACHINES = "machines"
+    SIGNALS = "signals"
+    ACTIVITIES = "activities"
+    ACTIONS = "actions"
+    EVENTS = "events"
+    TYPES = "types"
+    UNITS = "units"
+    CODES = "codes"
+
+
+class Format(StrEnum):
+    """How the list is written."""
+
+    TEXT = "text"
+    JSON = "json"
+
+
+def listing(
+    subject: Annotated[Subject, typer.Argument(help="What to list.")],
+    layout: Annotated[Format, typer.Option("--format", help="For people or for programs.")] = Format.TEXT,
+) -> None:
+    """List what a machine may name, with types, units and a line of documentation; or the codes of findings.
+
+    Example: `maze-machine list signals`
+
+    Example: `maze-machine list activities --format json`
+    """
+    rows = list(_rows(subject))
+    if layout is Format.JSON:
+        print(json.dumps(rows, indent=2, ensure_ascii=False))
+        return
+    columns = list(rows[0]) if rows else []
+    widths = [max(len(row[column]) for row in rows) for column in columns]
+    for row in rows:
+        cells = (row[column].ljust(width) for column, width in zip(columns, widths, strict=True))
+        print("  ".join(cells).rstrip())
+
+
+def _rows(subject: Subject) -> Iterable[dict[str, str]]:
+    from controller.library import robot_library
+    from hsm.dsl.codes import CODES
+    from hsm.types import UNITS
+
+    match subject:
+        case Subject.MACHINES:
+            return _machines()
+        case Subject.UNITS:
+            return (
+                {"name": one.name, "type": str(one.quantity), "SI": f"{one.factor:.6g} {one.quantity.si_unit}"}
+                for one in UNITS.values()
+            )
+        case Subject.CODES:
+            return (
+                {"name": one.name, "severity": one.severity.name.lower(), "about": one.title} for one in CODES.values()
+            )
+        case _:
+            return _declared(subject, robot_library())
+
+
+def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
+    """What the registry declares."""
+    match subject:
+        case Subject.SIGNALS:
+            for signal in library.signals.values():
+                call = _signature(signal.name, signal.parameters, empty="")
+                yield {"name": call, "type": _with_unit(signal.type), "about": _first_line(signal.doc)}
+        case Subject.ACTIVITIES:
+            for activity in library.activities.values():
+                ends = ", ".join(activity.outcomes) or "does not end"
+                holds = f"holds {', '.join(activity.holds)}" if activity.holds else "holds nothing"
+                call = _signature(activity.name, activity.parameters)
+                yield {"name": call, "outcomes": ends, "holds": holds, "about": _first_line(activity.doc)}
+        case Subject.ACTIONS:
+            for action in library.actions.values():
+                yield {"name": _signature(action.name, action.parameters), "about": _first_line(action.doc)}
+        case Subject.EVENTS:
+            for event in library.events.values():
+                yield {"name": event.name, "about": _first_line(event.doc)}
+        case _:
+            yield from _types(library)
+
+
+def _types(library: Library) -> Iterable[dict[str, str]]:
+    from hsm.types import QUANTITY_NAMES
+
+    yield {"name": "bool", "values": "true, false", "about": ""}
+    yield {"name": "int", "values": "whole numbers", "about": ""}
+    for quantity, name in QUANTITY_NAMES.items():
+        unit = "" if quantity.si_unit == "1" else f" in {quantity.si_unit}"
+        yield {"name": name, "values": f"numbers{unit}", "about": ""}
+    for name, enumeration in library.enumerations.items():
+        values = ", ".join(member.value for member in enumeration)
+        yield {"name": name, "values": values, "about": _first_line(enumeration.__doc__ or "")}
+
+
+def _machines() -> Iterable[dict[str, str]]:
+    from controller.machines import shipped_machines
+    from hsm.dsl.loading import read_text
+    from hsm.dsl.parser import parse
+    from hsm.dsl.syntax import MachineLine
+
+    for name, path in shipped_machines().items():
+        tree, _ = parse(read_text(path), str(path))
+        head = next((item for item in tree.items if isinstance(item, MachineLine)), None)
+        doc = tree.comment_above(head.name.line or 1) if head is not None else ""
+        yield {"name": name, "about": _first_line(doc)}
+
+
+def _signature(name: str, parameters: Sequence[Parameter], empty: str = "()") -> str:
+    from hsm.wording import value_text
+
+    listed = [
+        f"{one.name} : {one.type}" if one.required else f"{one.name} : {one.type} = {value_text(one.default, one.type)}"
+        for one in parameters
+    ]
+    return f"{name}({', '.join(listed)})" if listed else f"{name}{empty}"
+
+
+def _with_unit(kind: object) -> str:
+    from hsm.types import Quantity
+
+    if isinstance(kind, Quantity) and kind.si_unit != "1" and not str(kind).startswith("number"):
+        return f"{kind} in {kind.si_unit}"
+    return str(kind)
+
+
+def _first_line(doc: str) -> str:
+    return doc.strip().partition("\n")[0]

@@ -15,6 +15,8 @@ REACH = 1.5
 """Points farther away than this do not bound the passage, m."""
 ALONGSIDE = 0.15
 """How far in front of an obstacle the walls at the sides are taken for the passage's, m."""
+ASIDE = 0.3
+"""A gap farther aside than this from the robot's middle is another way, not the robot's passage, m."""
 SPARE = 0.05
 """A gap must leave this at either side of the robot, m."""
 
@@ -84,5 +86,7 @@ def _gap(y: np.ndarray[tuple[int, ...], np.dtype[np.float64]], within: Gap, widt
     if not len(wide):
         return None
     distance = np.maximum(np.maximum(edges[wide], -edges[wide + 1]), 0)
-    best = wide[int(distance.argmin())]
-    return float(edges[best]), float(edges[best + 1])
+    nearest = int(distance.argmin())
+    if distance[nearest] > ASIDE:
+        return None
+    return float(edges[wide[nearest]]), float(edges[wide[nearest] + 1])

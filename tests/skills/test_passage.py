@@ -38,3 +38,10 @@ def test_where_the_wall_steps_in_the_passage_is_the_gap_that_is_left():
 def test_open_space_has_no_bounds():
     passage = passage_of(np.empty((0, 2)), ROBOT, 0.5)
     assert (passage.ahead, passage.left, passage.right) == (math.inf, math.inf, -math.inf)
+
+
+def test_a_wall_ahead_does_not_send_the_robot_to_its_end():
+    points = np.concatenate([line((0.45, -0.9), (0.45, 0.5)), line((-1, 0.5), (0.45, 0.5))])
+    passage = passage_of(points, ROBOT, 0.5)
+    assert passage.right == -math.inf
+    assert passage.left == pytest.approx(0.5)

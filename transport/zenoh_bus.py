@@ -193,6 +193,7 @@ def _explain(error: zenoh.ZError, configuration: Mapping[str, object]) -> str:
     if "os error 98" in text:
         return f"{place} is taken by another program: stop it, or choose another port"
     if "Unable to connect" in text or "timed out" in text.lower() or "timeout" in text.lower():
-        return f"nobody can be reached at {place}: is the simulator, gate or router running there?"
+        refused = ", and do both sides hold certificates of one authority?" if "tls/" in place else "?"
+        return f"nobody can be reached at {place}: is the simulator, gate or router running there{refused}"
     reason = text.split(" at /", maxsplit=1)[0].splitlines()[0]
     return f"cannot use {place!r}: {reason} (an endpoint reads tcp/HOST:PORT)"

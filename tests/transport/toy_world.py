@@ -1,17 +1,23 @@
-"""A world small enough to reason about, and a program that shows it on a network: ``toy_world.py ENDPOINT MODE``."""
+"""A world small enough to reason about, and a program that shows it on a network: ``toy_world.py ENDPOINT MODE``.
+
+MODE is ``lockstep`` or ``realtime``, with ``@router`` behind it to dial a router instead of listening.
+"""
 
 from __future__ import annotations
 
 import math
 import signal
 import sys
+import time
 
 import numpy as np
 
-from transport.connect import listening
-from transport.description import Laser
+from transport.connect import dialling, listening
+from transport.description import Laser, RobotDescription
+from transport.gate import Gate, PacedWorld
 from transport.lockstep import LockstepServer
-from transport.messages import Command, DoorReply, Observation, Odometry, Pose, Scan, Twist
+from transport.messages import STOP, Command, DoorReply, Observation, Odometry, Pose, Scan, Twist
+from transport.settings import LinkSettings
 
 GEOMETRY = Laser().geometry()
 PERIOD = 0.1
@@ -74,14 +80,30 @@ def wander(observation: Observation) -> Command:
     )
 
 
+class ToldBase(PacedWorld):
+    """A paced world that tells when it begins and ceases to move: seconds of the monotonic clock, and 1 or 0."""
+
+    _moving = False
+
+    def move(self, twist: Twist) -> None:
+        super().move(twist)
+        if self._moving != (twist != STOP):
+            self._moving = not self._moving
+            print(time.monotonic(), int(self._moving), flush=True)
+
+
 def main() -> None:
-    """Show the toy in lockstep until a signal comes; the first line says when it can be reached."""
-    stopped = []
-    signal.signal(signal.SIGTERM, lambda *_: stopped.append(True))
-    with listening(sys.argv[1]) as bus:
-        server = LockstepServer(bus, "toy", PERIOD, ToyWorld, patience=float(sys.argv[2]))
+    """Show the toy; the first line says when it can be reached."""
+    endpoint, mode = sys.argv[1:3]
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    with (dialling if mode.endswith("@router") else listening)(endpoint) as bus:
+        if mode.startswith("lockstep"):
+            server = LockstepServer(bus, "toy", PERIOD, lambda seed: ToyWorld(seed, 1000), patience=0.5)
+        else:
+            base = ToldBase(lambda seed: ToyWorld(seed, 10**6), PERIOD)
+            server = Gate(bus, base, RobotDescription(name="toy"), LinkSettings())
         print("ready", flush=True)
-        for report in server.episodes(lambda: bool(stopped)):
+        for report in server.episodes():
             print(report, flush=True)
 
 

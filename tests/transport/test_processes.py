@@ -1,0 +1,210 @@
+"""The link between real processes, and what remains of it when they fail."""
+
+from __future__ import annotations
+
+import hashlib
+import random
+import signal
+import socket
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from programs import Program, command, toy
+from toy_controller import HANG
+from toy_world import PERIOD, ToyWorld, seen, wander
+
+from transport.settings import LinkSettings
+from transport.world import LockstepRobot
+
+STEPS = 400
+SLACK = 0.25
+"""What a computer that is busy with other tests may add, s."""
+
+
+def expected(seed: int, steps: int = STEPS) -> str:
+    """What the lockstep controller prints at the end of an undisturbed run."""
+    robot, digest = LockstepRobot(ToyWorld(seed, 1000)), hashlib.sha256()
+    for _ in range(steps):
+        observation = robot.observe()
+        digest.update(repr((seen(observation), wander(observation))).encode())
+        robot.command(wander(observation))
+    return f"{digest.hexdigest()} {steps}"
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_behind() -> Iterator[None]:
+    shared = Path("/dev/shm")
+    before = set(shared.glob("*zenoh*")) if shared.exists() else set()
+    yield
+    assert (set(shared.glob("*zenoh*")) if shared.exists() else set()) <= before
+
+
+def is_free(endpoint: str) -> bool:
+    host, _, port = endpoint.removeprefix("tcp/").partition(":")
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        return probe.bind((host, int(port))) is None
+
+
+# Lockstep: the maze-machine command itself
+
+
+def test_a_run_over_the_network_writes_the_same_trace_as_in_one_process(endpoint: str, tmp_path: Path) -> None:
+    common = ["--time-limit", "20", "--seed", "5", "--no-picture"]
+    with command("run", "pledge", "--trace", "here.jsonl", *common, cwd=tmp_path) as here:
+        here.end()
+    with command("sim", "final_2015", "--listen", endpoint, "--once") as sim:
+        assert sim.line() == f"pico in final of 2015 listens at {endpoint}"
+        with command("run", "pledge", "--trace", "there.jsonl", "--connect", endpoint, *common, cwd=tmp_path) as there:
+            there.end()
+        assert sim.line().startswith("seed 5: ")
+        assert sim.end() == 0
+    assert (tmp_path / "here.jsonl").read_bytes() == (tmp_path / "there.jsonl").read_bytes()
+    assert len((tmp_path / "here.jsonl").read_bytes().splitlines()) > 200
+
+
+def test_no_simulator_at_the_address_is_one_line_and_status_4(endpoint: str) -> None:
+    with command("run", "pledge", "--connect", endpoint, "--set", "link.connect=0.5", "--no-picture") as run:
+        assert run.end() == 4
+        assert run.errors().splitlines() == [
+            f"maze-machine: nobody can be reached at {endpoint}: is the simulator, gate or router running there?"
+        ]
+
+
+def test_a_busy_port_is_one_line_and_status_4(endpoint: str) -> None:
+    with command("sim", "corridor", "--listen", endpoint) as first:
+        first.line()
+        with command("sim", "corridor", "--listen", endpoint) as second:
+            assert second.end() == 4
+            assert second.errors().splitlines() == [
+                f"maze-machine: {endpoint} is taken by another program: stop it, or choose another port"
+            ]
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize("which", [["sim", "corridor", "--realtime"], ["router"]])
+def test_a_signal_ends_a_server_at_once_and_frees_its_port(
+    which: list[str], number: signal.Signals, status: int, endpoint: str
+) -> None:
+    with command(*which, "--listen", endpoint) as server:
+        server.line()
+        server.send(number)
+        assert server.end(10) == status
+        assert len(server.errors().splitlines()) == 1
+    assert is_free(endpoint)
+
+
+# Lockstep: faults at random times
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_frozen_simulator_or_controller_resumes_and_nothing_is_lost(endpoint: str, seed: int) -> None:
+    chance = random.Random(seed)
+    with toy("toy_world", endpoint, "lockstep") as sim:
+        sim.line()
+        with toy("toy_controller", endpoint, str(seed), str(STEPS)) as controller:
+            controller.until("driving")
+            for _ in range(3):
+                frozen = chance.choice([sim, controller])
+                frozen.send(signal.SIGSTOP)
+                time.sleep(chance.uniform(0.0, 0.4))  # how long the fault lasts
+                frozen.send(signal.SIGCONT)
+            assert controller.line() == expected(seed)
+
+
+def test_a_killed_controller_makes_room_for_the_next(endpoint: str) -> None:
+    with toy("toy_world", endpoint, "lockstep") as sim:
+        sim.line()
+        with toy("toy_controller", endpoint, "1", "100000") as dead:
+            dead.until("driving")
+            dead.send(signal.SIGKILL)
+            dead.end()
+        with toy("toy_controller", endpoint, "2", str(STEPS)) as heir:
+            heir.until("driving")
+            assert heir.line() == expected(2)
+
+
+def test_a_killed_and_restarted_simulator_refuses_the_old_run_and_serves_a_new_one(endpoint: str) -> None:
+    with toy("toy_world", endpoint, "lockstep") as sim:
+        sim.line()
+        with toy("toy_controller", endpoint, "1", "100000") as controller:
+            controller.until("driving")
+            sim.send(signal.SIGKILL)
+            sim.end()
+            with toy("toy_world", endpoint, "lockstep") as again:
+                again.line()
+                assert controller.end() == 1
+                assert "restarted" in controller.errors()
+                with toy("toy_controller", endpoint, "2", str(STEPS)) as heir:
+                    heir.until("driving")
+                    assert heir.line() == expected(2)
+
+
+# Real time: the dead man, whatever happens to the controller
+
+
+def moves(robot: Program) -> float:
+    """When it began to move."""
+    at, moving = robot.line().split()
+    assert moving == "1"
+    return float(at)
+
+
+def stops(robot: Program) -> float:
+    """When it ceased to."""
+    at, moving = robot.line().split()
+    assert moving == "0"
+    return float(at)
+
+
+@pytest.mark.parametrize("fault", ["SIGKILL", "SIGSTOP", "SIGUSR1"])
+def test_the_robot_stops_when_its_controller_is_killed_frozen_or_hung(endpoint: str, fault: str) -> None:
+    bound = LinkSettings().dead_man + PERIOD + SLACK
+    with toy("toy_world", endpoint, "realtime") as robot:
+        robot.line()
+        with toy("toy_controller", endpoint, "1") as controller:
+            moves(robot)
+            controller.until("driving")
+            failed = controller.send(signal.Signals[fault])
+            assert stops(robot) - failed <= bound
+            if fault == "SIGKILL":
+                controller.end()
+                with toy("toy_controller", endpoint, "1") as heir:
+                    heir.until("driving")
+            elif fault == "SIGSTOP":
+                controller.send(signal.SIGCONT)
+                controller.until("driving")
+                assert moves(robot) > failed
+            else:
+                assert moves(robot) - failed >= HANG - SLACK
+
+
+def test_the_robot_stops_when_the_router_dies_and_goes_on_when_it_is_back(endpoint: str) -> None:
+    with command("router", "--listen", endpoint) as router:
+        router.line()
+        with toy("toy_world", endpoint, "realtime@router") as robot:
+            robot.line()
+            with toy("toy_controller", endpoint, "1") as controller:
+                moves(robot)
+                controller.until("driving")
+                failed = router.send(signal.SIGKILL)
+                assert stops(robot) - failed <= LinkSettings().dead_man + PERIOD + SLACK
+                router.end()
+                with command("router", "--listen", endpoint) as again:
+                    again.line()
+                    assert moves(robot) > failed
+
+
+def test_a_second_controller_is_told_who_drives_and_disturbs_nobody(endpoint: str) -> None:
+    with toy("toy_world", endpoint, "realtime") as robot:
+        robot.line()
+        with toy("toy_controller", endpoint, "1") as first:
+            moves(robot)
+            with toy("toy_controller", endpoint, "1") as second:
+                assert second.end() == 1
+                assert f"process {first.process.pid}" in second.errors()
+            first.send(signal.SIGTERM)
+            assert first.end() == 0
+            stops(robot)

@@ -1,0 +1,70 @@
+"""A controller that drives the toy until it is ended: ``toy_controller.py ENDPOINT SEED [STEPS]``.
+
+In lockstep it prints a digest of all that it saw and did after STEPS. In real time it prints ``driving`` and
+``stopped`` as these begin, and takes a stopped robot again; on SIGUSR1 it hangs for a while, with the interpreter
+locked.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import signal
+import sys
+
+from toy_world import seen, wander
+
+from transport.connect import connect_robot
+from transport.description import RobotDescription
+from transport.lockstep import RemoteLockstep
+from transport.messages import STOP, Command, Twist
+from transport.realtime import RealtimeRobot
+from transport.settings import LinkSettings
+
+HANG = 1.0
+
+
+def hang(*_: object) -> None:
+    # PyDLL keeps the interpreter's lock, as a stuck extension module does.
+    ctypes.PyDLL(None).usleep(int(1e6 * HANG))
+
+
+def step_along(robot: RemoteLockstep, steps: int) -> None:
+    digest = hashlib.sha256()
+    for index in range(steps):
+        observation = robot.observe()
+        command = wander(observation)
+        digest.update(repr((seen(observation), command)).encode())
+        robot.command(command)
+        if index == 0:
+            print("driving", flush=True)
+    print(digest.hexdigest(), robot.report()["steps"], flush=True)
+
+
+def drive(robot: RealtimeRobot) -> None:
+    was = None
+    while True:
+        observation = robot.observe()
+        stopped = observation.link.stopped
+        if stopped != was:
+            was = stopped
+            print("stopped" if stopped else "driving", flush=True)
+        robot.command(Command(STOP if stopped else Twist(0.1, 0.0, 0.0), answers=observation.stamp))
+
+
+def main() -> None:
+    signal.signal(signal.SIGUSR1, hang)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    settings = LinkSettings(silence=30.0, step=30.0)
+    robot = connect_robot(sys.argv[1], RobotDescription(name="toy"), settings, seed=int(sys.argv[2]))
+    try:
+        if isinstance(robot, RemoteLockstep):
+            step_along(robot, int(sys.argv[3]))
+        else:
+            drive(robot)
+    finally:
+        robot.close()
+
+
+if __name__ == "__main__":
+    main()

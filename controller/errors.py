@@ -7,7 +7,9 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import IntEnum
+from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import typer
 
@@ -98,10 +100,24 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
         # An error's module has been imported by whoever raised it; nothing heavy is imported here.
         loaded = sys.modules.get(module)
         if loaded is not None and isinstance(error, getattr(loaded, name)):
-            return status, str(error)
+            return status, _underlined(error) if name == "MachineError" else str(error)
     if isinstance(error, OSError) and error.filename is not None:
         return ExitStatus.BAD_FILE, f"{error.filename}: {error.strerror}"
     return None
+
+
+def _underlined(error: Any) -> str:
+    """A machine's errors, each with its source line; warnings are for ``maze-machine check``."""
+    from hsm.diagnostics import Severity
+    from hsm.dsl import render
+
+    errors = [found for found in error.diagnostics if found.severity is Severity.ERROR]
+    files = {found.place.file for found in errors if found.place is not None}
+    sources = {
+        file: Path(file).read_text(encoding="utf-8-sig", errors="replace") for file in files if Path(file).is_file()
+    }
+    text = render.as_text(errors, sources, colour=sys.stderr.isatty())
+    return f"the machine cannot be used: {render.summary(errors)}\n\n{text}"
 
 
 def _tell(message: str) -> None:

@@ -14,7 +14,7 @@ MAZES = Path(__file__).parents[2].parent / "shared" / "data" / "mazes"
 LEGACY = MAZES / "emc" / "heightmap_maze_legacy.pgm"
 CONTEST = sorted((MAZES / "micromouse").glob("*.txt"), key=lambda path: path.name)
 ALL = os.environ.get("MAZE_MACHINE_ALL") == "1"
-CHOSEN = CONTEST if ALL else CONTEST[:: max(1, len(CONTEST) // 3)][:3]
+CHOSEN = CONTEST if ALL else CONTEST[1::21][:2]
 
 pytestmark = pytest.mark.skipif(not MAZES.is_dir(), reason="the data of other projects are not here")
 

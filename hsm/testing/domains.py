@@ -1,0 +1,151 @@
+"""Which values of a signal can make a difference: false and true, all members, both sides of each threshold."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+from hsm.expressions import Binary, Expression, SignalValue
+from hsm.model import After, Assign, Call, Model, When
+from hsm.registry import SignalDeclaration
+from hsm.testing.rewriting import parts_of
+from hsm.testing.script import default_of, member_of
+from hsm.types import Boolean, Enumeration, Integer
+
+_BINARY: dict[str, Callable[[float, float], bool]] = {
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
+}  # fmt: skip
+_SAMPLES = (0.0, *(sign * 10.0**power for power in range(-3, 4) for sign in (-1.0, 1.0)))
+
+Residue = Callable[[Binary, float], float | None]
+"""Left side minus right side of a comparison when a signal has a value; None where something else is not known yet."""
+
+
+class Domains:
+    """The values worth trying for each signal of a machine.
+
+    Args:
+        expressions: all conditions that may decide on a signal.
+    """
+
+    def __init__(self, expressions: Iterable[Expression]) -> None:
+        self._comparisons: dict[str, list[Binary]] = {}
+        for expression in expressions:
+            for part in parts_of(expression):
+                if isinstance(part, Binary) and part.operator in _BINARY:
+                    for name in dict.fromkeys(
+                        one.signal.name for one in parts_of(part) if isinstance(one, SignalValue)
+                    ):
+                        listed = self._comparisons.setdefault(name, [])
+                        if part not in listed:
+                            listed.append(part)
+
+    def values(self, signal: SignalDeclaration, residue: Residue) -> list[Any]:
+        """What to try, the simplest first.
+
+        Args:
+            signal: the signal.
+            residue: evaluates a comparison for a value of the signal, with all else as it is.
+        """
+        match signal.type:
+            case Boolean():
+                return [False, True]
+            case Enumeration(members=members):
+                return [member_of(signal, one) for one in members]
+        found = self._comparisons.get(signal.name, [])
+        roots = sorted({root for one in found for root in _roots(partial(residue, one))})
+        tried: list[Any] = _around(roots)
+        if isinstance(signal.type, Integer):
+            around = {math.floor(root) + step for root in roots for step in (-1, 0, 1)}
+            tried = sorted(around, key=lambda one: (abs(one), one))
+        distinct: dict[tuple[bool | None, ...], Any] = {}
+        for one in tried:
+            distinct.setdefault(tuple(_truth(comparison, residue(comparison, one)) for comparison in found), one)
+        return list(distinct.values()) or [default_of(signal)]
+
+
+def expressions_of(model: Model) -> Iterator[Expression]:
+    """Everything in a machine that is evaluated."""
+    actions = []
+    for state in model.states:
+        actions += [*state.initial_actions, *state.entry, *state.exit]
+        if state.activity is not None:
+            yield from state.activity.arguments
+    for transition in model.transitions:
+        actions += transition.actions
+        match transition.trigger:
+            case When(condition):
+                yield condition
+            case After(duration):
+                yield duration
+        if transition.guard is not None:
+            yield transition.guard
+    for action in actions:
+        match action:
+            case Assign(value=value):
+                yield value
+            case Call(arguments=arguments):
+                yield from arguments
+
+
+def _truth(comparison: Binary, residue: float | None) -> bool | None:
+    if residue is None:
+        return None
+    compared: bool = _BINARY[comparison.operator](residue, 0.0)
+    return compared
+
+
+def _around(roots: list[float]) -> list[float]:
+    """The thresholds themselves, something between each two, something below and above all."""
+    if not roots:
+        return []
+    between = [(low + high) / 2 for low, high in pairwise(roots)]
+    low, high = roots[0], roots[-1]
+    below = low / 2 if low > 0 else low * 1.5 if low < 0 else -1.0
+    above = high * 1.5 if high > 0 else high / 2 if high < 0 else 1.0
+    return [*roots, below, *between, above]
+
+
+def _roots(residue: Callable[[float], float | None]) -> list[float]:
+    """Where a residue changes its sign: exact where it is linear, by search where it is not."""
+    first, second, third = residue(0.0), residue(1.0), residue(2.0)
+    if first is None or second is None or third is None:
+        return []
+    slope = second - first
+    if math.isclose(third - second, slope, rel_tol=1e-9, abs_tol=1e-12) and _same(residue(-1.0), first - slope):
+        return [_tidy(-first / slope, residue)] if slope else []
+    samples = sorted(_SAMPLES)
+    values = [residue(one) for one in samples]
+    found = []
+    for index, (left, right) in enumerate(pairwise(values)):
+        if left is not None and right is not None and (left < 0) != (right < 0):
+            found.append(_tidy(_bisect(residue, samples[index], samples[index + 1]), residue))
+    return found
+
+
+def _same(one: float | None, other: float) -> bool:
+    return one is not None and math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
+
+
+def _bisect(residue: Callable[[float], float | None], low: float, high: float) -> float:
+    negative = (residue(low) or 0.0) < 0
+    for _ in range(80):
+        middle = (low + high) / 2
+        if ((residue(middle) or 0.0) < 0) == negative:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _tidy(root: float, residue: Callable[[float], float | None]) -> float:
+    """The root with as few digits as hit it exactly; as it is where none does."""
+    for digits in (1, 2, 3, 4, 6, 9, 12):
+        rounded = float(f"{root:.{digits}g}")
+        if residue(rounded) == 0:
+            return rounded
+    return root

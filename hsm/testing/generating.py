@@ -1,0 +1,284 @@
+"""Tests found from the machine alone: the shortest ways to all that it can do, and why the rest cannot be done."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from typing import Any
+
+from hsm.machine import Machine
+from hsm.model import After, Model, On
+from hsm.testing.driver import TICK
+from hsm.testing.exploring import Edge, Explorer, Input, Moment, Regions
+from hsm.testing.points import transition_text
+from hsm.testing.replaying import replay
+from hsm.testing.scenarios import Expectation, Scenario
+from hsm.testing.script import FAULT, scripted_machine
+from hsm.testing.writing import Writer
+from hsm.topology import HISTORY
+from hsm.wording import expression_text
+
+Goal = tuple[Hashable, ...]
+"""Something to reach: ``("state", index)``, ``("transition", index)``, ``("path", index, path)``, ..."""
+
+Key = tuple[Any, ...]
+
+MOST_STEPS = 120_000
+"""So many steps are tried before what was not reached is given up."""
+
+PATIENCE = 30_000
+"""So many steps without anything new are tried before the rest is given up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unreached:
+    """Something that no run was found for.
+
+    Attributes:
+        text: what.
+        reason: why not.
+        line: where it is written, or None.
+    """
+
+    text: str
+    reason: str
+    line: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Generated:
+    """What a generation found.
+
+    Attributes:
+        scenarios: the tests.
+        unreached: what no run was found for.
+        moments: how many different situations were seen.
+        steps: how many steps were tried.
+        complete: whether those are all the situations there are.
+    """
+
+    scenarios: tuple[Scenario, ...]
+    unreached: tuple[Unreached, ...]
+    moments: int
+    steps: int
+    complete: bool
+
+
+def generate(
+    machine: Machine | Model,
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    tick: float = TICK,
+    steps: int = MOST_STEPS,
+) -> Generated:
+    """Find tests that reach every state, take every transition, and go every way through each guard.
+
+    Args:
+        machine: the machine.
+        parameters: in SI units; by default as declared.
+        tick: seconds from one step to the next in the tests.
+        steps: how many steps to try at most.
+    """
+    ready = scripted_machine(machine)
+    search = _Search(ready, Explorer(ready, parameters, tick=tick, regions=Regions(ready)), steps)
+    search.run()
+    writer = Writer(ready.model)
+    scenarios = []
+    for number, (inputs, goals) in enumerate(search.chosen(), 1):
+        name = f"{number}: {_title(ready.model, goals)}"
+        scenarios.append(_trimmed(replay(name, ready, inputs, writer, tick=tick).scenario))
+    return Generated(tuple(scenarios), tuple(search.unreached()), len(search.parents), search.steps, search.complete)
+
+
+@dataclass(slots=True)
+class _Search:
+    """Short ways first, and combinations of states that were seen seldom before those that were seen often."""
+
+    machine: Machine
+    explorer: Explorer
+    limit: int
+    parents: dict[Key, tuple[Key | None, Edge]] = field(default_factory=dict)
+    found: dict[Goal, tuple[Key | None, Edge]] = field(default_factory=dict)
+    kinds: dict[tuple[int, ...], int] = field(default_factory=dict)
+    queue: list[tuple[int, int, int, Key, Moment]] = field(default_factory=list)
+    steps: int = 0
+    complete: bool = False
+
+    def run(self) -> None:
+        """Explore until all is found, all is seen, or it takes too long."""
+        wanted = set(goals_of(self.machine))
+        for edge in self.explorer.start():
+            self._take(None, edge, 0)
+        idle = 0
+        while self.queue and self.steps < self.limit and idle < PATIENCE and not wanted <= self.found.keys():
+            _, depth, _, key, moment = heappop(self.queue)
+            known, before = len(self.found), self.steps
+            for edge in self.explorer.successors(moment):
+                self._take(key, edge, depth + 1)
+            idle = idle + self.steps - before if len(self.found) == known else 0
+        self.complete = not self.queue
+
+    def _take(self, source: Key | None, edge: Edge, depth: int) -> None:
+        self.steps += 1
+        if edge.fault is not None:
+            return
+        for goal in goals_on(edge):
+            self.found.setdefault(goal, (source, edge))
+        key = edge.target.key()
+        if key not in self.parents:
+            self.parents[key] = (source, edge)
+            kind = edge.target.state.configuration.leaves
+            self.kinds[kind] = self.kinds.get(kind, 0) + 1
+            heappush(self.queue, (self.kinds[kind] + depth, depth, len(self.parents), key, edge.target))
+
+    def way(self, source: Key | None, edge: Edge) -> list[Edge]:
+        """The steps from the start to a step."""
+        way = [edge]
+        while source is not None:
+            source, edge = self.parents[source]
+            way.append(edge)
+        return way[::-1]
+
+    def chosen(self) -> Iterator[tuple[list[Input], list[Goal]]]:
+        """Ways that together reach all that was found: long ones first, as they cover much of what others reach."""
+        wanted = [goal for goal in goals_of(self.machine) if goal in self.found]
+        ways = {goal: self.way(*self.found[goal]) for goal in wanted}
+        open_goals = set(wanted)
+        picked: list[tuple[list[Input], list[Goal]]] = []
+        for goal in sorted(wanted, key=lambda one: -len(ways[one])):
+            if goal in open_goals:
+                own = [one for edge in ways[goal] for one in goals_on(edge) if one in open_goals]
+                open_goals.difference_update(own)
+                picked.append(([edge.input for edge in ways[goal]], [goal]))
+        yield from reversed(picked)
+
+    # What was not found.
+
+    def unreached(self) -> Iterator[Unreached]:
+        """What was not found, each with the reason."""
+        model = self.machine.model
+        for goal in goals_of(self.machine):
+            if goal in self.found:
+                continue
+            match goal:
+                case ("state", int(index)):
+                    place = model.states[index].place
+                    yield Unreached(
+                        f"state {model.states[index].name} is not entered", self._bound(), place.line if place else None
+                    )
+                case ("transition", int(index)):
+                    place = model.transitions[index].place
+                    text = f"{transition_text(model, model.transitions[index])} is not taken"
+                    yield Unreached(text, self._why_not(index), place.line if place else None)
+                case ("path", int(index), int(path)):
+                    place = model.transitions[index].place
+                    decision = self.machine.generator.decision(index)
+                    values = ", ".join(
+                        f"`{expression_text(one)}` {'true' if held else 'false'}"
+                        for one, held in zip(decision.conditions, decision.values(path), strict=True)
+                        if held is not None
+                    )
+                    text = f"{transition_text(model, model.transitions[index])}: never {values}"
+                    yield Unreached(text, self._why_not(index), place.line if place else None)
+                case ("history", int(index), bool(remembered)):
+                    how = "something" if remembered else "nothing"
+                    yield Unreached(
+                        f"{model.states[index].name} is not entered with {how} remembered", self._bound(), None
+                    )
+
+    def _bound(self) -> str:
+        """How sure it is that something cannot be reached."""
+        if self.complete:
+            return f"it cannot be: these are all {len(self.parents)} situations there are"
+        return f"not within {self.steps} steps from {len(self.parents)} situations; there are more"
+
+    def _why_not(self, index: int) -> str:
+        model = self.machine.model
+        transition = model.transitions[index]
+        if transition.source and ("state", transition.source) not in self.found:
+            return f"{model.states[transition.source].name} is never entered; {self._bound()}"
+        decision = self.machine.generator.decision(index)
+        ways = [goal[2] for goal in self.found if goal[:2] == ("path", index)]
+        if any(decision.outcome(int(str(one))) for one in ways):
+            return f"whenever its guard holds, another transition wins; {self._bound()}"
+        if ways:
+            return f"its guard never held where it was asked for; {self._bound()}"
+        if decision.conditions:
+            return f"its guard is never asked for: another transition always comes first; {self._bound()}"
+        if isinstance(transition.trigger, On):
+            names = ", ".join(transition.trigger.names)
+            return f"{names} never comes, or another transition takes it first; {self._bound()}"
+        return f"another transition always comes first; {self._bound()}"
+
+
+def goals_of(machine: Machine) -> Iterator[Goal]:
+    """All that there is to reach in a machine, in document order."""
+    model = machine.model
+    for state in model.states[1:]:
+        if state.kind in HISTORY:
+            yield "history", state.index, True
+            continue
+        yield "state", state.index
+        if state.activity is not None:
+            for outcome in state.activity.activity.outcomes:
+                yield "outcome", state.name, outcome
+    for transition in model.transitions:
+        yield "transition", transition.index
+        if isinstance(transition.trigger, After):
+            yield "early", transition.index
+        decision = machine.generator.decision(transition.index)
+        if decision.conditions and decision.count <= 2 * len(decision.conditions) ** 2 + 2:
+            for path in decision.paths:
+                yield "path", transition.index, path
+        elif decision.conditions:
+            yield "held", transition.index, True
+            yield "held", transition.index, False
+
+
+def goals_on(edge: Edge) -> Iterator[Goal]:
+    """All that one step reaches."""
+    for index in edge.entered:
+        yield "state", index
+    for state, outcome in edge.input.reports:
+        if outcome != FAULT:
+            yield "outcome", state, outcome
+    for index in edge.transitions:
+        yield "transition", index
+    for index, remembered in edge.restored:
+        yield "history", index, remembered
+    for index, paths in edge.paths.items():
+        for path in paths:
+            yield "path", index, path
+    if edge.input.wait.early and not edge.looks:
+        for index in edge.target.state.timers:
+            yield "early", index
+
+
+def _title(model: Model, goals: Iterable[Goal]) -> str:
+    match next(iter(goals)):
+        case ("state", int(index)):
+            return f"reach {model.states[index].name}"
+        case ("history", int(index), _):
+            return f"return to {model.states[index].name}"
+        case ("transition", int(index)) | ("early", int(index)) | ("path", int(index), _) as goal:
+            transition = model.transitions[index]
+            how = {"transition": "take", "early": "too early for", "path": "decide"}[str(goal[0])]
+            targets = ", ".join(model.states[one].name for one in transition.targets)
+            source = model.states[transition.source].name if transition.source else model.name
+            line = f" (line {transition.place.line})" if transition.place else ""
+            return f"{how} {source}{f' -> {targets}' if targets else ''}{line}"
+        case ("outcome", state, outcome):
+            return f"{state} reports {outcome}"
+        case goal:
+            return " ".join(map(str, goal))
+
+
+def _trimmed(scenario: Scenario) -> Scenario:
+    """The scenario without doubled expectations."""
+    steps = [
+        step
+        for index, step in enumerate(scenario.steps)
+        if not (isinstance(step, Expectation) and not step.claims and index)
+    ]
+    return Scenario(scenario.name, scenario.parameters, scenario.given, tuple(steps), scenario.place)

@@ -1,0 +1,64 @@
+"""A machine with the files of scenarios that are about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hsm.diagnostics import Diagnostic, MachineError
+from hsm.dsl import load_model
+from hsm.machine import Machine
+from hsm.registry import Library
+from hsm.testing.reading import SUFFIX, read_suite, tested_machine
+from hsm.testing.scenarios import Suite
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A machine and its tests.
+
+    Attributes:
+        machine: the machine, as it would drive a robot.
+        suites: its scenarios, file by file.
+    """
+
+    machine: Machine
+    suites: tuple[Suite, ...]
+
+
+def load_trial(path: str | Path, library: Library) -> Trial:
+    """A machine with its scenarios.
+
+    Args:
+        path: a machine's file, for it and all scenarios beside it that are about it; or one file of scenarios.
+        library: what the machine may name.
+
+    Raises:
+        MachineError: the machine or its scenarios cannot be used; with all findings.
+    """
+    path = Path(path)
+    own = path.suffix == SUFFIX
+    machine = Machine(load_model(tested_machine(path) if own else path, library))
+    findings: list[Diagnostic] = []
+    suites: list[Suite] = []
+    for file in [path] if own else suites_beside(path):
+        try:
+            suites.append(read_suite(file, machine.model, library))
+        except MachineError as error:
+            findings.extend(error.diagnostics)
+    if findings:
+        raise MachineError(findings)
+    return Trial(machine, tuple(suites))
+
+
+def suites_beside(machine: Path) -> list[Path]:
+    """The files of scenarios in a machine's folder that are about it."""
+    found = []
+    for file in sorted(machine.parent.glob(f"*{SUFFIX}")):
+        try:
+            about = tested_machine(file)
+        except MachineError:
+            continue
+        if about.name == machine.name:
+            found.append(file)
+    return found

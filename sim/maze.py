@@ -111,10 +111,11 @@ class Maze:
     Attributes:
         name: the maze's name.
         walls: the walls.
-        start: where the robot is put down.
+        start: where the first robot is put down.
         exits: the ways out; the outside lies to the left when one goes from an exit's first end to its second.
         doors: the doors, all closed at the beginning.
         objects: what moves.
+        others: where further robots are put down, in order.
         time_limit: how long all attempts together may take, s; infinite where the maze belongs to no challenge.
     """
 
@@ -124,6 +125,7 @@ class Maze:
     exits: Segments = field(default_factory=no_segments)
     doors: tuple[Door, ...] = ()
     objects: tuple[MovingObject, ...] = ()
+    others: tuple[Start, ...] = ()
     time_limit: float = MAZE_TIME_LIMIT
 
     @property
@@ -132,6 +134,11 @@ class Maze:
         points = np.concatenate([self.walls.reshape(-1, 2), self.exits.reshape(-1, 2), [self.start_point]])
         low, high = points.min(axis=0), points.max(axis=0)
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+    @property
+    def starts(self) -> tuple[Start, ...]:
+        """Where robots are put down, in order."""
+        return (self.start, *self.others)
 
     @property
     def start_point(self) -> Point:

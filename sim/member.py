@@ -37,7 +37,7 @@ class Member:
     ) -> None:
         """Args: the robot, its world, the settings, the run's seed, and the robot's place among the others."""
         self.description = description
-        self._maze, self._settings = maze, settings
+        self._maze, self._settings, self._index = maze, settings, index
         self._noise, odometry, self._placing = (_stream(seed, index, purpose) for purpose in range(3))
         self._lidar = Lidar(description.laser.geometry(), description.laser.mount)
         self._odometry = WheelOdometry(settings.odometry, odometry)
@@ -51,7 +51,7 @@ class Member:
         self.referee = Referee(maze, settings.rules, self.path[0])
 
     def _drawn_start(self) -> Pose:
-        start = self._maze.start
+        start = self._maze.starts[self._index]
         x, y, heading = self._placing.uniform(-1.0, 1.0, 3).tolist()
         return Pose(
             start.pose.x + x * start.spread.x,

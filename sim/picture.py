@@ -66,13 +66,14 @@ def _draw_walls(axes: Axes, maze: Maze) -> None:
 
 
 def _draw_ends(axes: Axes, maze: Maze) -> None:
-    """The exits, each with an arrow outwards, and the robot at its start with one ahead."""
+    """The exits, each with an arrow outwards, and robots at the starts, each with one ahead."""
     for ax, ay, bx, by in maze.exits.tolist():
         axes.plot([ax, bx], [ay, by], color="tab:green", linewidth=2, linestyle=":")
         _draw_arrow(axes, ((ax + bx) / 2, (ay + by) / 2), math.atan2(bx - ax, ay - by), "tab:green")
-    body = placed(np.asarray(RobotDescription().footprint), maze.start.pose)
-    axes.fill(body[:, 0], body[:, 1], color="tab:blue", alpha=0.6)
-    _draw_arrow(axes, maze.start_point, maze.start.pose.heading, "tab:blue")
+    for start in maze.starts:
+        body = placed(np.asarray(RobotDescription().footprint), start.pose)
+        axes.fill(body[:, 0], body[:, 1], color="tab:blue", alpha=0.6)
+        _draw_arrow(axes, (start.pose.x, start.pose.y), start.pose.heading, "tab:blue")
 
 
 def _draw_arrow(axes: Axes, at: Point, direction: float, colour: str) -> None:

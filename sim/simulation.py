@@ -37,7 +37,7 @@ class Simulation:
             settings: noise, rules, faults.
 
         Raises:
-            ValueError: two robots have one name, or different periods.
+            ValueError: two robots have one name, or different periods, or there are more robots than starts.
         """
         robots = RobotDescription() if robots is None else robots
         self._robots = (robots,) if isinstance(robots, RobotDescription) else tuple(robots)
@@ -45,6 +45,8 @@ class Simulation:
             raise ValueError("robots that share a world need different names")
         if len({robot.period for robot in self._robots}) != 1:
             raise ValueError("robots that share a world need the same period")
+        if len(self._robots) > len(maze.starts):
+            raise ValueError(f"{len(self._robots)} robots need as many starts; the maze has {len(maze.starts)}")
         self.maze = maze
         self.settings = settings or SimulatorSettings()
         self.seed = seed

@@ -50,15 +50,16 @@ def checked(maze: Maze, radius: float | None = None) -> Maze:
         UnsolvableError: it has no walls, no room at the start, or no way out.
     """
     radius = RobotDescription().radius if radius is None else radius
-    x, y = maze.start_point
     if len(maze.walls) == 0:
-        raise UnsolvableError("the maze has no walls", (x, y))
-    if float(distances(np.array([[x, y]]), _with_doors(maze)).min()) < radius:
-        raise UnsolvableError(
-            f"the robot does not fit at its start ({x:.2f}, {y:.2f}) m: a wall is nearer than {radius:.2f} m",
-            (x, y),
-            "move the start away from the walls",
-        )
+        raise UnsolvableError("the maze has no walls", maze.start_point)
+    for start in maze.starts:
+        x, y = start.pose.x, start.pose.y
+        if float(distances(np.array([[x, y]]), _with_doors(maze)).min()) < radius:
+            raise UnsolvableError(
+                f"the robot does not fit at its start ({x:.2f}, {y:.2f}) m: a wall is nearer than {radius:.2f} m",
+                (x, y),
+                "move the start away from the walls",
+            )
     maze = _turned_outwards(maze) if len(maze.exits) else _with_exits_found(maze)
     if shortest_way(maze, radius) is None:
         raise _no_way_out(maze, radius)

@@ -3,7 +3,8 @@
 ::
 
     name   the final of 2015
-    start  0.5 0.5  90                       # x y heading; then `spread DX DY DEGREES` if it is drawn by the seed
+    start  0.5 0.5  90                       # x y heading; a second one is a second robot's, and so on
+    start  2.5 0.5  90  spread 0.1 0.1 5     # drawn by the seed, uniformly: dx dy degrees to either side
     wall   0 0  4 0  4 3                     # two or more points: a wall along them
     exit   0 3  1 3                          # its two ends
     door   front  2 1  3 1                   # a name and its two ends; it slides towards the second end
@@ -113,7 +114,7 @@ class _Reader:
         self.exits: list[tuple[float, float, float, float]] = []
         self.doors: list[Door] = []
         self.objects: list[MovingObject] = []
-        self.start: Start | None = None
+        self.starts: list[Start] = []
         self.time_limit = MAZE_TIME_LIMIT
         self.places: list[tuple[tuple[float, float, float, float], int]] = []
 
@@ -127,15 +128,13 @@ class _Reader:
         self.name = line.rest() or self.name
 
     def read_start(self, line: _Line) -> None:
-        if self.start is not None:
-            raise line.error("the start was given already", back=1)
         x, y = line.point()
         pose, spread = Pose(x, y, math.radians(line.number("a heading in degrees"))), Pose()
         if line:
             line.keyword(["spread"])
             x, y = line.point()
             spread = Pose(x, y, math.radians(line.number("a spread in degrees")))
-        self.start = Start(pose, spread)
+        self.starts.append(Start(pose, spread))
         self.places.append(((pose.x, pose.y, pose.x, pose.y), line.number_in_file))
 
     def read_limit(self, line: _Line) -> None:
@@ -201,12 +200,13 @@ def read(path: Path, lines: Sequence[str]) -> Sketch:
             readers[line.keyword(list(readers))](line)
             if line:
                 raise line.error(f"`{line.word('a word')}` is one word too many", back=1)
-    if reader.start is None:
+    if not reader.starts:
         raise MazeError(str(path), "the maze has no start", hint="add a line such as `start 0.5 0.5 90`")
     maze = Maze(
         name=reader.name,
         walls=np.asarray(reader.walls, dtype=np.float64).reshape(-1, 4),
-        start=reader.start,
+        start=reader.starts[0],
+        others=tuple(reader.starts[1:]),
         exits=np.asarray(reader.exits, dtype=np.float64).reshape(-1, 4),
         doors=tuple(reader.doors),
         objects=tuple(reader.objects),
@@ -222,14 +222,10 @@ def read(path: Path, lines: Sequence[str]) -> Sketch:
 
 def write(maze: Maze) -> str:
     """A maze as the text of a ``.maze`` file; what `read` makes of it is the same maze."""
-    pose, spread = maze.start.pose, maze.start.spread
     lines = [f"name   {maze.name}"]
     if maze.time_limit != MAZE_TIME_LIMIT:
         lines.append(f"limit  {_number(maze.time_limit) if math.isfinite(maze.time_limit) else 'none'}")
-    start = f"start  {_points([(pose.x, pose.y)])}  {_number(math.degrees(pose.heading))}"
-    if spread != Pose():
-        start += f"  spread {_points([(spread.x, spread.y)])} {_number(math.degrees(spread.heading))}"
-    lines += [start, ""]
+    lines += [*map(_start, maze.starts), ""]
     lines += [f"wall   {_points(chain)}" for chain in _chains(maze)]
     lines += [f"exit   {_points([(ax, ay), (bx, by)])}" for ax, ay, bx, by in maze.exits.tolist()]
     for door in maze.doors:
@@ -243,6 +239,15 @@ def write(maze: Maze) -> str:
             f"  speed {_number(thing.speed)}{near}{'  returns' if thing.returns else ''}"
         )
     return "\n".join(lines) + "\n"
+
+
+def _start(start: Start) -> str:
+    line = f"start  {_points([(start.pose.x, start.pose.y)])}  {_number(math.degrees(start.pose.heading))}"
+    if start.spread == Pose():
+        return line
+    return (
+        line + f"  spread {_points([(start.spread.x, start.spread.y)])} {_number(math.degrees(start.spread.heading))}"
+    )
 
 
 def _number(value: float) -> str:

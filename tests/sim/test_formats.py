@@ -145,7 +145,7 @@ ROOM = "start 1 1 0\nwall 0 0 2 0 2 2 0 2 0 1.5\nwall 0 0 0 0.5\nexit 0 0.5 0 1.
         (ROOM + "wall 0 0 1 nan\n", (5, 12), "should be a number|finite"),
         (ROOM + "wall 1 1\n", (5, 9), "at least 2 points"),
         (ROOM + "wall 1 1 1 1\n", (5, 12), "the same"),
-        (ROOM + "start 1 1 0\n", (5, 1), "already"),
+        (ROOM + "start 1 1.95 0\n", (5, None), "does not fit at its start"),
         (ROOM + "door a 0 0 1 0 speed 0\n", (5, 22), "greater than zero"),
         (ROOM + "door a 0 0 1 0 2 0\n", (5, 18), "two ends"),
         (ROOM + "limit 3 4\n", (5, 9), "one word too many"),
@@ -246,6 +246,7 @@ def test_every_key_of_the_text_format_is_read():
         "name the yard  # a comment",
         "limit none",
         "start 1 2 180 spread 0.1 0.2 5",
+        "start 3 2 0",
         "wall 0 0 1 0 1 1",
         "door gate 0 0 0 1 speed 0.2 stays 7",
         "object cart box 0.4 0.2 path 0 0 1 0 speed 0.5 near 2 returns",
@@ -257,6 +258,7 @@ def test_every_key_of_the_text_format_is_read():
     assert maze.time_limit == math.inf
     assert maze.start.pose.heading == pytest.approx(math.pi)
     assert maze.start.spread.heading == pytest.approx(math.radians(5))
+    assert [start.pose.x for start in maze.starts] == [1.0, 3.0]
     assert len(maze.walls) == 2
     (door,) = maze.doors
     assert (door.name, door.speed, door.stays) == ("gate", 0.2, 7.0)
@@ -265,10 +267,10 @@ def test_every_key_of_the_text_format_is_read():
     assert cart.outline[0] == (0.2, -0.1)
     assert (post.near, post.returns, len(post.outline)) == (math.inf, False, 3)
     again = text.read(Path("yard.maze"), text.write(maze).splitlines()).maze
-    assert (again.doors, again.objects, again.start, again.time_limit) == (
+    assert (again.doors, again.objects, again.starts, again.time_limit) == (
         maze.doors,
         maze.objects,
-        maze.start,
+        maze.starts,
         maze.time_limit,
     )
 

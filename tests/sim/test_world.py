@@ -1,6 +1,7 @@
 """Doors, objects and other robots: they block laser and robot alike."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ AHEAD = 500
 
 def room(*, doors=(), objects=(), walls=ROOM, start=Pose(1.0, 4.0, 0.0)):  # noqa: B008 - a frozen value
     exits = np.array([[20.0, 0.0, 20.0, 1.0]])
-    return Maze("room", walls, Start(start), exits, doors, objects, math.inf)
+    return Maze("room", walls, Start(start), exits, doors, objects, time_limit=math.inf)
 
 
 def ahead(robot):
@@ -119,11 +120,8 @@ def test_an_object_pushes_against_the_robot_and_is_reported():
 
 def two_robots(**options):
     names = [RobotDescription(name=name) for name in ("one", "two")]
-    maze = room(start=Pose(1.0, 4.0, 0.0))
-    simulation = Simulation(maze, names, settings=SETTINGS, **options)
-    simulation.world.put("two", Pose(4.0, 4.0, math.pi))
-    simulation.step({})
-    return simulation
+    maze = replace(room(start=Pose(1.0, 4.0, 0.0)), others=(Start(Pose(4.0, 4.0, math.pi)),))
+    return Simulation(maze, names, settings=SETTINGS, **options)
 
 
 def test_robots_see_and_stop_each_other():
@@ -145,6 +143,8 @@ def test_robots_need_different_names_and_one_period():
         Simulation(room(), [pico, pico])
     with pytest.raises(ValueError, match="period"):
         Simulation(room(), [pico, RobotDescription(name="slow", period=0.2)])
+    with pytest.raises(ValueError, match="starts"):
+        Simulation(room(), [pico, RobotDescription(name="second")])
 
 
 @given(

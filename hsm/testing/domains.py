@@ -9,7 +9,7 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from hsm.expressions import Binary, Expression, SignalValue
+from hsm.expressions import Binary, Expression, SignalValue, VariableValue
 from hsm.model import After, Assign, Call, Model, When
 from hsm.registry import SignalDeclaration
 from hsm.testing.rewriting import parts_of
@@ -34,6 +34,7 @@ class Domains:
 
     def __init__(self, expressions: Iterable[Expression]) -> None:
         self._comparisons: dict[str, list[Binary]] = {}
+        self._depends: dict[str, tuple[frozenset[str], frozenset[str]]] = {}
         for expression in expressions:
             for part in parts_of(expression):
                 if isinstance(part, Binary) and part.operator in _BINARY:
@@ -43,6 +44,16 @@ class Domains:
                         listed = self._comparisons.setdefault(name, [])
                         if part not in listed:
                             listed.append(part)
+
+    def depends(self, signal: SignalDeclaration) -> tuple[frozenset[str], frozenset[str]]:
+        """The variables and the other signals, by name, on which it depends what is worth trying."""
+        found = self._depends.get(signal.name)
+        if found is None:
+            parts = [part for one in self._comparisons.get(signal.name, ()) for part in parts_of(one)]
+            variables = frozenset(one.name for one in parts if isinstance(one, VariableValue))
+            signals = frozenset(one.signal.name for one in parts if isinstance(one, SignalValue))
+            found = self._depends[signal.name] = (variables, signals)
+        return found
 
     def values(self, signal: SignalDeclaration, residue: Residue) -> list[Any]:
         """What to try, the simplest first.

@@ -251,6 +251,7 @@ class Explorer:
         self._values = [*{**given, **(parameters or {})}.values(), *(None for _ in machine.model.variables)]
         self._heard = _events(machine)
         self._regions = regions
+        self._tried: dict[tuple[Any, ...], list[Any]] = {}
 
     # Where runs begin and go on.
 
@@ -403,7 +404,15 @@ class Explorer:
         reaction = choices.reaction
         assert reaction is not None, "signals are asked for in a step"
         state = reaction.state
+        variables, signals = self._domains.depends(signal)
+        slots = self.machine.generator.variables
+        others = tuple((one, value) for one, value in choices.chosen.items() if one[0] in signals)
+        situation = (key, tuple(state.values[slots[name]] for name in sorted(variables)), others)
+        if situation not in self._tried:
+            self._tried[situation] = self._worth_trying(signal, key, state, choices)
+        return self._tried[situation]
 
+    def _worth_trying(self, signal: SignalDeclaration, key: SignalKey, state: RunState, choices: _Choices) -> list[Any]:
         def residue(comparison: Binary, value: float) -> float | None:
             def ask(call: SignalValue) -> Any:
                 asked = (call.signal.name, tuple(evaluation.value(one) for one in call.arguments))

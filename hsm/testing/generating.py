@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from typing import Any
 
+from hsm.expressions import Expression, VariableValue
 from hsm.machine import Machine
 from hsm.model import After, Model, On
 from hsm.testing.driver import TICK
 from hsm.testing.exploring import Edge, Explorer, Input, Moment, Regions
 from hsm.testing.points import transition_text
 from hsm.testing.replaying import replay
+from hsm.testing.rewriting import parts_of
 from hsm.testing.scenarios import Expectation, Scenario
 from hsm.testing.script import FAULT, scripted_machine
 from hsm.testing.writing import Writer
@@ -27,7 +29,7 @@ Key = tuple[Any, ...]
 MOST_STEPS = 120_000
 """So many steps are tried before what was not reached is given up."""
 
-PATIENCE = 30_000
+PATIENCE = 15_000
 """So many steps without anything new are tried before the rest is given up."""
 
 
@@ -200,16 +202,36 @@ class _Search:
             return f"{model.states[transition.source].name} is never entered; {self._bound()}"
         decision = self.machine.generator.decision(index)
         ways = [goal[2] for goal in self.found if goal[:2] == ("path", index)]
+        if ("transition", index) in self.found:
+            return f"wherever it is asked for, what was asked before has ruled that out; {self._bound()}"
         if any(decision.outcome(int(str(one))) for one in ways):
             return f"whenever its guard holds, another transition wins; {self._bound()}"
         if ways:
-            return f"its guard never held where it was asked for; {self._bound()}"
+            return f"its guard never held where it was asked for{self._ranges(decision.conditions)}; {self._bound()}"
         if decision.conditions:
             return f"its guard is never asked for: another transition always comes first; {self._bound()}"
         if isinstance(transition.trigger, On):
             names = ", ".join(transition.trigger.names)
             return f"{names} never comes, or another transition takes it first; {self._bound()}"
         return f"another transition always comes first; {self._bound()}"
+
+    def _ranges(self, conditions: Sequence[Expression]) -> str:
+        """Between which values the variables in some conditions were in all situations."""
+        slots = self.machine.generator.variables
+        constant = {one.name for one in (*self.machine.model.parameters,)}
+        names = dict.fromkeys(
+            part.name
+            for one in conditions
+            for part in parts_of(one)
+            if isinstance(part, VariableValue) and part.name not in constant
+        )
+        told = []
+        for name in names:
+            seen = [edge.target.state.values[slots[name]] for _, edge in self.parents.values()]
+            values = [one for one in seen if isinstance(one, int | float) and not isinstance(one, bool)]
+            if values:
+                told.append(f"{name} was {min(values):g} to {max(values):g}")
+        return f" ({', '.join(told)})" if told else ""
 
 
 def goals_of(machine: Machine) -> Iterator[Goal]:

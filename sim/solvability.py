@@ -13,8 +13,8 @@ from sim.geometry import distances
 from sim.maze import Maze, Point, Segments
 from transport.description import RobotDescription
 
-STEP = 0.025
-"""Grid step of the searches for a way, m."""
+COARSE, STEP = 0.05, 0.025
+"""Grid steps of the searches for a way, m: the fine one is tried where the coarse one finds none."""
 OUTSIDE_RADII = (1.0, 1.5, 2.0, 3.0, 4.0)
 """Radii of the discs that feel for the outside, m: openings narrower than the smallest one's diameter count as shut."""
 SNAP = 0.15
@@ -77,9 +77,14 @@ def shortest_way(maze: Maze, radius: float | None = None) -> float | None:
         Metres, or None where no way leads out.
     """
     radius = RobotDescription().radius if radius is None else radius
-    space = FreeSpace.around(maze.walls, maze.bounds, limit=radius + STEP, step=STEP, margin=3 * radius + STEP)
+    way = _way_on_grid(maze, radius, COARSE)
+    return way if way is not None else _way_on_grid(maze, radius, STEP)
+
+
+def _way_on_grid(maze: Maze, radius: float, step: float) -> float | None:
+    space = FreeSpace.around(maze.walls, maze.bounds, limit=radius + step, step=step, margin=3 * radius + step)
     # A point of the grid may miss the middle of a gap by half a step.
-    fits = space.clearance >= radius - STEP / 4
+    fits = space.clearance >= radius - (STEP / 4 if step == STEP else 0.0)
     start = space.nearest(maze.start_point, fits)
     if start is None:
         return None
@@ -92,7 +97,7 @@ def shortest_way(maze: Maze, radius: float | None = None) -> float | None:
             cell = space.cell((ax + along * (bx - ax) + out_x, ay + along * (by - ay) + out_y))
             if space.holds(cell) and steps[cell] >= 0:
                 ways.append(int(steps[cell]))
-    return min(ways) * STEP if ways else None
+    return min(ways) * step if ways else None
 
 
 def _with_doors(maze: Maze) -> Segments:
@@ -149,8 +154,8 @@ def _bottleneck(maze: Maze, fitting: float, stuck: float) -> Point:
 def _turned_outwards(maze: Maze) -> Maze:
     """The maze with each exit turned so that the outside lies to its left."""
     barrier = np.concatenate([maze.walls, maze.exits])
-    space = FreeSpace.around(barrier, maze.bounds, limit=2 * STEP, step=STEP, margin=1.0)
-    free = space.clearance > 0.6 * STEP
+    space = FreeSpace.around(barrier, maze.bounds, limit=2 * COARSE, step=COARSE, margin=1.0)
+    free = space.clearance > 0.6 * COARSE
     reached = flood(free, _only(free, space.cell(maze.start_point))) >= 0
     exits = []
     for ax, ay, bx, by in maze.exits.tolist():
@@ -177,12 +182,12 @@ def _with_exits_found(maze: Maze) -> Maze:
     the smaller one reaches the start.
     """
     for radius in OUTSIDE_RADII:
-        space = FreeSpace.around(_with_doors(maze), maze.bounds, limit=radius, step=2 * STEP, margin=2 * radius)
+        space = FreeSpace.around(_with_doors(maze), maze.bounds, limit=radius, step=COARSE, margin=2 * radius)
         outside = _outside(space, radius)
         start = space.cell(maze.start_point)
         if outside[start]:
             continue
-        undoored = FreeSpace.around(maze.walls, maze.bounds, limit=0.1, step=2 * STEP, margin=2 * radius)
+        undoored = FreeSpace.around(maze.walls, maze.bounds, limit=0.1, step=COARSE, margin=2 * radius)
         inside = flood((undoored.clearance > 2 * THIN) & ~outside, _only(outside, start)) >= 0
         exits = _openings(space, inside, outside, maze.walls)
         if len(exits) == 0:
@@ -219,7 +224,7 @@ def _openings(space: FreeSpace, inside: Flags, outside: Flags, walls: Segments) 
         points = np.stack([space.origin[0] + space.step * columns, space.origin[1] + space.step * rows], axis=1)
         first, second = _farthest(points)
         a, b = _snapped(first, ends), _snapped(second, ends)
-        if math.dist(a, b) < 4 * STEP:
+        if math.dist(a, b) < 2 * COARSE:
             continue
         beyond = _centre(outside & within(piece, 2), space)
         middle = points.mean(axis=0)

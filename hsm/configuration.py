@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from hsm.codegen import NONE, Chain
@@ -48,8 +47,24 @@ class Configuration:
         after: what time-outs can fire.
         pick_when: the selector's function, or one that gives ``NONE``.
         events: what an event can fire, for the events that were asked for.
-        plans: what is done for the transitions that a selector picked, where that does not depend on history.
+        plans: what is done for the transitions that a selector picked.
+        moves: those of the plans that do nothing but move, whatever history states remember.
     """
+
+    __slots__ = (
+        "_activities",
+        "_names",
+        "active",
+        "after",
+        "always",
+        "events",
+        "leaves",
+        "machine",
+        "moves",
+        "pick_when",
+        "plans",
+        "when",
+    )
 
     def __init__(self, machine: Machine, leaves: tuple[int, ...]) -> None:
         self.machine = machine
@@ -59,23 +74,31 @@ class Configuration:
         self.always = self._selector(lambda transition: isinstance(transition.trigger, Always))
         self.after = self._selector(lambda transition: isinstance(transition.trigger, After))
         self.pick_when = self.when.pick if self.when else _nothing
+        self._names: frozenset[str] | None = None
+        self._activities: tuple[int, ...] | None = None
         self.events: dict[Event, Selector | None] = {}
         self.plans: dict[Any, Plan] = {}
+        self.moves: dict[Picked, Plan] = {}
 
-    @cached_property
+    @property
     def states(self) -> tuple[int, ...]:
         """All active states but the root, in document order."""
         return tuple(sorted(self.active)[1:])
 
-    @cached_property
+    @property
     def names(self) -> frozenset[str]:
         """The full names of all active states but the root."""
-        return frozenset(self.machine.model.states[state].name for state in self.states)
+        if self._names is None:
+            self._names = frozenset(self.machine.model.states[state].name for state in self.states)
+        return self._names
 
-    @cached_property
+    @property
     def activities(self) -> tuple[int, ...]:
         """The active states that do something, in document order."""
-        return tuple(state for state in sorted(self.active) if self.machine.model.states[state].activity is not None)
+        if self._activities is None:
+            states = self.machine.model.states
+            self._activities = tuple(state for state in sorted(self.active) if states[state].activity is not None)
+        return self._activities
 
     def on(self, event: Event) -> Selector | None:
         """What an event can fire."""
@@ -94,16 +117,19 @@ class Configuration:
         plan = self.plans.get(key)
         if plan is None:
             if len(self.plans) >= CACHE:
-                self.plans.clear()
+                self.forget()
             enabled = (picked,) if isinstance(picked, int) else picked
-            plan = self.machine.planner.plan(self.active, enabled, remembered)
+            plan = self.machine.planner.plan(self, enabled, remembered)
             depends = plan.restored or any(self.machine.topology.has_history_target(one) for one in enabled)
             self.plans[key if depends else picked] = plan
+            if plan.plain and not depends:
+                self.moves[picked] = plan
         return plan
 
     def forget(self) -> None:
         """Drop the plans, which keep other configurations alive."""
         self.plans.clear()
+        self.moves.clear()
 
     def _listens(self, transition: Transition, event: Event) -> bool:
         if not isinstance(transition.trigger, On):

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
+
+from hsm.macrostep import Look
+from hsm.marks import Marks
+from hsm.plans import Plan
+
+FORGOTTEN_AFTER = 4096
+"""So many different microsteps are kept before what they have exercised is added up."""
 
 Guards = Mapping[int, frozenset[int]]
 
@@ -40,11 +47,11 @@ class Coverage:
             for index in sorted(self.guards.keys() | other.guards.keys())
         }
         return Coverage(
-            states=Counter(self.states) + Counter(other.states),
-            transitions=Counter(self.transitions) + Counter(other.transitions),
+            states=_sum(self.states, other.states),
+            transitions=_sum(self.transitions, other.transitions),
             guards=guards,
-            outcomes=Counter(self.outcomes) + Counter(other.outcomes),
-            history=Counter(self.history) + Counter(other.history),
+            outcomes=_sum(self.outcomes, other.outcomes),
+            history=_sum(self.history, other.history),
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -66,4 +73,63 @@ class Coverage:
             guards={index: frozenset(paths) for index, paths in data["guards"]},
             outcomes={(state, name): count for state, name, count in data["outcomes"]},
             history={(state, known): count for state, known, count in data["history"]},
+        )
+
+
+_K = TypeVar("_K")
+
+
+def _sum(one: Mapping[_K, int], other: Mapping[_K, int]) -> dict[_K, int]:
+    return {key: one.get(key, 0) + other.get(key, 0) for key in sorted(one.keys() | other.keys())}  # type: ignore[type-var]
+
+
+class Collector:
+    """Collects what one run exercises, at next to no cost for a step.
+
+    Attributes:
+        hits: where the generated code marks paths through guards.
+        taken: how often each microstep was done, since the last time they were added up.
+        outcomes: how often the activity of a state ended with an outcome.
+    """
+
+    def __init__(self, marks: Marks) -> None:
+        self._marks = marks
+        self._states: Counter[int] = Counter()
+        self._transitions: Counter[int] = Counter()
+        self._history: Counter[tuple[int, bool]] = Counter()
+        self.hits = marks.new()
+        self.taken: dict[Plan, int] = {}
+        self.outcomes: Counter[tuple[int, str]] = Counter()
+
+    def count(self, looks: Sequence[Look | Plan]) -> None:
+        """Count the microsteps of a step."""
+        taken = self.taken
+        for look in looks:
+            plan = look if look.__class__ is Plan else look[4]  # type: ignore[index]
+            if plan in taken:
+                taken[plan] += 1
+            elif plan is not None:
+                if len(taken) >= FORGOTTEN_AFTER:
+                    self._add_up()
+                taken[plan] = 1
+
+    def _add_up(self) -> None:
+        for plan, count in self.taken.items():
+            for state in plan.entered:
+                self._states[state] += count
+            for index in plan.transitions:
+                self._transitions[index] += count
+            for entered in plan.restored:
+                self._history[entered] += count
+        self.taken.clear()
+
+    def coverage(self) -> Coverage:
+        """What was exercised so far."""
+        self._add_up()
+        return Coverage(
+            states=dict(sorted(self._states.items())),
+            transitions=dict(sorted(self._transitions.items())),
+            guards=dict(self._marks.seen(self.hits)),
+            outcomes=dict(sorted(self.outcomes.items())),
+            history=dict(sorted(self._history.items())),
         )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hsm.configuration import Configuration, Selector
 from hsm.evaluation import Evaluation, SignalFault
 from hsm.expressions import Binary, Expression, SignalValue, Unary, VariableValue
-from hsm.macrostep import NOTHING_DUE, Evidence, Look, Phase
+from hsm.macrostep import NOTHING_DUE, Look, Macrostep, Phase
 from hsm.model import Transition
 from hsm.wording import call_text, expression_text, trigger_text, value_text
 
@@ -66,10 +66,10 @@ class Considered:
         return f"{where}{trigger_text(self.transition.trigger, self.transition.guard)}: {self.reason}"
 
 
-def explain(evidence: Evidence) -> tuple[Considered, ...]:
+def explain(step: Macrostep) -> tuple[Considered, ...]:
     """Every transition that was looked at in a step, in the order of the looks."""
-    time, looks, memo, values, timers, after = evidence
-    found = [one for look in looks for one in _explain_look(look, memo)]
+    time, _, memo, values, timers, after = step.evidence
+    found = [one for look in step.looks for one in _explain_look(look, memo)]
     if values is not None:
         found.extend(_explain_look((Phase.WHEN, after, values, NOTHING_DUE, None), memo))
     found.extend(_waiting(after, timers, time))

@@ -30,6 +30,7 @@ class Plan:
         preempted: transitions that were enabled but conflict with one taken.
         exited: the states left, in order.
         entered: the states entered, in order.
+        source: the configuration before, None for the start.
         target: the configuration afterwards.
         work: blocks of actions to run, each with the states active at that moment, and completions to announce.
         remembered: what the history states within the states left now remember.
@@ -45,6 +46,7 @@ class Plan:
     preempted: tuple[int, ...]
     exited: tuple[int, ...]
     entered: tuple[int, ...]
+    source: Configuration | None
     target: Configuration
     work: tuple[tuple[Block, frozenset[int]] | Scoped, ...]
     remembered: tuple[tuple[int, tuple[int, ...]], ...]
@@ -186,10 +188,11 @@ class Planner:
         entry = _EntrySet(self._topology, {})
         entry.add_default(0)
         entry.states.insert(0, 0)
-        return self._plan(frozenset(), entry)
+        return self._plan(None, entry)
 
-    def plan(self, active: frozenset[int], enabled: tuple[int, ...], remembered: Remembered) -> Plan:
+    def plan(self, source: Configuration, enabled: tuple[int, ...], remembered: Remembered) -> Plan:
         """The plan for transitions that are enabled, in the order in which they were selected."""
+        active = source.active
         taken, preempted, exits = self._without_conflicts(active, enabled, remembered)
         # States that are left are remembered before targets are resolved, as SCXML leaves before it enters.
         remembers = self._remembers(exits, active)
@@ -199,7 +202,7 @@ class Planner:
             if transition.targets:
                 entry.add_targets(transition.targets, self._topology.domain(transition, remembered))
         exited = tuple(sorted(exits, reverse=True))
-        return self._plan(active, entry, taken=taken, preempted=preempted, exited=exited, remembered=remembers)
+        return self._plan(source, entry, taken=taken, preempted=preempted, exited=exited, remembered=remembers)
 
     def _without_conflicts(
         self, active: frozenset[int], enabled: tuple[int, ...], remembered: Remembered
@@ -238,7 +241,7 @@ class Planner:
 
     def _plan(
         self,
-        active: frozenset[int],
+        source: Configuration | None,
         entry: _EntrySet,
         *,
         taken: tuple[int, ...] = (),
@@ -246,7 +249,7 @@ class Planner:
         exited: tuple[int, ...] = (),
         remembered: tuple[tuple[int, tuple[int, ...]], ...] = (),
     ) -> Plan:
-        work = _Work(set(active))
+        work = _Work(set(source.active) if source else set())
         for state in exited:
             work.run(self._block("exit", state))
             work.active.discard(state)
@@ -276,6 +279,7 @@ class Planner:
             preempted=preempted,
             exited=exited,
             entered=tuple(entry.states),
+            source=source,
             target=target,
             work=tuple(work.done),
             remembered=remembered,

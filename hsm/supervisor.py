@@ -8,16 +8,20 @@ from types import MappingProxyType
 from typing import Any
 
 from hsm.codegen import NONE
-from hsm.configuration import CACHE
-from hsm.coverage import Coverage
+from hsm.configuration import Configuration
+from hsm.coverage import Collector, Coverage
 from hsm.events import Scoped
 from hsm.machine import Machine
-from hsm.macrostep import NOTHING_DUE, Look, Macrostep, Phase
+from hsm.macrostep import NOTHING_DUE, Look, Macrostep
 from hsm.plans import Plan
 from hsm.reaction import SPIN, Fault, Reaction, RunState, fault_event
 from hsm.registry import Activity, Outcome, Stoppable
 
 _FINISHED: Any = object()
+
+
+class _Unusual(Exception):  # noqa: N818 - not an error
+    """There is more to a step than moving."""
 
 
 class Supervisor:
@@ -35,10 +39,8 @@ class Supervisor:
         self._time = time
         self._pending: list[Scoped | Fault] = []
         self._running: dict[int, Activity] = {}
-        self._hits = machine.generator.marks.new()
-        self._counts: dict[Plan, int] = {}
-        self._covered = Coverage()
-        self._outcomes: dict[tuple[int, str], int] = {}
+        self._collector = Collector(machine.generator.marks)
+        self._hits = self._collector.hits
         plan = machine.planner.start()
         values = [*parameters, *(None for _ in machine.model.variables)]
         self._state = RunState(plan.target, values, {}, (), {}, None)
@@ -72,9 +74,7 @@ class Supervisor:
     @property
     def coverage(self) -> Coverage:
         """What this run has exercised so far."""
-        self._fold()
-        guards = dict(self.machine.generator.marks.seen(self._hits))
-        return self._covered.merge(Coverage(guards=guards, outcomes=dict(self._outcomes)))
+        return self._collector.coverage()
 
     # Steps.
 
@@ -98,39 +98,57 @@ class Supervisor:
             ValueError: the time is before that of the last step.
         """
         memo: dict[Any, Any] = {}
-        if time >= self._wake or time < self._time:
+        if not self._time <= time < self._wake:
             return self._react(time, events, facts, memo)
         # The quick way: a step in which nothing happens but moving. Whatever else comes up, the step is done over in
         # full, with the signals that were evaluated; nothing was changed before.
         state = self._state
         configuration, values, hits = state.configuration, state.values, self._hits
-        looks: list[Look] = []
+        looks: list[Look | Plan] = []
         try:
-            for event in events:
-                selector = configuration.events[event] if event in configuration.events else configuration.on(event)
-                plan = None
-                if selector is not None:
-                    picked = selector.pick(facts, memo, values, configuration.active, hits)
-                    if picked != NONE:
-                        plan = configuration.plans.get(picked)
-                        if plan is None or not plan.plain:
-                            return self._react(time, events, facts, memo)
-                looks.append((event, configuration, values, NOTHING_DUE, plan))
-                if plan is not None:
+            if events:
+                configuration = self._hear(events, facts, memo, looks)
+            pick = configuration.pick_when  # by a name of its own: looked up as a method it would be slower
+            picked = pick(facts, memo, values, configuration.active, hits)
+            if picked != NONE or events:
+                while picked != NONE:
+                    moves = configuration.moves
+                    if picked not in moves or len(looks) > SPIN:
+                        return self._react(time, events, facts, memo)
+                    plan = moves[picked]
+                    looks.append(plan)
                     configuration = plan.target
-            while (picked := configuration.pick_when(facts, memo, values, configuration.active, hits)) != NONE:
-                plan = configuration.plans.get(picked)
-                if plan is None or not plan.plain or len(looks) > SPIN:
-                    return self._react(time, events, facts, memo)
-                looks.append((Phase.WHEN, configuration, values, NOTHING_DUE, plan))
-                configuration = plan.target
+                    pick = configuration.pick_when
+                    picked = pick(facts, memo, values, configuration.active, hits)
+                state.configuration = configuration
+                self._collector.count(looks)
+        except _Unusual:
+            return self._react(time, events, facts, memo)
         except Exception as error:
             return self._react(time, events, facts, memo, error)
-        if looks:
-            state.configuration = configuration
-            self._count(looks)
         self._time = time
-        return Macrostep((time, looks, memo, values, state.timers, configuration))
+        step = Macrostep()
+        step.evidence = (time, looks, memo, values, state.timers, configuration)
+        return step
+
+    def _hear(
+        self, events: Sequence[str], facts: object, memo: dict[Any, Any], looks: list[Look | Plan]
+    ) -> Configuration:
+        """Let events move the machine; where that leads to."""
+        values, hits = self._state.values, self._hits
+        configuration = self._state.configuration
+        for event in events:
+            selector = configuration.events[event] if event in configuration.events else configuration.on(event)
+            picked = selector.pick(facts, memo, values, configuration.active, hits) if selector is not None else NONE
+            if picked == NONE:
+                looks.append((event, configuration, values, NOTHING_DUE, None))
+                continue
+            if picked not in configuration.moves:
+                raise _Unusual
+            plan = configuration.moves[picked]
+            looks.append((event, configuration, values, NOTHING_DUE, plan))
+            configuration = plan.target
+        return configuration
 
     def _react(
         self,
@@ -153,10 +171,12 @@ class Supervisor:
         self._time = time
         self._state = state = reaction.state
         self._set_wake()
-        self._count(reaction.looks)
+        self._collector.count(reaction.looks)
         self._stop(reaction.stopped if state.outcome is None else self._running)
         values = state.values if settled else None
-        return Macrostep((time, reaction.looks, memo, values, state.timers, state.configuration))
+        step = Macrostep()
+        step.evidence = (time, reaction.looks, memo, values, state.timers, state.configuration)
+        return step
 
     def _set_wake(self) -> None:
         """From when on a step has more to look at than events and conditions."""
@@ -193,7 +213,7 @@ class Supervisor:
                 continue
             if isinstance(effect, Outcome):
                 self._running[state] = _FINISHED
-                self._outcomes[state, effect.name] = self._outcomes.get((state, effect.name), 0) + 1
+                self._collector.outcomes[state, effect.name] += 1
                 self._postpone(Scoped((effect.name,), state, f"done.invoke.{self._name(state)}"))
             elif effect is not None:
                 effects.append((self._name(state), effect))
@@ -230,32 +250,3 @@ class Supervisor:
 
     def _name(self, state: int) -> str:
         return self.machine.model.states[state].name
-
-    # Coverage.
-
-    def _count(self, looks: Sequence[Look]) -> None:
-        counts = self._counts
-        for look in looks:
-            plan = look[4]
-            if plan is not None:
-                try:
-                    counts[plan] += 1
-                except KeyError:
-                    counts[plan] = 1
-        if len(counts) >= CACHE:
-            self._fold()
-
-    def _fold(self) -> None:
-        """Add up what the plans taken so far have exercised."""
-        states: dict[int, int] = {}
-        transitions: dict[int, int] = {}
-        history: dict[tuple[int, bool], int] = {}
-        for plan, count in self._counts.items():
-            for state in plan.entered:
-                states[state] = states.get(state, 0) + count
-            for index in plan.transitions:
-                transitions[index] = transitions.get(index, 0) + count
-            for entered in plan.restored:
-                history[entered] = history.get(entered, 0) + count
-        self._counts.clear()
-        self._covered = self._covered.merge(Coverage(states=states, transitions=transitions, history=history))

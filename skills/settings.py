@@ -57,6 +57,10 @@ class ArcSettings(Settings):
     """Radius of the widest turn, m."""
     gain: Positive = 2.0
     """Velocity for a distance from the path, 1/s."""
+    turn_gain: Positive = 5.0
+    """Rate of rotation for the angle that is left, 1/s."""
+    tolerance: Positive = 0.05
+    """The turn is over when less than this is left, rad."""
 
 
 class DoorSettings(Settings):

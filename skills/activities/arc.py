@@ -78,7 +78,7 @@ class Arc(Skill):
         misalignment = facts.compass.misalignment * self._side.sign
         if abs(left) < CLOSE and facts.compass.known and abs(misalignment - left) < TRUSTED:
             left = misalignment
-        if left < self.settings.rotate.tolerance:
+        if left < self.settings.arc.tolerance:
             return Outcome("done")
         if self._on_the_spot:
             return Command(Twist(turn=self._side.sign * self.settings.rotate.rate))
@@ -86,8 +86,8 @@ class Arc(Skill):
         here = circle.frame.local(pose)
         gain = self.settings.arc.gain
         forward, aside = rotated(gain * (target[0] - here.x), gain * (target[1] - here.y), -here.heading)
-        speed = min(self._speed, facts.robot.limits.turn_rate * circle.radius)
-        return Command(Twist(speed + forward, aside, self._side.sign * speed / circle.radius))
+        rate = min(self._speed / circle.radius, facts.robot.limits.turn_rate, self.settings.arc.turn_gain * left)
+        return Command(Twist(rate * circle.radius + forward, aside, self._side.sign * rate))
 
 
 class _Circle:

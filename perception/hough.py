@@ -60,11 +60,12 @@ class _Grid:
 
 @lru_cache(maxsize=8)
 def _grid(area: float, step: float, cell: float) -> _Grid:
-    """The grid, and the matrix that turns (x, y, 1) into the number of a hit's cell for each alpha."""
+    """The grid, and the matrix that turns a column (x, y, 1) into the number of a hit's cell for each alpha."""
     alphas: Floats = np.arange(round(math.pi / step), dtype=np.float64) * step
     half = math.ceil(area * math.sqrt(2) / cell)
     count = 2 * half + 1
-    transform = np.stack((np.cos(alphas) / cell, np.sin(alphas) / cell, np.arange(len(alphas)) * count + half + 0.5))
+    shifts = np.arange(len(alphas)) * count + half + 0.5
+    transform = np.stack((np.cos(alphas) / cell, np.sin(alphas) / cell, shifts), axis=1)
     ps: Floats = (np.arange(count, dtype=np.float64) - half) * cell
     return _Grid(alphas, ps, transform.astype(np.float32))
 
@@ -78,10 +79,10 @@ def hough_space(points: Floats, settings: HoughSettings) -> HoughSpace:
     """
     grid = _grid(settings.area, settings.step, settings.cell)
     trusted = points[(np.abs(points) <= settings.area).all(axis=1)]
-    rows = np.ones((len(trusted), 3), np.float32)
-    rows[:, :2] = trusted
-    # A line just within the grid's end may round to its neighbour; single precision is fine enough for a cell.
-    cells = (rows @ grid.transform).astype(np.int32).ravel()
+    columns = np.ones((3, len(trusted)), np.float32)
+    columns[:2] = trusted.T
+    # Single precision is fine enough for a cell; alpha by alpha, the votes of one row of the grid stay in the cache.
+    cells = (grid.transform @ columns).astype(np.intp).ravel()
     votes = np.bincount(cells, minlength=len(grid.alphas) * len(grid.ps)).reshape(len(grid.alphas), len(grid.ps))
     return HoughSpace(votes, grid.alphas, grid.ps, len(trusted))
 

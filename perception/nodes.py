@@ -14,6 +14,9 @@ from perception.settings import NodeSettings
 from perception.sweep import Floats, Sweep
 from transport.description import Point
 
+MOST = 250
+"""The neighbours of the right-angle test are at most so many hits away."""
+
 
 class NodeKind(StrEnum):
     """What a node is."""
@@ -120,8 +123,8 @@ def is_right_angle(points: Floats, place: tuple[int, int, int], settings: NodeSe
     """
     first, middle, last = place
     corner = points[middle]
-    before = _beyond(points[first:middle][::-1], corner, settings.arm)
-    after = _beyond(points[middle + 1 : last + 1], corner, settings.arm)
+    before = _beyond(points[max(first, middle - MOST) : middle][::-1], corner, settings.arm)
+    after = _beyond(points[middle + 1 : min(last, middle + MOST) + 1], corner, settings.arm)
     if before is None or after is None:
         return False
     legs = math.dist(before, corner) ** 2 + math.dist(after, corner) ** 2
@@ -131,10 +134,11 @@ def is_right_angle(points: Floats, place: tuple[int, int, int], settings: NodeSe
 def _beyond(points: Floats, centre: Floats, distance: float) -> Floats | None:
     """The mean of the first points that are farther from a centre than a distance; None where there are too few."""
     away = np.hypot(points[:, 0] - centre[0], points[:, 1] - centre[1]) >= distance
-    if not away.any():
+    start = int(away.argmax()) if len(away) else 0
+    if not len(away) or not away[start]:
         return None
-    start = int(away.argmax())
-    mean: Floats = points[start : start + 5].mean(axis=0)
+    few = points[start : start + 5]
+    mean: Floats = few.sum(axis=0) / len(few)
     return mean
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -123,26 +124,51 @@ def clearance_of(points: Floats, footprint: tuple[Point, ...]) -> float:
     """
     if not len(points):
         return math.inf
-    corners = np.asarray(footprint)
-    # The distance to the outline's bounding box is no larger than that to the outline: it tells which hits matter.
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    outline = _outline(footprint)
+    # The distance to the bounding box tells which hits matter: it is less than that to the outline, by at most the
+    # depth of the outline's notches.
     x, y = points[:, 0], points[:, 1]
-    beside_x = np.maximum(np.maximum(low[0] - x, x - high[0]), 0.0)
-    beside_y = np.maximum(np.maximum(low[1] - y, y - high[1]), 0.0)
-    at_least = np.hypot(beside_x, beside_y)
-    nearest = int(at_least.argmin())
-    at_most = _distances(points[nearest : nearest + 1], corners)[0]
-    return float(_distances(points[at_least <= at_most + 1e-9], corners).min())
+    beside = np.maximum(np.abs(x - outline.centre[0]) - outline.half_size[0], 0.0)
+    before = np.maximum(np.abs(y - outline.centre[1]) - outline.half_size[1], 0.0)
+    at_least = np.hypot(beside, before)
+    shortest = float(at_least.min())
+    near = points[at_least <= shortest + outline.notch]
+    if shortest == 0.0 and _inside(near, outline.corners).any():
+        return 0.0
+    return float(_distances(near, outline).min())
 
 
-def _distances(points: Floats, corners: Floats) -> Floats:
-    """Distance of each point from a polygon, m; zero inside."""
+@dataclass(frozen=True, eq=False)
+class _Outline:
+    corners: Floats
+    edges: Floats
+    squares: Floats
+    centre: tuple[float, float]
+    half_size: tuple[float, float]
+    notch: float
+
+
+@lru_cache(maxsize=8)
+def _outline(footprint: tuple[Point, ...]) -> _Outline:
+    """A polygon prepared for distances; its notches are measured from the bounding box's border."""
+    corners = np.asarray(footprint)
     edges = np.roll(corners, -1, axis=0) - corners
-    offsets = points[:, None, :] - corners
-    share = np.clip((offsets * edges).sum(axis=2) / (edges**2).sum(axis=1), 0.0, 1.0)
-    away = offsets - share[:, :, None] * edges
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    (x, y), (half_x, half_y) = ((low + high) / 2).tolist(), ((high - low) / 2).tolist()
+    outline = _Outline(corners, edges, (edges**2).sum(axis=1), (x, y), (half_x, half_y), 0.0)
+    share = np.linspace(-1.0, 1.0, 201)
+    border = [(x + half_x * s, y + half_y * t) for s in share for t in (-1.0, 1.0)]
+    border += [(x + half_x * t, y + half_y * s) for s in share for t in (-1.0, 1.0)]
+    step = max(half_x, half_y) / 100
+    return replace(outline, notch=float(_distances(np.array(border), outline).max()) + step)
+
+
+def _distances(points: Floats, outline: _Outline) -> Floats:
+    """Distance of each point from an outline's edges, m."""
+    offsets = points[:, None, :] - outline.corners
+    share = np.clip((offsets * outline.edges).sum(axis=2) / outline.squares, 0.0, 1.0)
+    away = offsets - share[:, :, None] * outline.edges
     distances: Floats = np.sqrt((away**2).sum(axis=2).min(axis=1))
-    distances[_inside(points, corners)] = 0.0
     return distances
 
 

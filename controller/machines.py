@@ -9,12 +9,13 @@ import machines
 from controller.errors import FileError
 
 SUFFIX = ".maze-machine"
+SHIPPED = Path(next(iter(machines.__path__)))
+"""The folder of the machines that come with the project."""
 
 
 def shipped_machines() -> dict[str, Path]:
     """The machines that come with the project, by name."""
-    folder = Path(next(iter(machines.__path__)))
-    return {path.name.removesuffix(SUFFIX): path for path in sorted(folder.glob(f"*{SUFFIX}"))}
+    return {path.name.removesuffix(SUFFIX): path for path in sorted(SHIPPED.glob(f"*{SUFFIX}"))}
 
 
 def find_machine(name: str) -> Path:

@@ -1,0 +1,65 @@
+"""The tutorial's files are written, its commands run in order, and their output compared with what the page shows.
+
+In the expected output ``...`` stands for anything. A command that ends with ``&`` stays in the background.
+"""
+
+import doctest
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from controller.machines import SHIPPED
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "tutorial.md"
+BLOCK = re.compile(r"^```(\S+)(?: file=(\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+LIMIT = 120
+
+
+def test_the_tutorial_does_what_it_says(tmp_path):
+    bin_folder = Path(sys.executable).parent
+    environment = {
+        **os.environ,
+        "PATH": f"{bin_folder}{os.pathsep}{os.environ['PATH']}",
+        "PYTHONPATH": str(ROOT),
+        "MACHINES": str(SHIPPED),
+        "COLUMNS": "120",
+    }
+    background = []
+    try:
+        for language, name, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+            if language == "maze-machine":
+                (tmp_path / name).write_text(text, encoding="utf-8")
+                continue
+            for example in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
+                command, _, expected = example.partition("\n")
+                process = subprocess.Popen(
+                    command.removesuffix(" &"),
+                    shell=True,
+                    cwd=tmp_path,
+                    env=environment,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    text=True,
+                )
+                if command.endswith(" &"):
+                    background.append(process)
+                    shown = process.stdout.readline()
+                else:
+                    shown = process.communicate(timeout=LIMIT)[0]
+                assert alike(expected, shown), f"$ {command}\n--- shows\n{shown}\n--- expected\n{expected}"
+        for process in background:
+            assert process.wait(LIMIT) == 0
+    finally:
+        for process in background:
+            process.kill()
+            process.communicate()
+
+
+def alike(expected, shown):
+    shown = re.sub(r"^ ?[─ ]+$", "", shown, flags=re.MULTILINE)  # the rules of a table
+    return doctest.OutputChecker().check_output(
+        expected.strip(), shown.strip(), doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    )

@@ -10,6 +10,7 @@ from hsm.faults import MachineFault, Spin
 from hsm.machine import Machine, build
 from hsm.macrostep import Macrostep, Microstep
 from hsm.registry import Library, Outcome
+from hsm.snapshots import SnapshotError
 from hsm.supervisor import Supervisor
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "Outcome",
     "Place",
     "Severity",
+    "SnapshotError",
     "Spin",
     "Supervisor",
     "build",

@@ -53,7 +53,18 @@ class Machine:
         """
         from hsm.supervisor import Supervisor  # noqa: PLC0415 - a run knows its machine
 
-        return Supervisor(self, self._parameters(parameters or {}), facts, time)
+        return Supervisor.begin(self, self.parameter_values(parameters or {}), facts, time)
+
+    def restore(self, snapshot: Mapping[str, Any]) -> Supervisor:
+        """Go on with a run from where ``Supervisor.snapshot`` left it.
+
+        Raises:
+            SnapshotError: the snapshot does not fit this machine.
+        """
+        from hsm.snapshots import from_json  # noqa: PLC0415 - a run knows its machine
+        from hsm.supervisor import Supervisor  # noqa: PLC0415
+
+        return Supervisor(self, from_json(self, snapshot))
 
     def configuration(self, leaves: tuple[int, ...]) -> Configuration:
         """The configuration with these active atomic states."""
@@ -77,7 +88,12 @@ class Machine:
         generator = self.generator
         return Evaluation(values, generator.variables, active, self.indices, memo, generator.key, ask)
 
-    def _parameters(self, given: Mapping[str, Any]) -> list[Any]:
+    def parameter_values(self, given: Mapping[str, Any]) -> list[Any]:
+        """The values of all parameters, in order: those given, and the defaults of the others.
+
+        Raises:
+            ValueError: a parameter is unknown, or one without a default is missing.
+        """
         declared = {parameter.name: parameter for parameter in self.model.parameters}
         for name in given:
             if name not in declared:

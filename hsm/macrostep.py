@@ -93,7 +93,7 @@ class Macrostep:
         """The looks in full, but for the last one."""
         _, looks, _, values, _, after = self.evidence
         return tuple(
-            (Phase.WHEN, look.source, values or (), NOTHING_DUE, look) if isinstance(look, Plan) else look
+            (Phase.WHEN, look.source or after, values or (), NOTHING_DUE, look) if isinstance(look, Plan) else look
             for look in looks
         )
 

@@ -12,6 +12,7 @@ from enum import Enum
 
 from hsm.diagnostics import Place
 from hsm.expressions import Expression
+from hsm.properties import Property
 from hsm.registry import ActionDeclaration, ActivityDeclaration, Parameter
 from hsm.types import Type
 
@@ -237,6 +238,7 @@ class Model:
         parameters: what may be set when a run is started, with defaults in SI units.
         files: the source files it was read from, the machine's own first.
         doc: the comment at the top of the file.
+        properties: what must hold of every run.
     """
 
     name: str
@@ -246,3 +248,4 @@ class Model:
     parameters: tuple[Parameter, ...] = ()
     files: tuple[str, ...] = ()
     doc: str = ""
+    properties: tuple[Property, ...] = ()

@@ -204,6 +204,12 @@ class Planner:
         exited = tuple(sorted(exits, reverse=True))
         return self._plan(source, entry, taken=taken, preempted=preempted, exited=exited, remembered=remembers)
 
+    def completed(self, leaves: Iterable[int]) -> tuple[int, ...]:
+        """The atomic states that are active when these are, regions without one of them in their initial states."""
+        entry = _EntrySet(self._topology, {})
+        entry.add_targets(leaves, 0)
+        return tuple(state for state in entry.states if self._topology.atomic(state))
+
     def _without_conflicts(
         self, active: frozenset[int], enabled: tuple[int, ...], remembered: Remembered
     ) -> tuple[tuple[int, ...], tuple[int, ...], frozenset[int]]:

@@ -77,6 +77,10 @@ def fault_event(state: int) -> Scoped:
     return Scoped(("fault",), state, "error.execution")
 
 
+def _event(entry: Event | Fault) -> Event:
+    return entry.event if isinstance(entry, Fault) else entry
+
+
 class Reaction:
     """One step.
 
@@ -117,8 +121,10 @@ class Reaction:
             error: what a guard has just raised, when the step was tried the quick way.
         """
         self._error = error
-        arrived = self._arrived()
-        self._external.extend(arrived)
+        if self.state.outcome is not None:
+            self.looks.extend((one, self.state.configuration, (), NOTHING_DUE, None) for one in map(_event, events))
+            return
+        self._external.extend(self._arrived())
         self._external.extend(events)
         self._settle()
         self._work_off()
@@ -174,7 +180,7 @@ class Reaction:
 
     def _handle(self, entry: Event | Fault) -> None:
         """Let one event fire what it can."""
-        event = entry.event if isinstance(entry, Fault) else entry
+        event = _event(entry)
         selector = self.state.configuration.on(event)
         if selector is not None:
             fired = self._fire(selector, event)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import inf
 from types import MappingProxyType
 from typing import Any
@@ -13,11 +14,19 @@ from hsm.coverage import Collector, Coverage
 from hsm.events import Scoped
 from hsm.machine import Machine
 from hsm.macrostep import NOTHING_DUE, Look, Macrostep
+from hsm.model import ActivityCall
 from hsm.plans import Plan
 from hsm.reaction import SPIN, Fault, Reaction, RunState, fault_event
 from hsm.registry import Activity, Outcome, Stoppable
+from hsm.snapshots import Run, carry_over, to_json
+from hsm.wording import activity_text
 
 _FINISHED: Any = object()
+
+
+def _same(one: ActivityCall | None, other: ActivityCall | None) -> bool:
+    """Whether two states do the same, wherever that is written."""
+    return one is not None and other is not None and activity_text(one) == activity_text(other)
 
 
 class _Unusual(Exception):  # noqa: N818 - not an error
@@ -31,22 +40,38 @@ class Supervisor:
 
     Attributes:
         machine: what is run.
-        initial: the macrostep that entered the initial configuration.
+        initial: the macrostep that entered the initial configuration; None for a run that was restored.
     """
 
-    def __init__(self, machine: Machine, parameters: Sequence[Any], facts: object, time: float) -> None:
+    def __init__(self, machine: Machine, run: Run) -> None:
         self.machine = machine
-        self._time = time
-        self._pending: list[Scoped | Fault] = []
+        self.initial: Macrostep | None = None
         self._running: dict[int, Activity] = {}
-        self._collector = Collector(machine.generator.marks)
-        self._hits = self._collector.hits
+        self._resume(machine, run)
+
+    @classmethod
+    def begin(cls, machine: Machine, parameters: Sequence[Any], facts: object, time: float) -> Supervisor:
+        """Enter the initial configuration; see ``Machine.start``."""
         plan = machine.planner.start()
         values = [*parameters, *(None for _ in machine.model.variables)]
-        self._state = RunState(plan.target, values, {}, (), {}, None)
-        reaction = Reaction(machine, self._state, time, facts=facts, memo={}, hits=self._hits)
+        nowhere = RunState(plan.target, values, {}, (), {}, None)
+        supervisor = cls(machine, Run(time, nowhere, (), frozenset()))
+        memo: dict[Any, Any] = {}
+        reaction = Reaction(machine, nowhere, time, facts=facts, memo=memo, hits=supervisor._hits)
         reaction.start(plan)
-        self.initial = self._adopt(reaction, time, {}, settled=False)
+        supervisor.initial = supervisor._adopt(reaction, time, memo, settled=False)
+        return supervisor
+
+    def _resume(self, machine: Machine, run: Run) -> None:
+        """Go on from where a run is."""
+        self.machine = machine
+        self._time = run.time
+        self._state = run.state
+        self._pending = list(run.pending)
+        self._running.update((state, _FINISHED) for state in run.finished)
+        self._collector = Collector(machine.generator.marks)
+        self._hits = self._collector.hits
+        self._set_wake()
 
     # What can be seen of a run.
 
@@ -180,8 +205,56 @@ class Supervisor:
 
     def _set_wake(self) -> None:
         """From when on a step has more to look at than events and conditions."""
-        always = self._pending or self._state.configuration.always is not None
-        self._wake = -inf if always else self._state.wake
+        state = self._state
+        always = self._pending or state.configuration.always is not None or state.outcome is not None
+        self._wake = -inf if always else state.wake
+
+    # Saving, restoring, changing.
+
+    def snapshot(self) -> dict[str, Any]:
+        """Where the run is, in a form that JSON can carry; ``Machine.restore`` goes on from it with the same trace.
+
+        Activities are not in it: those that run begin anew.
+        """
+        return to_json(self.machine, self._run())
+
+    def reload(self, machine: Machine) -> None:
+        """Go on with a machine that has changed.
+
+        Variables, time-outs and history are kept where the new machine still has them; activities run on where their
+        state does the same as before. Coverage starts anew.
+
+        Args:
+            machine: the changed machine.
+
+        Raises:
+            SnapshotError: an active state is gone, with the reason; the run goes on with the old machine.
+        """
+        given = {name: value for name, value in self.variables.items() if name in self._parameter_names(machine)}
+        run = carry_over(self.machine, self._run(), machine, machine.parameter_values(given))
+        old = self.machine.model.states
+        doing = {old[index].name: (activity, old[index].activity) for index, activity in self._running.items()}
+        self._running = {}
+        new = machine.model.states
+        for index in run.state.configuration.activities:
+            activity, call = doing.pop(new[index].name, (None, None))
+            if activity is not None and _same(call, new[index].activity):
+                self._running[index] = activity
+            elif isinstance(activity, Stoppable):
+                activity.stop()
+        for activity, _ in doing.values():
+            if isinstance(activity, Stoppable):
+                activity.stop()
+        finished = frozenset(index for index, activity in self._running.items() if activity is _FINISHED)
+        self._resume(machine, replace(run, finished=finished))
+
+    def _parameter_names(self, machine: Machine) -> set[str]:
+        own = {parameter.name: parameter.type for parameter in self.machine.model.parameters}
+        return {one.name for one in machine.model.parameters if own.get(one.name) == one.type}
+
+    def _run(self) -> Run:
+        finished = frozenset(state for state, activity in self._running.items() if activity is _FINISHED)
+        return Run(self._time, self._state, tuple(self._pending), finished)
 
     # Activities.
 

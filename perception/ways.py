@@ -261,7 +261,11 @@ class Fitting:
         return self.settings.ahead + 1.1 * self.settings.max_width
 
     def side(self) -> Way:
-        """The way to the view's side that begins before the window ends."""
+        """The way to the view's side that begins before the window ends.
+
+        A gap counts as far as the sensor sees it: of a way that the robot has mostly passed, the rest may be too narrow
+        for the box, and the way is over.
+        """
         reference = self.view.wall(self.settings)
         level = self.settings.assumed_wall if math.isnan(reference) else reference
         known = True

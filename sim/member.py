@@ -24,6 +24,7 @@ from sim.noise import disturbed
 from sim.odometry import WheelOdometry, displacement
 from sim.referee import Referee, Verdict, may_open
 from sim.settings import SimulatorSettings
+from sim.track import Track
 from sim.world import World
 from transport.description import RobotDescription
 from transport.messages import STOP, Command, DoorReply, Observation, Pose, Scan, Twist, wrap_angle
@@ -46,9 +47,11 @@ class Member:
         self._obeyed = Command(STOP)
         self._door: DoorReply | None = None
         self._ranges: NDArray[np.float32] | None = None
-        self.path = [self._drawn_start()]
+        self.pose = self._drawn_start()
+        self.path = Track()
+        self.path.append(self.pose)
         self.verdicts: list[Verdict] = []
-        self.referee = Referee(maze, settings.rules, self.path[0])
+        self.referee = Referee(maze, settings.rules, self.pose)
 
     def _drawn_start(self) -> Pose:
         start = self._maze.starts[self._index]
@@ -61,7 +64,7 @@ class Member:
 
     def faults(self, time: float) -> list[Fault]:
         """The faults in force now."""
-        return [watch.fault for watch in self._watches if watch.holds(time, self.path[-1])] if self._watches else []
+        return [watch.fault for watch in self._watches if watch.holds(time, self.pose)] if self._watches else []
 
     def obey(self, command: Command, time: float, world: World) -> Twist:
         """Take a command, unless it is lost or late, ring if it says so, and say which velocity to strive for."""
@@ -79,7 +82,7 @@ class Member:
         return self._obeyed.twist
 
     def _ring(self, command: Command, world: World) -> DoorReply:
-        pose = self.path[-1]
+        pose = self.pose
         corners = placed(world.bases[self.description.name].outline, pose)
         refusals = {
             door: may_open(self._settings.rules, corners, pose, command, door.doorway()) for door in world.doors
@@ -96,7 +99,8 @@ class Member:
         """Take note of where a tick has led."""
         name = self.description.name
         pose = world.bases[name].pose
-        self._odometry.count(displacement(self.path[-1], pose), duration, time)
+        self._odometry.count(displacement(self.pose, pose), duration, time)
+        self.pose = pose
         self.path.append(pose)
         touched = tuple(contact for contact in world.contacts[contacts_before:] if contact.robot == name)
         self.referee.watch(time, pose, world, name, touched)
@@ -107,7 +111,7 @@ class Member:
     def observe(self, time: float, stamp: int, world: World) -> Observation:
         """What the robot's sensors say now."""
         geometry = self._lidar.geometry
-        exact = self._lidar.ranges(world.around(self.description.name), self.path[-1])
+        exact = self._lidar.ranges(world.around(self.description.name), self.pose)
         ranges = disturbed(exact, self._settings.noise, geometry, self._noise)
         for fault in self.faults(time):
             match fault:
@@ -125,7 +129,7 @@ class Member:
     def try_again(self, time: float, world: World) -> None:
         """Begin the next attempt at the start."""
         self.verdicts.append(self.referee.verdict)
-        pose = self._drawn_start()
+        self.pose = pose = self._drawn_start()
         world.put(self.description.name, pose)
         self.path.append(pose)
         self._obeyed, self._door = Command(STOP), None

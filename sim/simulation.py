@@ -66,7 +66,7 @@ class Simulation:
         self._observe()
 
     def _new_world(self) -> World:
-        placed = {name: (member.description, member.path[-1]) for name, member in self._members.items()}
+        placed = {name: (member.description, member.pose) for name, member in self._members.items()}
         return World(self.maze, placed, self._robots[0].period / self._substeps, self.time)
 
     @property
@@ -104,7 +104,7 @@ class Simulation:
 
     def truth(self, name: str | None = None) -> Pose:
         """Where a robot, by default the first, really is; for referees, pictures and tests only."""
-        return self._member(name).path[-1]
+        return self._member(name).pose
 
     def path(self, name: str | None = None) -> Sequence[Pose]:
         """Where a robot, by default the first, really was at each tick."""

@@ -66,6 +66,7 @@ class World:
         self._touching: dict[tuple[str, str], int] = {}
         self._in_touch: set[str] = set()
         self._solids: Segments | None = None
+        self._outlines: dict[str, Segments] = {}
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
         self._names: dict[pymunk.Shape, str] = {}
@@ -132,6 +133,7 @@ class World:
         things = list(zip(self.objects, self._things, strict=True))
         if doors or things:
             self._solids = None
+        self._outlines = {}
         for _ in range(substeps):
             for name, base, target in driven:
                 base.drive(target, duration, touching=name in self._in_touch)
@@ -162,8 +164,12 @@ class World:
 
     def around(self, name: str) -> Segments:
         """All that a robot can see or touch as it stands now, other robots among it, shape (n, 4)."""
-        others = [edges(placed(base.outline, base.pose)) for other, base in self.bases.items() if other != name]
-        return np.concatenate([self.solids(), *others]) if others else self.solids()
+        if len(self.bases) == 1:
+            return self.solids()
+        if not self._outlines:
+            self._outlines = {other: edges(placed(base.outline, base.pose)) for other, base in self.bases.items()}
+        others = [outline for other, outline in self._outlines.items() if other != name]
+        return np.concatenate([self.solids(), *others])
 
     def anything_within(self, name: str, distance: float) -> bool:
         """Whether anything solid comes as near as this to a robot's origin, m."""
@@ -173,6 +179,7 @@ class World:
     def put(self, name: str, pose: Pose) -> None:
         """Lift a robot and put it down elsewhere, at rest."""
         self.bases[name].put(pose)
+        self._outlines = {}
         self._space.reindex_shapes_for_body(self.bases[name].body)
         for pair in [pair for pair in self._touching if name in pair]:
             del self._touching[pair]

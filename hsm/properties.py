@@ -44,7 +44,7 @@ class Response:
 
 @dataclass(frozen=True, slots=True)
 class Precedence:
-    """``after CONDITION, FIRST before THEN``: from the condition on, ``then`` does not hold until ``first`` has held."""
+    """``after CONDITION, FIRST before THEN``: from there on, ``then`` does not hold until ``first`` has held."""
 
     trigger: Expression
     first: Expression

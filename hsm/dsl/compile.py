@@ -12,6 +12,7 @@ from hsm.dsl import checks, syntax
 from hsm.dsl.codes import Report
 from hsm.dsl.instances import Graft, graft
 from hsm.dsl.outline import HISTORY, Draft, Outline, outline
+from hsm.dsl.properties import compile_properties
 from hsm.dsl.subject import PSEUDO, Stay, Subject
 from hsm.dsl.syntax import place_of
 from hsm.dsl.typing import FUNCTIONS, Declared, Scope
@@ -138,6 +139,12 @@ class _Compiler:
             tuple(self.parameters),
             tuple(files),
             self.tree.comment_above(heading.name.line or 1) if heading is not None else "",
+            compile_properties(
+                (line for line in self.plan.root.lines if isinstance(line, syntax.PropertyLine)),
+                self.tree.lines,
+                self.scope,
+                states,
+            ),
         )
 
     # -- declarations at the top of the file

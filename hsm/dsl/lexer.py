@@ -15,7 +15,7 @@ from lark import Lark, Token
 STATEMENTS = frozenset(
     {
         *("machine", "import", "param", "var", "event", "state", "parallel", "final", "initial"),
-        *("do", "entry", "exit", "on", "when", "after", "stay"),
+        *("do", "entry", "exit", "on", "when", "after", "stay", "property"),
     }
 )
 """The words that a line may begin with."""
@@ -23,6 +23,10 @@ STATEMENTS = frozenset(
 RESERVED = frozenset({"and", "if", "not", "or", "raise"})
 """The words that are keywords anywhere behind the beginning of a line."""
 
+_INNER = {
+    "stay": RESERVED | {"when"},
+    "property": RESERVED | {"after", "always", "before", "eventually", "never", "within"},
+}
 _OPENERS = frozenset(map(str.upper, STATEMENTS))
 _new = str.__new__
 
@@ -89,6 +93,7 @@ class Lexer:
         """The tokens of a text as they stand there; what looks blank at its end is no line of its own."""
         symbols = self.symbols
         line, line_start = 1, 0
+        opening = ""
         previous = "_NL"  # the text begins like a line behind a line break
         for match in self.pattern.finditer(text):
             kind = match.lastgroup or "UNKNOWN"
@@ -96,8 +101,10 @@ class Lexer:
             word = text[start:end]
             token = _token(kind, word, line, start - line_start + 1)
             if kind == "NAME":
-                keywords = STATEMENTS if previous == "_NL" else RESERVED
-                if word in keywords or (word == "when" and previous == "STAY"):
+                if previous == "_NL" and word in STATEMENTS:
+                    opening = word
+                    token.type = kind = word.upper()
+                elif word in _INNER.get(opening, RESERVED):
                     token.type = kind = word.upper()
             elif kind == "_NL":
                 if end == len(text):

@@ -220,6 +220,8 @@ class _Walker:
                 first = name
             case syntax.EventLine(names):
                 first = names[0]
+            case syntax.PropertyLine(name):
+                first = name
             case _:
                 raise AssertionError(item)
         if draft is not self.result.root:

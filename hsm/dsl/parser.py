@@ -19,6 +19,7 @@ from hsm.dsl.syntax import depth_of, place_of
 from hsm.dsl.syntax_errors import report_line
 from hsm.model import StateKind
 
+_CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 
 
@@ -93,6 +94,19 @@ class _Builder:
 
     def stay(self, parts: list[Any]) -> syntax.StayLine:
         return syntax.StayLine(*parts)
+
+    def property(self, parts: list[Any]) -> syntax.PropertyLine:
+        name, (keyword, *rest) = parts
+        words = [one.type for one in rest if isinstance(one, Token) and one.type in _CLAIM_WORDS]
+        operands = [one for one in rest if not (isinstance(one, Token) and one.type in _CLAIM_WORDS)]
+        kind = keyword.value
+        if "WITHIN" in words:
+            kind = "recurrence" if "EVENTUALLY" in words else "response"
+            return syntax.PropertyLine(name, keyword, kind, tuple(operands[:-1]), operands[-1])
+        return syntax.PropertyLine(name, keyword, "precedence" if words else kind, tuple(operands))
+
+    def claim(self, parts: list[Any]) -> list[Any]:
+        return parts
 
     def guard(self, parts: list[Any]) -> syntax.GuardSyntax:
         return syntax.GuardSyntax(parts[0])

@@ -226,6 +226,25 @@ class StayLine:
 
 
 @dataclass(frozen=True, slots=True)
+class PropertyLine:
+    """``property NAME : CLAIM``.
+
+    Attributes:
+        name: the property's name.
+        keyword: the first word of the claim.
+        kind: ``never``, ``always``, ``recurrence``, ``response`` or ``precedence``.
+        conditions: the claim's conditions, in order.
+        within: its duration.
+    """
+
+    name: Token
+    keyword: Token
+    kind: str
+    conditions: tuple[Expression, ...]
+    within: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class BadLine:
     """A line that could not be read, with the names that stand on it: they may be declarations."""
 
@@ -247,6 +266,7 @@ Item: TypeAlias = (
     | ExitLine
     | TransitionLine
     | StayLine
+    | PropertyLine
     | BadLine
 )
 

@@ -97,9 +97,10 @@ class _Compiler:
         """All stages."""
         self.scope.doubtful = self.plan.doubtful
         self._declare_variables()
-        for draft in self.plan.states.values():
+        drafts = self.plan.all_states()
+        for draft in drafts:
             self._find_machine(draft)
-        for draft in (self.plan.root, *self.plan.states.values()):
+        for draft in drafts:
             self._request_histories(draft)
         order = self._number()
         self.scope.states = self._names_of_states(order)
@@ -117,6 +118,7 @@ class _Compiler:
             stays=stays,
             doubtful=frozenset(self.plan.doubtful),
             unresolved=self.unresolved,
+            broken=frozenset(draft.index for draft in order if draft.broken),
             opaque=frozenset(draft.index for draft in order if draft.opaque),
             unused=() if self.plan.doubtful else tuple(self._unused()),
         )

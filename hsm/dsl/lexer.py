@@ -55,7 +55,7 @@ class Lexer:
         marks = sorted((text for text in symbols if not text.isidentifier()), key=len, reverse=True)
         groups = [f"(?P<{name}>{formed.pop(name)})" for name in ("NAME", "_NL", "NUMBER")]
         groups += [f"(?P<{name}>{text})" for name, text in formed.items() if name.isupper()]
-        groups += [f"(?P<_MARK>{'|'.join(map(re.escape, marks))})", r"(?P<UNKNOWN>\S)"]
+        groups += [f"(?P<_MARK>{'|'.join(map(re.escape, marks))})", r"(?P<UNKNOWN>[^ \n])"]
         return cls(re.compile(f"[ ]*(?:{'|'.join(groups)})"), symbols)
 
     def tokens(self, text: str) -> Iterator[Token]:

@@ -73,6 +73,7 @@ Formula: TypeAlias = bool | Flag | Member | LinearAtom | Not | Both | Either
 Assignment: TypeAlias = dict[Atom, bool]
 
 _MOST_CASES = 3000
+_MOST_ATOMS = 60
 
 
 def negation(formula: Formula) -> Formula:
@@ -189,7 +190,7 @@ def models(formula: Formula) -> Iterator[Assignment]:
         if atom is None:
             continue
         cases += 1
-        if cases > _MOST_CASES:
+        if cases > _MOST_CASES or len(assigned) > _MOST_ATOMS:
             raise UndecidedError
         for truth in (False, True):
             extended = {**assigned, atom: truth}
@@ -224,15 +225,14 @@ def terms_of(formula: Formula) -> frozenset[str]:
 def case_text(case: Assignment) -> str:
     """A way in which a formula holds, in the author's words."""
     parts: dict[str, None] = {}
-    chosen = {atom.text for atom, truth in case.items() if isinstance(atom, Member) and truth}
+    kinds = _kinds(case)
     bounds: dict[Form, tuple[list[LinearAtom], list[LinearAtom]]] = {}
     for atom, truth in case.items():
         match atom:
             case Flag(text):
                 parts[text if truth else f"not {text}"] = None
-            case Member(text, value):
-                if truth or text not in chosen:
-                    parts[f"{text} {'==' if truth else '!='} {value}"] = None
+            case Member(text):
+                parts.update(dict.fromkeys(kinds[text]))
             case LinearAtom(form):
                 if form not in bounds:
                     bounds[form] = ([], [])
@@ -240,6 +240,19 @@ def case_text(case: Assignment) -> str:
     for form, (lower, upper) in bounds.items():
         parts.update(dict.fromkeys(_range_texts(form, lower, upper)))
     return " and ".join(parts) or "always"
+
+
+def _kinds(case: Assignment) -> dict[str, list[str]]:
+    """What is known of each enumeration: its value, or which values it does not have."""
+    known: dict[str, list[str]] = {}
+    excluded: dict[str, set[str]] = {}
+    for atom, truth in case.items():
+        if isinstance(atom, Member):
+            excluded.setdefault(atom.text, set()).update(set(atom.values) - {atom.value} if truth else {atom.value})
+            left = [value for value in atom.values if value not in excluded[atom.text]]
+            others = [f"{atom.text} != {value}" for value in atom.values if value not in left]
+            known[atom.text] = [f"{atom.text} == {left[0]}"] if len(left) == 1 else others
+    return known
 
 
 def _range_texts(form: Form, lower: list[LinearAtom], upper: list[LinearAtom]) -> Iterator[str]:
@@ -306,10 +319,11 @@ def _possible(assigned: Assignment, newest: Atom) -> bool:
                 atom.value: truth for atom, truth in assigned.items() if isinstance(atom, Member) and atom.text == text
             }
             return sum(same.values()) <= 1 and (len(same) < len(values) or any(same.values()))
-        case LinearAtom():
-            return feasible(
-                _constraint(atom, truth) for atom, truth in assigned.items() if isinstance(atom, LinearAtom)
-            )
+        case LinearAtom(form):
+            linear = [atom for atom in assigned if isinstance(atom, LinearAtom)]
+            if all(len(atom.form.coefficients) == 1 for atom in linear):
+                linear = [atom for atom in linear if atom.form == form]
+            return feasible(_constraint(atom, assigned[atom]) for atom in linear)
 
 
 def _constraint(atom: LinearAtom, truth: bool) -> Constraint:  # noqa: FBT001

@@ -34,6 +34,7 @@ class Draft:
         activity: its ``do`` line.
         instance: the machine that it is an instance of, with arguments.
         model: that machine, once found.
+        broken: its own line is at fault, and nothing is said about it but of what lies inside.
         opaque: what it or something inside it reports cannot be known.
         completions: names under which its own completion is heard.
         reported: outcomes of activities in it or inside it.
@@ -53,6 +54,7 @@ class Draft:
     activity: syntax.DoLine | None = None
     instance: syntax.CallSyntax | None = None
     model: Model | None = None
+    broken: bool = False
     opaque: bool = False
     completions: set[str] = field(default_factory=set)
     reported: set[str] = field(default_factory=set)
@@ -90,6 +92,16 @@ class Outline:
     imports: dict[str, Token] = field(default_factory=dict)
     declared: dict[str, Token] = field(default_factory=dict)
     doubtful: set[str] = field(default_factory=set)
+
+    def all_states(self) -> list[Draft]:
+        """All drafts in document order, the root first, also those that bear no good name."""
+        found: list[Draft] = []
+        stack = [self.root]
+        while stack:
+            draft = stack.pop()
+            found.append(draft)
+            stack.extend(reversed(draft.children))
+        return found
 
 
 def outline(tree: syntax.File, report: Report) -> Outline:
@@ -152,7 +164,10 @@ class _Walker:
             case syntax.BadLine(names, items):
                 self.result.doubtful |= names
                 draft.opaque = True
-                return Draft("", StateKind.COMPOUND, draft, opaque=True), iter(items)
+                broken = Draft("", StateKind.ATOMIC, draft, broken=True)
+                if items:
+                    self._add_child(broken)
+                return broken, iter(items)
             case syntax.TransitionLine() | syntax.EntryLine() | syntax.ExitLine():
                 draft.lines.append(item)
             case syntax.StayLine():
@@ -175,8 +190,14 @@ class _Walker:
     def _insert(self, draft: Draft, name: Token) -> None:
         if "." in name:
             self._add("E0211", name, f"`{name}` cannot name a state: a name that is declared has no dot")
+            draft.broken = True
         elif self.is_new(name):
             self.result.states[draft.name] = draft
+        else:
+            draft.broken = True
+        self._add_child(draft)
+
+    def _add_child(self, draft: Draft) -> None:
         parent = draft.parent
         assert parent is not None
         if parent.kind is StateKind.ATOMIC:
@@ -226,14 +247,13 @@ class _Walker:
                 raise AssertionError(item)
         if draft is not self.result.root:
             self._add("E0402", first, "this is declared at the top of the file, not in a state")
-            return
         if isinstance(item, syntax.ImportLine):
             known = first.rpartition(".")[2]
             if known in self.result.imports:
                 self._second(f"import {known}", first, self.result.imports[known])
             self.result.imports.setdefault(known, first)
             return
-        draft.lines.append(item)
+        self.result.root.lines.append(item)
         if not isinstance(item, syntax.EventLine):
             self.is_new(first)
 

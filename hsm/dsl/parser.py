@@ -19,6 +19,9 @@ from hsm.dsl.syntax import depth_of, place_of
 from hsm.dsl.syntax_errors import report_line
 from hsm.model import StateKind
 
+_INDENTED = "this is indented under a line that has no block"
+_MISFIT = "this begins where no block begins"
+_TAB = "here is a tab"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 
@@ -190,18 +193,25 @@ def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
         if kind == "_INDENT":
             blocks.append(taken)
             if not taken:
-                report.add("E0103", _line_place(file, lines, token.end_line or 1))
+                report.add("E0103", _line_place(file, lines, token.end_line or 1), _INDENTED)
         elif not taken:
             line = token.line or 1
-            if line not in lexer.unclosed:
-                report_line(report, token, parser.expected(), lines[line - 1])
+            report_line(report, token, parser.expected(), lines[line - 1])
             _skip_line(parser, tokens, token, lines)
     items = parser.finish()
-    for token in lexer.unclosed.values():
-        report.add("E0104", place_of(file, token))
+    for end, token in lexer.unclosed.items():
+        _forget_between(report, token.line or 1, end)
+        report.add("E0104", place_of(file, token), f"`{token}` is never closed")
     for token in lexer.misfits:
-        report.add("E0105", _line_place(file, lines, token.end_line or 1))
+        report.add("E0105", _line_place(file, lines, token.end_line or 1), _MISFIT)
     return syntax.File(file, items, tuple(lines)), report.found
+
+
+def _forget_between(report: Report, first: int, last: int) -> None:
+    """Drop what was said about lines that could not be read because a bracket on them is not closed."""
+    report.found[:] = [
+        one for one in report.found if one.code != "E0101" or one.place is None or not first <= one.place.line <= last
+    ]
 
 
 def tokens_of(text: str) -> Iterator[Token]:
@@ -227,7 +237,7 @@ def _without_tabs(text: str, report: Report) -> str:
     for number, line in enumerate(lines, 1):
         column = line.partition("#")[0].find("\t") + 1
         if column:
-            report.add("E0102", Place(report.file, number, column, number, column + 1))
+            report.add("E0102", Place(report.file, number, column, number, column + 1), _TAB, "four spaces do instead")
         lines[number - 1] = line.replace("\t", "    ")
     return "\n".join(lines)
 

@@ -38,6 +38,7 @@ class Subject:
         stays: the ``stay`` lines of each state, by its index.
         doubtful: names on lines that could not be read; nothing is said about those.
         unresolved: some transition may lead anywhere, because its target is not known.
+        broken: states whose own line is at fault.
         opaque: states in which something reports outcomes that are not known.
         unused: kind, name and place of what is declared and never used.
     """
@@ -47,11 +48,14 @@ class Subject:
     stays: Mapping[int, tuple[Stay, ...]]
     doubtful: frozenset[str] = frozenset()
     unresolved: bool = False
+    broken: frozenset[int] = frozenset()
     opaque: frozenset[int] = frozenset()
     unused: tuple[tuple[str, str, Place], ...] = ()
 
     def own_states(self) -> Iterator[State]:
         """The states that are written in this file, without the machine itself and history states."""
         for state in self.model.states[1:]:
-            if state.kind not in PSEUDO and state.place is not None and state.place.file == self.file:
+            if state.kind in PSEUDO or state.index in self.broken:
+                continue
+            if state.place is not None and state.place.file == self.file:
                 yield state

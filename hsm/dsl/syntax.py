@@ -5,6 +5,7 @@ Leaves are lark's tokens, which carry line and column; so do the first and last 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -298,6 +299,21 @@ class File:
 def depth_of(expression: Expression | Named) -> int:
     """How deep an expression is nested; a name or a number is not."""
     return 0 if isinstance(expression, Token) else expression.depth
+
+
+def names_in(expression: Expression | Named) -> Iterator[str]:
+    """All names in an expression, however deep it is."""
+    pending: list[Expression | Named] = [expression]
+    while pending:
+        match pending.pop():
+            case Token(value=name):
+                yield name
+            case Unary(operand=part) | Named(value=part):
+                pending.append(part)
+            case Binary(left=left, right=right):
+                pending += (left, right)
+            case Chain(operands=parts) | CallSyntax(arguments=parts):
+                pending.extend(parts)
 
 
 def first_token(expression: Expression | Named) -> Token:

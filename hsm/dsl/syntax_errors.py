@@ -26,7 +26,7 @@ _WORDS = {
     "COMMA": "`,`",
     "_NL": "the end of the line",
 }
-_WORD = re.compile(r"[A-Za-z_][\w.]*|[-=<>!+*/&|]+|\d[\d.]*|\S")
+_WORD = re.compile(r"[A-Za-z_][\w.]*|[-=<>!+*/&|]+|\d[\d.]*|[^ ]")
 _FOREIGN = {
     "&&": "write `and`",
     "&": "write `and`",
@@ -71,7 +71,7 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
     """A way out of a mistake that is often made."""
     if word in _FOREIGN:
         return _FOREIGN[word]
-    first = before[0]
+    first = before[0] if before else ""
     text = " ".join(before)
     if word == ":" and first in ("state", "parallel"):
         return "a block needs no colon: it is what is indented below"

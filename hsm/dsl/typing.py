@@ -94,6 +94,7 @@ class Scope:
         if depth_of(node) > DEEPEST_EXPRESSION:
             message = f"this expression is nested more than {DEEPEST_EXPRESSION} deep"
             self.report.add("E0106", place_of(self.report.file, first_token(node)), message)
+            self.used.update(syntax.names_in(node))
             return None
         return self._expression(node, expected)
 
@@ -125,12 +126,12 @@ class Scope:
                 continue
             given[name] = self.value(value, by_name[name].type)
         missing = [name for name, one in by_name.items() if one.required and name not in given]
-        if missing:
+        if missing and not given.keys() - by_name.keys():
             names = ", ".join(f"`{name}`" for name in missing)
             message = f"{subject} needs {names}"
             self.report.add("E0212", place_of(self.report.file, call.name, call.closing), message)
             return None
-        if None in given.values():
+        if missing or None in given.values():
             return None
         return tuple(given.get(one.name) or Literal(one.default, one.type) for one in parameters)
 

@@ -10,10 +10,14 @@ from hsm.dsl.logic import Formula, UndecidedError, case_text, either, formula_of
 from hsm.dsl.subject import Subject
 from hsm.model import On, State, StateKind
 
+_MOST_GUARDS = 40
+
 
 def check(subject: Subject) -> Iterator[Diagnostic]:
     """Outcomes that nothing handles, or that are handled only under a condition."""
     for state in subject.own_states():
+        if state.index in subject.opaque:
+            continue
         if state.activity is not None and state.instance is None:
             for outcome in state.activity.activity.outcomes:
                 what = f"outcome `{outcome}` of `{state.activity.activity.name}`"
@@ -29,6 +33,8 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
 
 
 def _handled(subject: Subject, state: State, names: tuple[str, ...], what: str) -> Iterator[Diagnostic]:
+    if not subject.doubtful.isdisjoint(names):
+        return
     handled = _handled_when(subject, state, names)
     place = state.place if state.activity is None or state.activity.place is None else state.activity.place
     if handled is False:
@@ -43,18 +49,20 @@ def _handled(subject: Subject, state: State, names: tuple[str, ...], what: str) 
 
 
 def _handled_when(subject: Subject, state: State, names: tuple[str, ...]) -> Formula:
-    """When a transition of the state or of one around it is on one of the names."""
+    """When a transition of the state or of one around it is on one of the names; with very many it is not looked at."""
     model = subject.model
     handled: Formula = False
-    while True:
+    guards = 0
+    while guards <= _MOST_GUARDS:
         for number in state.transitions:
             transition = model.transitions[number]
             if isinstance(transition.trigger, On) and not set(names).isdisjoint(transition.trigger.names):
                 guard = True if transition.guard is None else formula_of(transition.guard, {})
-                handled = either(handled, guard)
+                handled, guards = either(handled, guard), guards + 1
         if state.parent < 0 or handled is True:
             return handled
         state = model.states[state.parent]
+    return True
 
 
 def _can_complete(subject: Subject, state: State) -> bool:

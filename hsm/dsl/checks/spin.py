@@ -13,6 +13,7 @@ from hsm.model import Assign, Model, State, StateKind, Transition, When
 
 _LONGEST_LOOP = 8
 _MOST_STEPS = 2000
+_MOST_TRANSITIONS = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +48,8 @@ def _steps(model: Model, state: State) -> list[Step]:
     found: list[Step] = []
     blocked: Formula = True
     current = state
-    while len(found) <= _LONGEST_LOOP * 4:
-        for number in current.transitions:
+    while len(found) <= _MOST_TRANSITIONS:
+        for number in current.transitions[:_MOST_TRANSITIONS]:
             transition = model.transitions[number]
             if not isinstance(transition.trigger, When):
                 continue

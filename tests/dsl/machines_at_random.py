@@ -1,0 +1,82 @@
+"""Random valid machines, as text, for property tests."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+CONDITIONS = st.recursive(
+    st.sampled_from(
+        [
+            "space.left",
+            "space.front",
+            "door.near",
+            "clear(0.5 m)",
+            "clear(distance=20cm)",
+            "ahead<1m",
+            "ahead   >= near",
+            "steps == 3",
+            "n*2 > m-1",
+            "(n / 2) > 1.5",
+            "junction.kind == dead_end",
+            "side != left",
+            "abs( heading )<5 deg",
+            "min(ahead,near)<1 m",
+            "true",
+        ]
+    ),
+    lambda inner: st.one_of(
+        st.builds("not ({})".format, inner),
+        st.builds("({} and {})".format, inner, inner),
+        st.builds("({} or\n            # why\n   {})".format, inner, inner),
+        st.builds("( {}  or {} )".format, inner, inner),
+    ),
+    max_leaves=5,
+)
+ACTIONS = st.lists(
+    st.sampled_from(["n+=1", "m = n*2 -1", "door.remember( )", "beep(2)", "raise go", "n = -3"]), min_size=1, max_size=3
+).map(lambda actions: " / " + ",".join(actions))
+COMMENTS = st.sampled_from(["", "", "", "  # a remark", " #tight"])
+ACTIVITIES = st.sampled_from(
+    ["drive()", "rotate( 90deg )", "ring()", "wait(duration=2s,times= 3)", "follow_wall(right)"]
+)
+
+
+@st.composite
+def machines(draw: st.DrawFn) -> str:
+    """The text of a machine that is right, laid out carelessly."""
+    count = draw(st.integers(1, 6))
+    names = [f"s{number}" for number in range(count)] + ["end"]
+    lines = ["#top", "machine   m  # name", "", "event go,stop", "param near:length=0.5m", "param side : Side=right #c"]
+    lines += ["", "", "var n:int=0", "var m : int = -1", ""]
+    previous = 0
+    for number in range(count):
+        depth = draw(st.integers(0, previous + 1)) if number else 0
+        previous = depth
+        width = draw(st.integers(1, 4)) if False else 3  # one step for all, so that blocks fit
+        pad = " " * width * depth
+        if draw(st.booleans()):
+            lines.append(f"{' ' * draw(st.integers(0, 9))}# before")
+        lines.append(f"{pad}state  {names[number]}{draw(COMMENTS)}")
+        pad += " " * width
+        lines.append(f"{pad}do {draw(ACTIVITIES)}{draw(COMMENTS)}" if depth == 0 and count == 1 else f"{pad}do wait()")
+        for _ in range(draw(st.integers(0, 3))):
+            trigger = draw(
+                st.one_of(
+                    st.sampled_from(["on go", "on go,stop", "on done", "on fault"]),
+                    st.builds("when {}".format, CONDITIONS),
+                    st.sampled_from(["after 5s", "after (near / 0.5 m/s)"]),
+                )
+            )
+            guard = draw(st.one_of(st.just(""), st.builds(" if {}".format, CONDITIONS)))
+            target = draw(
+                st.one_of(
+                    st.just(""), st.builds("{}{}".format, st.sampled_from(["->", " =>  "]), st.sampled_from(names))
+                )
+            )
+            actions = draw(ACTIONS) if not target or draw(st.booleans()) else ""
+            lines.append(f"{pad}{trigger}{guard} {target}{actions}{draw(COMMENTS)}")
+        if draw(st.booleans()):
+            lines.append(f"{pad}entry {draw(ACTIONS).strip()}")
+        lines += [""] * draw(st.integers(0, 3))
+    lines.append("final end")
+    return "\n".join(lines)

@@ -1,0 +1,160 @@
+"""Flow, outcomes, conflicts, names: what is found, and that one mistake is told once."""
+
+import pytest
+
+from hsm.dsl import check_text
+
+
+def found(library, body, head="machine m\n"):
+    checked = check_text(head + body, library)
+    return [(one.code, one.place.line) for one in checked.diagnostics]
+
+
+def test_one_misspelt_target_is_one_finding(library):
+    body = "state start\n    do drive()\n    on blocked -> turn_lft\n"
+    body += "state turn_left\n    do rotate(1 rad)\n    on done -> e\nfinal e\n"
+    assert found(library, body) == [("E0201", 4)]
+
+
+def test_an_unreadable_line_silences_only_what_hangs_on_it(library):
+    body = (
+        "param speedy : speed = 1 m/s\n"
+        "state start\n    do drive(speedy\n    on blocked -> other\n"
+        "state other x\n    do rotat(1 rad)\n    on done -> e\n"
+        "final e\n"
+    )
+    assert found(library, body) == [("E0104", 4), ("E0101", 6), ("E0204", 7)]
+
+
+def test_every_fault_of_a_bad_file_in_one_run(library):
+    body = (
+        "import nowhere\n"
+        "param p : sped = 1\n"
+        "var v : int = true\n"
+        "state a\n"
+        "    do driv()\n"
+        "    on bogus -> b\n"
+        "    when space.frnt -> b\n"
+        "    after 5 m -> b\n"
+        "    on $\n"
+        "    on bumped -> missing_state / v = 1 m, nothing()\n"
+        "state b\n"
+        "    on bumped -> a\n"
+        "state a\n"
+        "    on bumped -> b\n"
+    )
+    assert [code for code, _ in found(library, body)] == [
+        "E0208",
+        "E0206",
+        "E0301",
+        "E0204",
+        "E0202",
+        "E0301",
+        "E0101",
+        "E0201",
+        "E0301",
+        "E0205",
+        "E0209",
+    ]
+
+
+def test_a_region_is_left_by_its_sibling(library):
+    body = (
+        "parallel p\n"
+        "    state one\n        do ring()\n        on done, refused / beep()\n"
+        "    state two\n        on bumped -> e\n"
+        "final e\n"
+    )
+    assert found(library, body) == []
+
+
+def test_a_compound_state_that_is_left_leaves_no_dead_end_inside(library):
+    body = "state c\n    on bumped -> e\n    state x\n        do drive()\n        on blocked / beep()\nfinal e\n"
+    assert found(library, body) == []
+
+
+def test_an_internal_transition_is_no_way_out(library):
+    assert found(library, "state a\n    on bumped / beep()\n") == [("W0502", 2)]
+
+
+def test_only_the_outermost_unreachable_state_is_told(library):
+    body = (
+        "initial a\nstate c\n    state x\n        on bumped -> a\n    state y\n        on bumped -> x\n"
+        "state a\n    on bumped -> e\nfinal e\n"
+    )
+    assert found(library, body) == [("W0501", 3)]
+
+
+def test_an_outer_state_may_handle_an_outcome(library):
+    body = "state c\n    on refused, done -> e\n    state x\n        do ring()\nfinal e\n"
+    assert found(library, body) == []
+
+
+def test_the_end_of_a_compound_state_is_to_be_handled(library):
+    body = "state c\n    on bumped -> e\n    state x\n        on bumped -> over\n    final over\nfinal e\n"
+    assert found(library, body) == [("W0504", 2)]
+    handled = body.replace("on bumped -> e", "on over -> e", 1)
+    assert found(library, handled) == []
+
+
+def test_a_state_and_one_inside_it_may_not_hold_the_same(library):
+    body = "state c\n    do drive()\n    on blocked -> e\n"
+    body += "    state x\n        do rotate(1 rad)\n        on done -> e\nfinal e\n"
+    assert found(library, body) == [("E0411", 6)]
+
+
+def test_a_conflict_within_instances_is_told_at_the_instance(library, tmp_path):
+    (tmp_path / "door.maze-machine").write_text(
+        "machine door\nstate r\n    do ring()\n    on done, refused -> over\nfinal over\n"
+    )
+    body = (
+        "import door\n"
+        "parallel p\n    on done -> e\n"
+        "    state one\n        on bumped -> e\n        state first = door()\n            on over / beep()\n"
+        "    state two\n        on bumped -> e\n        state second = door()\n            on over / beep()\n"
+        "final e\n"
+    )
+    checked = check_text("machine m\n" + body, library, str(tmp_path / "m.maze-machine"))
+    assert [(one.code, one.place.line) for one in checked.diagnostics if one.code[0] == "E"] == [("E0411", 11)]
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["    on bumped -> e  # accept W0502", "    on bumped / beep()  # accept W0502"],
+)
+def test_an_acceptance_of_nothing_is_told(library, line):
+    body = f"state a\n{line}\nfinal e\n"
+    assert ("W0605", 3) in found(library, body)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# accept W0502: waits for ever, as is meant\nstate a\n    on bumped / beep()\n",
+        "state a  # accept W0502\n    on bumped / beep()\n",
+        "state a\n    on bumped -> b\n# accept W0502\n# for ever\nstate b\n    on bumped / beep()\n",
+    ],
+)
+def test_a_finding_can_be_accepted(library, text):
+    assert found(library, text) == []
+
+
+def test_an_error_cannot_be_accepted(library):
+    assert ("E0201", 3) in found(library, "state a  # accept E0201\n    on bumped -> b\n")
+
+
+def test_a_ring_of_imports_over_two_files(library, tmp_path):
+    (tmp_path / "one.maze-machine").write_text("machine one\nimport two\nstate a = two()\n    on done -> e\nfinal e\n")
+    (tmp_path / "two.maze-machine").write_text("machine two\nimport one\nstate a = one()\n    on done -> e\nfinal e\n")
+    path = tmp_path / "one.maze-machine"
+    checked = check_text(path.read_text(), library, str(path))
+    assert [one.code for one in checked.diagnostics] == ["E0410"]
+    assert "one -> two -> one" in checked.diagnostics[0].message
+
+
+def test_suggestions_stop_in_a_file_full_of_unknown_names(library):
+    body = "".join(f"state s{number}\n    on bumped -> t{number}{number}\n" for number in range(300))
+    checked = check_text("machine m\n" + body, library)
+    unknown = [one for one in checked.diagnostics if one.code == "E0201"]
+    assert len(unknown) == 300
+    assert sum(one.suggestion is not None for one in unknown) <= 50

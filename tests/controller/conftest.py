@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-PROGRAM = Path(sys.executable).with_name("maze-machine")
+BIN = Path(sys.executable).parent
 LIMIT = 60.0
 ROOT = Path(__file__).parents[2]
 
@@ -36,10 +36,10 @@ def start(tmp_path):
     """Start ``maze-machine`` in a folder of the test's own; whatever still runs is killed at the end."""
     started = []
 
-    def run(*arguments):
+    def run(*arguments, program="maze-machine"):
         environment = {**os.environ, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
         process = subprocess.Popen(
-            [PROGRAM, *map(str, arguments)],
+            [BIN / program, *map(str, arguments)],
             cwd=tmp_path,
             env=environment,
             stdout=subprocess.PIPE,

@@ -42,3 +42,18 @@ def test_wrong_usage_ends_with_status_2(arguments):
     assert ended.exit_code == 2
     assert "Usage" in ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("maze-machine re", {"replay"}),
+        ("maze-machine run ple", {"pledge", "pledge_smooth"}),
+        ("maze-machine run pledge --maze fin", {"final_2015"}),
+        ("maze-machine run pledge --robot pico-", {"pico-hardware"}),
+    ],
+)
+def test_a_shell_completes_commands_and_shipped_names(words, offered):
+    environment = {"_MAZE_MACHINE_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
+    shown = CliRunner().invoke(app, prog_name="maze-machine", env=environment).stdout
+    assert set(shown.split()) == offered

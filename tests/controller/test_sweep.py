@@ -2,6 +2,7 @@
 
 import json
 import signal
+import socket
 import time
 
 import pytest
@@ -124,3 +125,28 @@ def test_ctrl_c_keeps_what_is_done_and_leaves_no_process(start, tmp_path):
     _, err = sweep.communicate(timeout=LIMIT)  # ends only when no child holds the pipes any more
     assert (sweep.returncode, err) == (130, "maze-machine: interrupted\n")
     assert file.read_text().count("\n") >= 2
+
+
+def test_a_cluster_gives_the_same_results(finish, start, tmp_path):
+    pytest.importorskip("distributed")
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard", program="dask")
+    for _ in range(2):
+        start("worker", address, "--host", "127.0.0.1", "--nthreads", 1, "--no-dashboard", program="dask")
+    arguments = ["sweep", "--machines", "pledge", "--mazes", "corridor", "--seeds", 3]
+    assert finish(*arguments, "--scheduler", address, "--out", "cluster.jsonl")[0] == 0
+    assert finish(*arguments, "--workers", 1, "--out", "here.jsonl")[0] == 0
+    assert (tmp_path / "cluster.jsonl").read_bytes() == (tmp_path / "here.jsonl").read_bytes()
+
+
+def test_no_scheduler_at_the_address(finish):
+    pytest.importorskip("distributed")
+    status, _, err = finish(
+        "sweep", "--machines", "pledge", "--mazes", "corridor", "--scheduler", "tcp://127.0.0.1:9", "--out", "r.jsonl"
+    )
+    assert status == 4
+    assert "no scheduler at tcp://127.0.0.1:9" in err
+    assert "Traceback" not in err

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from skills.frames import Frame
 from skills.sides import Side
 from skills.surroundings import Points
@@ -12,6 +14,10 @@ from transport.messages import Pose
 
 NEAR_CORNER = 0.15
 """What lies farther ahead than this belongs to the far side of the opening, m."""
+SMALLEST = 0.45
+"""What is narrower than this is no opening for the robot, m."""
+SAME_WALL = 0.2
+"""How far aside from the wall beside the robot its continuation may lie, m."""
 INTO = 1.0
 """How far aside the bounds of the opening are looked for, m."""
 
@@ -47,7 +53,8 @@ class Opening:
             pose: of the robot by odometry.
         """
         x, y = points[:, 0], points[:, 1] * self.side.sign
-        bounds = x[(y > -self.half_width) & (y < INTO) & (x > NEAR_CORNER)]
+        beyond = max(NEAR_CORNER, self.near - self.driven(pose) + SMALLEST / 2)
+        bounds = x[(y > -self.half_width) & (y < INTO) & (x > beyond)]
         self.far = self.driven(pose) + (float(bounds.min()) if len(bounds) else 2 * INTO)
 
     def middle(self, farthest: float) -> float:
@@ -56,7 +63,7 @@ class Opening:
 
 
 def opening_of(points: Points, robot: RobotDescription, side: Side, pose: Pose, error: float) -> Opening:
-    """The opening that begins beside the robot.
+    """The opening that begins beside the robot, or ahead where the wall beside it ends.
 
     Args:
         points: hits in a frame at the robot along its course, m.
@@ -66,7 +73,11 @@ def opening_of(points: Points, robot: RobotDescription, side: Side, pose: Pose, 
         error: how far the course is to the left of the robot's heading, rad.
     """
     x, y = points[:, 0], points[:, 1] * side.sign
-    wall = (y > robot.half_width / 2) & (y < INTO) & (x < NEAR_CORNER)
-    near = float(x[wall].max()) if wall.any() else 0.0
-    aside = float(y[wall].min()) if wall.any() else INTO
+    beside = (y > robot.half_width / 2) & (y < INTO) & (x < NEAR_CORNER)
+    near, aside = 0.0, INTO
+    if beside.any():
+        aside = float(y[beside].min())
+        wall = np.sort(x[np.abs(y - aside) < SAME_WALL])
+        ends = wall[:-1][np.diff(wall) > SMALLEST]
+        near = float(ends[0] if len(ends) else wall[-1])
     return Opening(Frame(Pose(pose.x, pose.y, pose.heading + error)), side, near, aside, robot.half_width)

@@ -23,7 +23,7 @@ from hsm.registry import ActionDeclaration, SignalDeclaration
 from hsm.testing.domains import Domains, expressions_of
 from hsm.testing.driver import TICK
 from hsm.testing.rewriting import parts_of
-from hsm.testing.script import FAULT, ScriptedFault, SignalKey
+from hsm.testing.script import FAULT, ScriptedFault, SignalKey, default_of
 
 _DIGITS = 6
 
@@ -140,7 +140,7 @@ class Watcher:
         """What is remembered before the first step: a hashable key, and whatever else."""
         return None
 
-    def look(self, watched: Any, time: float, holds: Callable[[Expression], bool]) -> tuple[Any, str | None]:
+    def look(self, watched: Any, time: float, holds: Callable[[Expression], bool | None]) -> tuple[Any, str | None]:
         """What is remembered after a step, and what is wrong."""
         return watched, None
 
@@ -282,7 +282,7 @@ class Explorer:
             pending = [self._outcome(state, outcome) for state, outcome in reports]
             over = moment.over | {self.machine.indices[state] for state, _ in reports}
             time = moment.time + wait.seconds
-            before = Moment(moment.state, time, over, moment.signals, moment.watched)
+            before = Moment(moment.state, time, over, moment.signals, self._watched_until(moment, time))
             region = -1
             if self._regions is not None:
                 changing = {self._regions.of_state(self.machine.indices[state]) for state, _ in reports}
@@ -336,7 +336,21 @@ class Explorer:
 
         active = state.configuration.active
         evaluation = self.machine.evaluation({}, state.values, active, ask)
-        return self._watcher.look(before.watched, before.time, lambda one: bool(evaluation.value(one)))
+        return self._watcher.look(before.watched, before.time, _holding(evaluation))
+
+    def _watched_until(self, moment: Moment, time: float) -> Any:
+        """What is remembered a tick before a step that was waited for: all was as it had been until then."""
+        last = time - self._tick
+        if last <= moment.time:
+            return moment.watched
+
+        def ask(call: SignalValue) -> Any:
+            key = (call.signal.name, tuple(evaluation.value(one) for one in call.arguments))
+            return moment.signals[key] if key in moment.signals else default_of(call.signal)
+
+        state = moment.state
+        evaluation = self.machine.evaluation({}, state.values, state.configuration.active, ask)
+        return self._watcher.look(moment.watched, last, _holding(evaluation))[0]
 
     # What may happen.
 
@@ -427,6 +441,16 @@ class Explorer:
                 return None
 
         return self._domains.values(signal, residue)
+
+
+def _holding(evaluation: Evaluation) -> Callable[[Expression], bool | None]:
+    def holds(condition: Expression) -> bool | None:
+        try:
+            return bool(evaluation.value(condition))
+        except (TypeError, ArithmeticError, ScriptedFault):
+            return None
+
+    return holds
 
 
 def _events(machine: Machine) -> dict[int, tuple[str, ...]]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from hsm.explanation import Verdict
 from hsm.expressions import Binary, Literal, Unary, VariableValue
+from hsm.faults import MachineFault
 from hsm.machine import Machine
 from hsm.testing.driver import TICK, Driver
 from hsm.testing.exploring import Input
@@ -24,11 +25,11 @@ class Replay:
 
     Attributes:
         scenario: what happens and what is to be seen.
-        driver: the run itself, at its end.
+        fault: why the run could not go on, or None.
     """
 
     scenario: Scenario
-    driver: Driver
+    fault: str | None
 
 
 def replay(
@@ -39,6 +40,7 @@ def replay(
     *,
     tick: float = TICK,
     watch: Callable[[Driver], None] = lambda _: None,
+    stop: Sequence[object] = (),
 ) -> Replay:
     """Run the machine through some inputs and take down what is seen.
 
@@ -51,19 +53,22 @@ def replay(
         writer: words the claims.
         tick: seconds from one step to the next.
         watch: called after each step.
-
-    Raises:
-        MachineFault: the machine cannot take an input.
+        stop: the run ends as soon as there is something in it.
     """
     given = _changes(inputs[0], {})
-    driver = Driver(machine, None, given, tick=tick, watch=watch)
-    teller = _Teller(machine, driver, writer)
-    teller.expect()
-    for one in inputs[1:]:
-        if driver.outcome is not None:
-            break
-        teller.act(one)
-    return Replay(Scenario(name, given=given, steps=tuple(teller.steps)), driver)
+    steps: list[Stimulus | Expectation] = []
+    fault = None
+    try:
+        driver = Driver(machine, None, given, tick=tick, watch=watch)
+        teller = _Teller(machine, driver, writer, steps)
+        teller.expect()
+        for one in inputs[1:]:
+            if driver.outcome is not None or stop:
+                break
+            teller.act(one)
+    except MachineFault as error:
+        fault = str(error)
+    return Replay(Scenario(name, given=given, steps=tuple(steps)), fault)
 
 
 @dataclass(slots=True)
@@ -71,7 +76,7 @@ class _Teller:
     machine: Machine
     driver: Driver
     writer: Writer
-    steps: list[Stimulus | Expectation] = field(default_factory=list)
+    steps: list[Stimulus | Expectation]
     seen: dict[str, Any] = field(default_factory=dict)
     doing: dict[str, Any] = field(default_factory=dict)
 

@@ -1,0 +1,30 @@
+"""Properties watched while a scripted machine is driven."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from hsm.evaluation import UNSET
+from hsm.expressions import Expression
+from hsm.monitoring import Memory, begin, look
+from hsm.properties import Property
+from hsm.testing.driver import Driver
+
+
+def property_watch(properties: Sequence[Property]) -> Callable[[Driver], list[str]]:
+    """A function to be called after each step of one run; it gives the names of the properties that step violates."""
+    memories: list[Memory] = [begin(one.claim, 0.0) for one in properties]
+
+    def watch(driver: Driver) -> list[str]:
+        def holds(condition: Expression) -> bool | None:
+            value = driver.value(condition)
+            return None if value is UNSET else bool(value)
+
+        violated = []
+        for index, one in enumerate(properties):
+            memories[index], wrong = look(one.claim, memories[index], driver.time, holds)
+            if wrong:
+                violated.append(one.name)
+        return violated
+
+    return watch

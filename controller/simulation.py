@@ -14,6 +14,7 @@ from sim.maze import Maze
 from sim.referee import Verdict
 from sim.settings import SimulatorSettings
 from sim.simulation import Simulation
+from transport.clock import Pace
 from transport.description import RobotDescription
 from transport.messages import Command, Observation, Pose
 
@@ -57,9 +58,16 @@ class SimulatedWorld:
     """One episode in a simulation: ``transport.world.World`` for a single robot."""
 
     def __init__(
-        self, maze: Maze, robot: RobotDescription, seed: int = 0, settings: SimulatorSettings | None = None
+        self,
+        maze: Maze,
+        robot: RobotDescription,
+        seed: int = 0,
+        settings: SimulatorSettings | None = None,
+        pace: Pace | None = None,
     ) -> None:
+        """Args: the maze, the robot, the run, the simulator's settings, and a beat to keep; None not to wait."""
         self._simulation = Simulation(maze, robot, seed, settings)
+        self._pace = pace
 
     @property
     def maze(self) -> Maze:
@@ -74,7 +82,7 @@ class SimulatedWorld:
     @property
     def finished(self) -> bool:
         """Whether the referee has ended the episode."""
-        return self._simulation.verdict().finished
+        return self._simulation.finished()
 
     @property
     def path(self) -> Sequence[Pose]:
@@ -83,6 +91,8 @@ class SimulatedWorld:
 
     def step(self, command: Command) -> Observation:
         """Carry out a command for one period."""
+        if self._pace is not None:
+            self._pace.wait()
         self._simulation.step(command)
         return self._simulation.observation
 

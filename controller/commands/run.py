@@ -61,6 +61,20 @@ def run(
         list[str] | None,
         typer.Option("--param", metavar="NAME=VALUE", help="Set a parameter, with its unit; may be repeated."),
     ] = None,
+    simulate: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--simulate", metavar="KEY=VALUE", help="Override a setting of the simulator, such as noise.size=0.02."
+        ),
+    ] = None,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FAULT", help='Let something go wrong, such as "laser_blinded at=10 lasts=2".'),
+    ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(min=0.01, metavar="MULTIPLE", help="Keep to this multiple of real time. Default: no waiting."),
+    ] = None,
     time_limit: Annotated[
         float | None, typer.Option(min=0, metavar="SECONDS", help="End the run after so much of the robot's time.")
     ] = None,
@@ -101,18 +115,26 @@ def run(
     from controller.replay import described, keeper
     from controller.result import Result
     from controller.simulation import SimulatedWorld, find_maze
+    from controller.simulator_settings import pace, simulator_settings
     from controller.trace import TraceWriter
     from controller.trail import TrailKeeper
     from transport.recording import Recorder
     from transport.world import LockstepRobot
 
-    if connect is not None and maze is not None:
-        raise UsageError("--maze does not go with --connect", "give the maze to `maze-machine sim`")
+    embedded = {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
+    if connect is not None and any(embedded.values()):
+        given = next(option for option, value in embedded.items() if value)
+        raise UsageError(f"{given} does not go with --connect", "give it to `maze-machine sim`")
     if picture is not None and picture.suffix not in PICTURES:
         raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
     profile = load_profile(robot, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit)
-    world = None if connect else SimulatedWorld(find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0)
+    world = None
+    if connect is None:
+        simulator = simulator_settings(simulate or (), fault or ())
+        world = SimulatedWorld(
+            find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0, simulator, pace(profile.robot.period, speed)
+        )
     files: dict[str, Path] = {}
     trail = TrailKeeper()
     watchers: list[Watcher] = [trail]

@@ -30,6 +30,20 @@ def sim(
     realtime: Annotated[
         bool, typer.Option("--realtime", help="Let time pass by the clock on the wall, with a dead man, as hardware.")
     ] = False,
+    simulate: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--simulate", metavar="KEY=VALUE", help="Override a setting of the simulator, such as noise.size=0.02."
+        ),
+    ] = None,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FAULT", help='Let something go wrong, such as "laser_blinded at=10 lasts=2".'),
+    ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(min=0.01, metavar="MULTIPLE", help="Keep to this multiple of real time. Default: no waiting."),
+    ] = None,
     once: Annotated[bool, typer.Option("--once", help="End after one episode.")] = False,
     identity: Annotated[
         Path | None,
@@ -48,15 +62,18 @@ def sim(
     from controller.network import joined
     from controller.profile import load_profile
     from controller.simulation import SimulatedWorld, find_maze
+    from controller.simulator_settings import pace, simulator_settings
     from transport.gate import Gate, PacedWorld
     from transport.lockstep import LockstepServer
 
     profile = load_profile(robot, settings or ())
     description = profile.robot
     drawn = find_maze(maze)
+    world = simulator_settings(simulate or (), fault or ())
 
     def begin(asked: int | None) -> SimulatedWorld:
-        return SimulatedWorld(drawn, description, seed if asked is None else asked)
+        beat = None if realtime else pace(description.period, speed)
+        return SimulatedWorld(drawn, description, seed if asked is None else asked, world, beat)
 
     with joined(listen, connect, identity, profile.link) as bus:
         server: LockstepServer | Gate

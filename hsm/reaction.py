@@ -105,6 +105,7 @@ class Reaction:
         self._external: deque[Event | Fault] = deque()
         self._failed: dict[Any, BaseException] = {}
         self._reported: set[Any] = set()
+        self._found: list[Fault] = []
         self._error: BaseException | None = None
 
     def start(self, plan: Plan) -> None:
@@ -220,13 +221,31 @@ class Reaction:
 
     def _fire(self, selector: Selector, trigger: Phase | Event, due: frozenset[int] = NOTHING_DUE) -> bool:
         """Take what a selector picks; whether there was anything."""
-        state = self.state
         picked = self._pick(selector, due if trigger is Phase.AFTER else None)
+        while self._found:
+            # A fault comes before all else: it is handled first, then there is another look at what is left to do.
+            found, self._found = self._found, []
+            for fault in found:
+                self._handle(fault)
+            again = self._selector(trigger)
+            picked = self._pick(again, due if trigger is Phase.AFTER else None) if again is not None else NONE
         if picked == NONE:
             self._record(trigger, due, None)
             return False
-        self._take(trigger, due, state.configuration.plan(picked, state.history))
+        self._take(trigger, due, self.state.configuration.plan(picked, self.state.history))
         return True
+
+    def _selector(self, trigger: Phase | Event) -> Selector | None:
+        configuration = self.state.configuration
+        match trigger:
+            case Phase.WHEN:
+                return configuration.when
+            case Phase.AFTER:
+                return configuration.after
+            case Phase.ALWAYS:
+                return configuration.always
+            case _:
+                return configuration.on(trigger) if not isinstance(trigger, Phase) else None
 
     def _pick(self, selector: Selector, due: frozenset[int] | None) -> Picked:
         if self._error is None and not self._failed:
@@ -320,7 +339,7 @@ class Reaction:
             cause = error.__cause__ if isinstance(error.__cause__, Exception) else error
         if known not in self._reported:
             self._reported.add(known)
-            self._queue.append(Fault(fault_event(declared.source), reason, place, cause))
+            self._found.append(Fault(fault_event(declared.source), reason, place, cause))
 
     def _action_failed(self, block: Block, error: Exception) -> MachineFault:
         state = self.machine.model.states[block.state]

@@ -121,10 +121,8 @@ def run(
     from transport.recording import Recorder
     from transport.world import LockstepRobot
 
-    embedded = {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
-    if connect is not None and any(embedded.values()):
-        given = next(option for option, value in embedded.items() if value)
-        raise UsageError(f"{given} does not go with --connect", "give it to `maze-machine sim`")
+    if connect is not None:
+        refuse_with_connect({"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed})
     if picture is not None and picture.suffix not in PICTURES:
         raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
     profile = load_profile(robot, settings or ())
@@ -160,6 +158,17 @@ def run(
         save_run(files["picture"], world, trail, result.line)
     print(dumps(result.as_json()) if json else "\n".join(result.lines()))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
+
+
+def refuse_with_connect(embedded: Mapping[str, object]) -> None:
+    """Refuse options of the embedded simulator where there is none.
+
+    Raises:
+        UsageError: one of them was given.
+    """
+    for option, value in embedded.items():
+        if value:
+            raise UsageError(f"{option} does not go with --connect", "give it to `maze-machine sim`")
 
 
 def reached(endpoint: str, identity: Path | None, profile: Profile, seed: int | None) -> RemoteLockstep | RealtimeRobot:

@@ -242,7 +242,8 @@ class Scope:
     def _binary(self, node: syntax.Binary) -> Expression | None:
         if node.operator in ("==", "!="):
             return self._equality(node)
-        left, right = self._numeric(node.left), self._numeric(node.right)
+        left = self._numeric(node.left)
+        right = self._numeric(node.right) if left is not None else self._expression(node.right, None)
         if left is None or right is None:
             return None
         return self._combine(str(node.operator), left, right, self._span(node))

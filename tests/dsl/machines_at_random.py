@@ -36,9 +36,7 @@ ACTIONS = st.lists(
     st.sampled_from(["n+=1", "m = n*2 -1", "door.remember( )", "beep(2)", "raise go", "n = -3"]), min_size=1, max_size=3
 ).map(lambda actions: " / " + ",".join(actions))
 COMMENTS = st.sampled_from(["", "", "", "  # a remark", " #tight"])
-ACTIVITIES = st.sampled_from(
-    ["drive()", "rotate( 90deg )", "ring()", "wait(duration=2s,times= 3)", "follow_wall(right)"]
-)
+ACTIVITIES = st.sampled_from(["rotate( 90deg )", "ring()", "wait(duration=2s,times= 3)", "align(  side=left)"])
 
 
 @st.composite
@@ -52,12 +50,11 @@ def machines(draw: st.DrawFn) -> str:
     for number in range(count):
         depth = draw(st.integers(0, previous + 1)) if number else 0
         previous = depth
-        width = draw(st.integers(1, 4)) if False else 3  # one step for all, so that blocks fit
-        pad = " " * width * depth
+        pad = "   " * depth
         if draw(st.booleans()):
             lines.append(f"{' ' * draw(st.integers(0, 9))}# before")
         lines.append(f"{pad}state  {names[number]}{draw(COMMENTS)}")
-        pad += " " * width
+        pad += "   "
         lines.append(f"{pad}do {draw(ACTIVITIES)}{draw(COMMENTS)}" if depth == 0 and count == 1 else f"{pad}do wait()")
         for _ in range(draw(st.integers(0, 3))):
             trigger = draw(

@@ -1,0 +1,110 @@
+"""Each shipped machine in mazes: what it can solve it solves and touches nothing, what it cannot it does not."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sim.formats import read_maze
+from sim.library import shipped_mazes
+from sim.maze import Maze, Start
+from transport.messages import Pose
+
+SIMPLE = """
+###########
+#...#.....E
+#.#.#.###.#
+#.#.#.#...#
+#s#...#.#.#
+###########
+"""
+ISLAND = """
+#########
+#.......#
+#.##.##.#
+#.##.##.E
+#.......#
+#s####..#
+#########
+"""
+SOLVERS = ("pledge", "pledge_smooth", "right_hand_loop", "tremaux", "random_mouse")
+
+
+@pytest.mark.parametrize("machine", [*SOLVERS, "right_hand"])
+def test_every_solver_leaves_a_maze_without_islands(solve, maze, machine):
+    run = solve(machine, maze(SIMPLE), limit=1500)
+    assert run.verdict.escaped, run.verdict
+    assert run.verdict.contacts == ()
+    assert run.verdict.clearance >= 0.1
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("machine", ["pledge", "pledge_smooth", "tremaux"])
+def test_islands_do_not_hold_who_knows_of_them(solve, maze, machine, seed):
+    run = solve(machine, maze(ISLAND), seed, limit=600)
+    assert run.verdict.escaped, run.verdict
+    assert run.verdict.contacts == ()
+
+
+def test_the_right_hand_circles_about_an_island_for_ever(solve):
+    # The first wall that it meets is the block in the loop of the final.
+    run = solve("right_hand", read_maze(shipped_mazes()["final_2015"]), limit=200)
+    assert not run.verdict.escaped
+    assert run.verdict.contacts == ()
+
+
+@pytest.mark.parametrize("machine", ["pledge", "pledge_smooth", "right_hand_loop", "tremaux"])
+def test_the_final_with_its_door_is_won(solve, machine):
+    run = solve(machine, read_maze(shipped_mazes()["final_2015"]), seed=3, limit=420)
+    assert run.verdict.escaped, run.verdict
+    assert run.verdict.doors_opened == ("front",)
+    assert run.verdict.clearance >= 0.1
+    assert {"open_door.facing", "open_door.ringing", "open_door.waiting"} <= set(run.states)
+
+
+def test_turning_while_driving_is_faster(solve):
+    final = read_maze(shipped_mazes()["final_2015"])
+    on_the_spot = solve("pledge", final).verdict.time
+    assert solve("pledge_smooth", final).verdict.time < 0.8 * on_the_spot
+
+
+def test_a_seed_chooses_the_mouse_s_way_and_the_same_seed_the_same(solve, maze):
+    drawn = maze(ISLAND)
+    first, again, other = (solve("random_mouse", drawn, limit=60, seed=seed).path for seed in (0, 0, 1))
+    assert first == again
+    assert first != other
+
+
+def corridor(width, side, opening, length=2.5):
+    """The corridor challenge: a dead-straight corridor with one exit at a side."""
+    y, half, beyond = length, width / 2, 1.0
+    inner = side * half
+    outer = side * (half + beyond)
+    walls = [
+        (-inner, 0, -inner, y + opening + 1),
+        (-half, 0, half, 0),
+        (inner, 0, inner, y),
+        (inner, y, outer, y),
+        (inner, y + opening, outer, y + opening),
+        (inner, y + opening, inner, y + opening + 1),
+        (-half, y + opening + 1, half, y + opening + 1),
+    ]
+    ends = [(outer, y), (outer, y + opening)]
+    exits = [*ends[0], *ends[1]] if side < 0 else [*ends[1], *ends[0]]
+    return Maze(
+        "corridor", np.asarray(walls), Start(Pose(0, 0.5, math.pi / 2)), np.asarray([exits]), time_limit=math.inf
+    )
+
+
+@pytest.mark.parametrize("machine", ["corridor_2015", "corridor_2017"])
+@pytest.mark.parametrize(("width", "opening"), [(0.6, 0.6), (0.8, 1.2), (1.0, 1.0), (1.5, 0.8), (1.5, 1.5)])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_the_corridor_challenge_is_passed(solve, machine, width, opening, side):
+    run = solve(machine, corridor(width, side, opening), limit=60)
+    assert run.verdict.escaped, run.verdict
+    assert run.verdict.contacts == ()
+
+
+def test_a_corridor_without_an_exit_is_told(solve, maze):
+    run = solve("corridor_2017", maze("#####\n#s..#\n#####", heading=0.0), limit=60)
+    assert run.outcome == "dead_end"

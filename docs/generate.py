@@ -11,8 +11,11 @@ from typing import Any
 
 import typer.main
 
+import skills.library
 from controller.cli import app
 from controller.profile import Profile, profile_text
+from hsm.registry import ActionDeclaration, ActivityDeclaration, Parameter, SignalDeclaration
+from skills.settings import SkillSettings
 
 ROOT = Path(__file__).parents[1]
 
@@ -64,9 +67,49 @@ def default_profile() -> str:
     return "# Every setting of a robot profile with its default; any may be left out.\n" + profile_text(Profile())
 
 
+def motion_skills() -> str:
+    """The reference page of the skills: what a machine may do, and what it may remember."""
+    library = skills.library.library(SkillSettings())
+    return "\n".join(
+        [
+            "# Skills",
+            "",
+            "What a machine may `do`, one at a time for each thing that it holds, and the actions and signals of the",
+            "strategies that need a memory. Gains and distances are in the section `[skills]` of a robot profile.",
+            "Every velocity that an activity asks for passes through the limits of the base and the guard against",
+            "walls.",
+            "",
+            "## Activities",
+            "",
+            *(line for one in library.activities.values() for line in _activity(one)),
+            "## Signals and actions",
+            "",
+            *(line for one in (*library.signals.values(), *library.actions.values()) for line in _named(one)),
+        ]
+    )
+
+
+def _activity(declared: ActivityDeclaration) -> Iterator[str]:
+    yield from _named(declared)
+    yield f"Holds: {', '.join(declared.holds)}."
+    yield ""
+
+
+def _named(declared: ActionDeclaration | ActivityDeclaration | SignalDeclaration) -> Iterator[str]:
+    kind = f": {declared.type}" if isinstance(declared, SignalDeclaration) else ""
+    yield from (f"### `{declared.name}({', '.join(map(_written, declared.parameters))}){kind}`", "")
+    yield from (declared.doc, "")
+
+
+def _written(parameter: Parameter) -> str:
+    default = "" if parameter.required else f" = {parameter.default}"
+    return f"{parameter.name}: {parameter.type}{default}"
+
+
 GENERATED = {
     ROOT / "docs" / "reference" / "command-line.md": command_line,
     ROOT / "docs" / "reference" / "profile.toml": default_profile,
+    ROOT / "docs" / "reference" / "skills.md": motion_skills,
 }
 
 

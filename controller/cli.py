@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from controller.commands import certificates, check, fmt, gate, maze, profile, replay, router, run, sim, sweep
+from controller.commands import certificates, check, fmt, gate, maze, profile, replay, router, run, sim, sweep, view
 from controller.commands import list as list_
 from controller.errors import reported
 
@@ -60,6 +60,7 @@ def maze_machine(
 DRIVE, WRITE, WORLD, LINK = "Drive", "Write machines", "Mazes and simulation", "Link"
 app.command("run", rich_help_panel=DRIVE)(run.run)
 app.command("replay", rich_help_panel=DRIVE)(replay.replay)
+app.command("view", rich_help_panel=DRIVE)(view.view)
 app.command("sweep", rich_help_panel=DRIVE)(sweep.sweep)
 app.command("profile", rich_help_panel=DRIVE)(profile.profile)
 app.command("check", rich_help_panel=WRITE)(check.check)

@@ -37,7 +37,7 @@ class Tick:
         observation: what the robot sensed.
         step: what the machine did about it.
         configuration: names of all active states, in document order.
-        doing: name of the first state whose activity asked for something; where none did, of the last active state.
+        doing: name of the first state whose activity asked for something; where none did, of the first innermost one.
         outcome: how the machine ended, or None while it runs.
         command: what the robot was told.
         phases: where the time went.
@@ -103,7 +103,8 @@ def ticks(
             observed - began, prepared - observed, coordinated - prepared, acted - coordinated, commanded - acted
         )
         active = tuple(sorted(supervisor.configuration, key=machine.indices.__getitem__))
-        doing = next((state for state, _ in effects), active[-1] if active else "")
+        innermost = (name for name in active if not machine.model.states[machine.indices[name]].children)
+        doing = next((state for state, _ in effects), None) or next(innermost, "")
         yield Tick(index, observation, step, active, doing, supervisor.outcome, command, phases)  # log
         if supervisor.outcome is not None:
             return

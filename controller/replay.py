@@ -41,6 +41,18 @@ def keeper(recorder: Recorder, mission: Mission) -> Watcher:
     return keep
 
 
+def recorded_profile(recording: Recording) -> Profile:
+    """The profile of the robot of a recorded run.
+
+    Raises:
+        FileError: the recording does not say, or says it as another version of this program did.
+    """
+    try:
+        return Profile.model_validate_json(recording.run["profile"])
+    except (KeyError, ValueError) as error:
+        raise FileError(f"the recording does not say which robot ran: {error}") from None
+
+
 def recorded_mission(recording: Recording, machine: str | None = None) -> Mission:
     """The mission of a recorded run.
 
@@ -52,14 +64,14 @@ def recorded_mission(recording: Recording, machine: str | None = None) -> Missio
         FileError: the recording does not say what was run, or the machine is not there any more.
         MachineError: the machine has faults.
     """
+    profile = recorded_profile(recording)
+    if machine is not None:
+        return prepare(machine, profile)
     try:
-        profile = Profile.model_validate_json(recording.run["profile"])
         parameters = json.loads(recording.run["parameters"])
         recorded = recording.run["machine"]
     except (KeyError, ValueError) as error:
         raise FileError(f"the recording does not say what was run: {error}") from None
-    if machine is not None:
-        return prepare(machine, profile)
     return prepare(recorded, profile, [(name, str(value)) for name, value in parameters.items()])
 
 

@@ -85,6 +85,10 @@ def run(
         Path | None,
         typer.Option(metavar="FILE", help="Record sensors, commands and steps as MCAP, for `maze-machine replay`."),
     ] = None,
+    live: Annotated[
+        int | None,
+        typer.Option(min=0, max=65535, metavar="PORT", help="Show the run on a page at this port; 0 takes any."),
+    ] = None,
     picture: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Where to save the picture of the path. Default: in the folder runs/."),
@@ -101,24 +105,20 @@ def run(
 
     Example: `maze-machine run my.maze-machine --maze maze.pgm --seed 3 --param "cruise=0.3 m/s"`
 
+    Example: `maze-machine run pledge --live 8000 --speed 4`
+
     Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
     """
-    from contextlib import ExitStack
     from json import dumps
 
-    from rich.console import Console
-
-    from controller.mission import Watcher, drive, prepare
+    from controller.mission import drive, prepare
+    from controller.outputs import Outputs
     from controller.parameters import split_setting
     from controller.profile import load_profile
-    from controller.progress import Progress
-    from controller.replay import described, keeper
     from controller.result import Result
     from controller.simulation import SimulatedWorld, find_maze
     from controller.simulator_settings import pace, simulator_settings
-    from controller.trace import TraceWriter
     from controller.trail import TrailKeeper
-    from transport.recording import Recorder
     from transport.world import LockstepRobot
 
     if connect is not None:
@@ -133,23 +133,11 @@ def run(
         world = SimulatedWorld(
             find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0, simulator, pace(profile.robot.period, speed)
         )
-    files: dict[str, Path] = {}
-    trail = TrailKeeper()
-    watchers: list[Watcher] = [trail]
-    with ExitStack() as stack:
-        if trace is not None:
-            files["trace"] = trace
-            file = stack.enter_context(trace.open("w", encoding="utf-8", newline="\n"))
-            watchers.append(TraceWriter(file, mission))
-        if record is not None:
-            files["recording"] = record
-            # Nothing is lost where time waits for the disk.
-            patience = 60.0 if world else 0.0
-            recorder = Recorder(record, profile.robot.name, described(mission, machine), patience=patience)
-            watchers.append(keeper(stack.enter_context(recorder), mission))
+    outputs, trail = Outputs(trace, record, live), TrailKeeper()
+    files = outputs.files
+    with outputs.watchers(mission, machine, world) as watchers:
         driven = LockstepRobot(world) if world else reached(str(connect), identity, profile, seed)
-        watchers.append(stack.enter_context(Progress(Console(stderr=True))))
-        ending = drive(mission, driven, driven, watchers)
+        ending = drive(mission, driven, driven, [trail, *watchers])
     result = Result(mission.machine.name, mission.parameters, ending, files)
     if not no_picture:
         from controller.picture import save_run

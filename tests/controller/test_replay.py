@@ -1,6 +1,7 @@
 """Recorded runs, replayed."""
 
 import json
+import socket
 
 import pytest
 
@@ -69,3 +70,26 @@ def test_the_first_difference_of_two_traces():
     assert first_difference([one, one], [one, one]) is None
     assert first_difference([one, one], [one, other]) == Difference(1, {"states": ["a"]}, {"states": ["b"]})
     assert first_difference([one], [one, other]) == Difference(1, {}, other)
+
+
+def test_a_recording_becomes_a_page(finish, recorded, tmp_path):
+    recording, trace = recorded
+    status, out, err = finish("view", recording)
+    assert (status, err) == (0, "")
+    page = tmp_path / "run.html"
+    assert out == f"{page}\n"
+    data = page.read_text().partition("const DATA = ")[2].partition(";\n")[0]
+    shown = json.loads(data)["frames"]
+    lines = [json.loads(line) for line in trace.read_text().splitlines()[1:]]
+    assert [one["states"] for one in shown] == [line["states"] for line in lines]
+    assert [one["pose"][:2] for one in shown] == [[round(value, 4) for value in line["pose"][:2]] for line in lines]
+
+
+def test_a_busy_port_of_the_live_page_is_told(finish):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        status, _, err = finish("run", "pledge", "--live", port, "--no-picture")
+    assert status == 2
+    assert err == f"maze-machine: --live {port}: Address already in use; 0 takes any port that is free\n"

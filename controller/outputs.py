@@ -1,0 +1,102 @@
+"""What a run shows and leaves behind while it goes on: progress, a trace, a recording, a live page."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from controller.errors import UsageError
+from controller.loop import Tick
+from controller.mission import Mission, Watcher
+from controller.progress import Progress
+from controller.replay import described, keeper
+from controller.simulation import SimulatedWorld
+from controller.trace import TraceWriter, trace_line
+from transport.recording import Recorder
+
+
+@dataclass(frozen=True, slots=True)
+class Outputs:
+    """What was asked for.
+
+    Attributes:
+        trace: file for the trace.
+        recording: file for the recording.
+        live: port of the live page, 0 for any that is free.
+    """
+
+    trace: Path | None = None
+    recording: Path | None = None
+    live: int | None = None
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """The files that are written, by kind."""
+        asked = {"trace": self.trace, "recording": self.recording}
+        return {kind: path for kind, path in asked.items() if path is not None}
+
+    @contextmanager
+    def watchers(self, mission: Mission, machine: str, world: SimulatedWorld | None) -> Iterator[list[Watcher]]:
+        """The watchers of a run, for as long as the block runs.
+
+        Args:
+            mission: the run.
+            machine: the machine's file, or the name of a shipped one.
+            world: where it takes place, if that is in this process.
+
+        Raises:
+            OSError: a file cannot be written.
+            RecordingError: the recording cannot be written.
+            UsageError: the port is taken.
+        """
+        with ExitStack() as stack:
+            found: list[Watcher] = []
+            if self.trace is not None:
+                file = stack.enter_context(self.trace.open("w", encoding="utf-8", newline="\n"))
+                found.append(TraceWriter(file, mission))
+            if self.recording is not None:
+                # Nothing is lost where time waits for the disk.
+                patience = 60.0 if world else 0.0
+                recorder = Recorder(
+                    self.recording, mission.profile.robot.name, described(mission, machine), patience=patience
+                )
+                found.append(keeper(stack.enter_context(recorder), mission))
+            if self.live is not None:
+                found.append(stack.enter_context(shown_live(self.live, mission, world)))
+            found.append(stack.enter_context(Progress(Console(stderr=True))))
+            yield found
+
+
+@contextmanager
+def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Iterator[Watcher]:
+    """A watcher that shows each tick on a page of its own; its address is told on standard error.
+
+    Raises:
+        UsageError: the port is taken.
+    """
+    # The page is wanted seldom, and its server takes a while to import.
+    from view.live import LivePage  # noqa: PLC0415
+    from view.page import frame, head  # noqa: PLC0415
+
+    scene = None
+    if world is not None:
+        maze = world.maze
+        doors = [[*one, *other] for one, other in (door.leaf for door in maze.doors)]
+        scene = {"walls": maze.walls.tolist(), "exits": maze.exits.tolist(), "doors": doors}
+    try:
+        page = LivePage(head(mission.machine.name, mission.profile.robot, scene), port)
+    except OSError as error:
+        raise UsageError(f"--live {port}: {error.strerror}", "0 takes any port that is free") from None
+
+    def show(tick: Tick) -> None:
+        step = {**trace_line(mission.machine, tick), "doing": tick.doing}
+        page.publish(frame(tick.observation, tick.command, step, world.path[tick.index] if world else None))
+
+    with page:
+        print(f"live page: {page.address}", file=sys.stderr, flush=True)
+        yield show

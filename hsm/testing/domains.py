@@ -12,13 +12,16 @@ from typing import Any
 from hsm.expressions import Binary, Expression, SignalValue, VariableValue
 from hsm.model import After, Assign, Call, Model, When
 from hsm.registry import SignalDeclaration
-from hsm.testing.rewriting import parts_of
+from hsm.testing.rewriting import actions_of, parts_of
 from hsm.testing.script import default_of, member_of
 from hsm.types import Boolean, Enumeration, Integer
 
 _BINARY: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
 }  # fmt: skip
+NEAR = 0.05
+"""So close to a threshold, as a share of it, is what is tried beside it."""
+
 _SAMPLES = (0.0, *(sign * 10.0**power for power in range(-3, 4) for sign in (-1.0, 1.0)))
 
 Residue = Callable[[Binary, float], float | None]
@@ -81,13 +84,10 @@ class Domains:
 
 def expressions_of(model: Model) -> Iterator[Expression]:
     """Everything in a machine that is evaluated."""
-    actions = []
     for state in model.states:
-        actions += [*state.initial_actions, *state.entry, *state.exit]
         if state.activity is not None:
             yield from state.activity.arguments
     for transition in model.transitions:
-        actions += transition.actions
         match transition.trigger:
             case When(condition):
                 yield condition
@@ -95,7 +95,7 @@ def expressions_of(model: Model) -> Iterator[Expression]:
                 yield duration
         if transition.guard is not None:
             yield transition.guard
-    for action in actions:
+    for action in actions_of(model):
         match action:
             case Assign(value=value):
                 yield value
@@ -111,14 +111,13 @@ def _truth(comparison: Binary, residue: float | None) -> bool | None:
 
 
 def _around(roots: list[float]) -> list[float]:
-    """The thresholds themselves, something between each two, something below and above all."""
-    if not roots:
-        return []
-    between = [(low + high) / 2 for low, high in pairwise(roots)]
-    low, high = roots[0], roots[-1]
-    below = low / 2 if low > 0 else low * 1.5 if low < 0 else -1.0
-    above = high * 1.5 if high > 0 else high / 2 if high < 0 else 1.0
-    return [*roots, below, *between, above]
+    """The thresholds themselves, and something close to each on both sides."""
+    margins = [NEAR * abs(root) or 0.5 for root in roots]
+    if len(roots) > 1:
+        gap = min(high - low for low, high in pairwise(roots))
+        margins = [min(margin, gap / 2) for margin in margins]
+    sides = [side for root, margin in zip(roots, margins, strict=True) for side in (root - margin, root + margin)]
+    return [*roots, *sides]
 
 
 def _roots(residue: Callable[[float], float | None]) -> list[float]:

@@ -10,7 +10,7 @@ from hsm.evaluation import UNSET
 from hsm.expressions import Expression, SignalValue
 from hsm.machine import Machine
 from hsm.macrostep import Macrostep
-from hsm.model import Model
+from hsm.model import Model, Raise, Send
 from hsm.testing.script import Performed, Script, ScriptedFault, scripted_machine
 
 TICK = 0.1
@@ -27,6 +27,7 @@ class Driver:
         last: what the last step did.
         doing: what the activities of the active states are asked to do, by the state's full name.
         calls: the actions called in the last ``step`` or ``wait``.
+        raised: the events that the machine raised meanwhile.
     """
 
     def __init__(
@@ -47,6 +48,7 @@ class Driver:
         self.supervisor = self.machine.start(parameters, facts=script)
         self.doing: dict[str, Performed] = {}
         self.calls: list[Performed] = []
+        self.raised: list[str] = []
         self.last = self.supervisor.step(0.0, (), script)
         self._took(script)
 
@@ -121,15 +123,17 @@ class Driver:
         """Let time pass, tick by tick, with all as it is; then one step with what changes, as for ``step``."""
         end = self.time + duration
         ticks = math.ceil(duration / self.tick - 1e-6) if self.tick > 0 else 1
-        begin, calls = self.time, []
+        begin, calls, raised = self.time, list[Performed](), list[str]()
         for count in range(1, ticks):
             if self.outcome is not None:
                 break
             self.step(after=begin + count * self.tick - self.time)
             calls += self.calls
+            raised += self.raised
         if self.outcome is None:
             self.step(signals, reports, events, after=max(0.0, end - self.time))
         self.calls[:0] = calls
+        self.raised[:0] = raised
         return self.last
 
     def running(self, name: str) -> tuple[str, ...]:
@@ -157,6 +161,7 @@ class Driver:
         effects = () if self.outcome is not None else self.supervisor.act(script)
         self.doing = {state: effect for state, effect in effects if isinstance(effect, Performed)}
         self.calls = script.calls
+        self.raised = [one.event for one in self.last.actions if isinstance(one, Raise | Send)]
         self._script_of_step = script
         self._watch(self)
 

@@ -22,7 +22,7 @@ from hsm.reaction import Fault, Reaction, RunState, fault_event
 from hsm.registry import ActionDeclaration, SignalDeclaration
 from hsm.testing.domains import Domains, expressions_of
 from hsm.testing.driver import TICK
-from hsm.testing.rewriting import parts_of
+from hsm.testing.rewriting import actions_of, parts_of
 from hsm.testing.script import FAULT, ScriptedFault, SignalKey, default_of
 
 _DIGITS = 6
@@ -461,11 +461,7 @@ def _events(machine: Machine) -> dict[int, tuple[str, ...]]:
         if state.activity is not None:
             own.update(state.activity.activity.outcomes)
         own.update(model.states[child].name.rpartition(".")[2] for child in state.children)
-    actions = [
-        *(one for state in model.states for one in (*state.entry, *state.exit, *state.initial_actions)),
-        *(one for transition in model.transitions for one in transition.actions),
-    ]
-    own.update(one.event for one in actions if isinstance(one, Raise | Send))
+    own.update(one.event for one in actions_of(model) if isinstance(one, Raise | Send))
 
     def names(transition: Transition) -> tuple[str, ...]:
         if not isinstance(transition.trigger, On) or transition.trigger.prefix:

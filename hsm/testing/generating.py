@@ -11,10 +11,12 @@ from hsm.expressions import Expression, VariableValue
 from hsm.machine import Machine
 from hsm.model import After, Model, On
 from hsm.testing.driver import TICK
-from hsm.testing.exploring import Edge, Explorer, Input, Moment, Regions
+from hsm.testing.exploring import Edge, Explorer, Moment, Regions
+from hsm.testing.mutating import Mutant, survivors
 from hsm.testing.points import transition_text
 from hsm.testing.replaying import replay
 from hsm.testing.rewriting import parts_of
+from hsm.testing.running import run_scenario
 from hsm.testing.scenarios import Expectation, Scenario
 from hsm.testing.script import FAULT, scripted_machine
 from hsm.testing.writing import Writer
@@ -25,6 +27,9 @@ Goal = tuple[Hashable, ...]
 """Something to reach: ``("state", index)``, ``("transition", index)``, ``("path", index, path)``, ..."""
 
 Key = tuple[Any, ...]
+
+MOST_WAYS = 150
+"""So many ways are tried to make a change of the machine show that no test has noticed yet."""
 
 MOST_STEPS = 120_000
 """So many steps are tried before what was not reached is given up."""
@@ -86,10 +91,20 @@ def generate(
     search = _Search(ready, Explorer(ready, parameters, tick=tick, regions=Regions(ready)), steps)
     search.run()
     writer = Writer(ready.model)
-    scenarios = []
-    for number, (inputs, goals) in enumerate(search.chosen(), 1):
-        name = f"{number}: {_title(ready.model, goals)}"
-        scenarios.append(_trimmed(replay(name, ready, inputs, writer, tick=tick).scenario))
+    scenarios: list[Scenario] = []
+
+    def add(title: str, way: Sequence[Edge]) -> Scenario:
+        name = f"{len(scenarios) + 1}: {title}"
+        return _trimmed(replay(name, ready, [edge.input for edge in way], writer, tick=tick).scenario)
+
+    for way, goals in search.chosen():
+        scenarios.append(add(_title(ready.model, goals), way))
+    for mutant in survivors(ready.model, scenarios, tick):
+        for way in search.around(mutant, MOST_WAYS):
+            scenario = add(f"{mutant.kind} (line {mutant.place.line if mutant.place else 1})", way)
+            if not run_scenario(scenario, mutant.model, tick).passed:
+                scenarios.append(scenario)
+                break
     return Generated(tuple(scenarios), tuple(search.unreached()), len(search.parents), search.steps, search.complete)
 
 
@@ -142,17 +157,32 @@ class _Search:
             way.append(edge)
         return way[::-1]
 
-    def chosen(self) -> Iterator[tuple[list[Input], list[Goal]]]:
+    def around(self, mutant: Mutant, limit: int) -> Iterator[list[Edge]]:
+        """Ways that end where a mutated transition or state is looked at, short ones first."""
+        spots = {mutant.state} if mutant.state else set()
+        count = 0
+        for key, (_, edge) in self.parents.items():
+            if spots and not spots & edge.target.state.configuration.active:
+                continue
+            way = self.way(*self.parents[key])
+            for further in self.explorer.successors(edge.target):
+                if further.fault is None and (further.looks or further.input.wait.early):
+                    yield [*way, further]
+                    count += 1
+            if count >= limit:
+                return
+
+    def chosen(self) -> Iterator[tuple[list[Edge], list[Goal]]]:
         """Ways that together reach all that was found: long ones first, as they cover much of what others reach."""
         wanted = [goal for goal in goals_of(self.machine) if goal in self.found]
         ways = {goal: self.way(*self.found[goal]) for goal in wanted}
         open_goals = set(wanted)
-        picked: list[tuple[list[Input], list[Goal]]] = []
+        picked: list[tuple[list[Edge], list[Goal]]] = []
         for goal in sorted(wanted, key=lambda one: -len(ways[one])):
             if goal in open_goals:
                 own = [one for edge in ways[goal] for one in goals_on(edge) if one in open_goals]
                 open_goals.difference_update(own)
-                picked.append(([edge.input for edge in ways[goal]], [goal]))
+                picked.append((ways[goal], [goal]))
         yield from reversed(picked)
 
     # What was not found.

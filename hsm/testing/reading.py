@@ -15,11 +15,12 @@ from hsm.dsl.codes import Report
 from hsm.dsl.syntax import first_token, last_token, place_of
 from hsm.dsl.typing import Declared, Scope
 from hsm.expressions import Literal
-from hsm.model import Model, On
+from hsm.model import Model, On, Raise, Send
 from hsm.registry import Library, Parameter, SignalDeclaration
 from hsm.testing.driver import TICK
 from hsm.testing.lines import Line, Performance, Reporting, Sending, Setting, name_of, read_lines, text_of
-from hsm.testing.scenarios import Claim, Expectation, Holds, InState, Performs, Scenario, Stimulus, Suite
+from hsm.testing.rewriting import actions_of
+from hsm.testing.scenarios import Claim, Expectation, Holds, InState, Performs, Raises, Scenario, Stimulus, Suite
 from hsm.testing.script import FAULT, SignalKey
 from hsm.types import BOOLEAN, Quantity
 
@@ -285,6 +286,8 @@ class _Reader:
         return Claim(InState(found[0], negated), f"{'not ' if negated else ''}{name}")
 
     def _performs(self, part: Performance) -> Claim | None:
+        if part.keyword.type == "RAISED":
+            return self._raises(part)
         action = part.keyword.type == "CALLED"
         name = name_of(part.what)
         table: Mapping[str, Any] = self.library.actions if action else self.library.activities
@@ -301,6 +304,15 @@ class _Reader:
                 return None
         text = f"{'not ' if part.negated else ''}{part.keyword} {text_of(part.what)}"
         return Claim(Performs(str(name), arguments, action, part.negated), text)
+
+    def _raises(self, part: Performance) -> Claim | None:
+        raised = {one.event for one in actions_of(self.model) if isinstance(one, Raise | Send)}
+        name = name_of(part.what)
+        if str(name) not in raised:
+            hint = self.report.guess(name, raised).text
+            self.report.add("E0203", self._span(name), f"the machine never raises `{name}`", hint)
+            return None
+        return Claim(Raises(str(name), part.negated), f"{'not ' if part.negated else ''}raised {name}")
 
     def _given_arguments(self, call: syntax.CallSyntax, parameters: tuple[Parameter, ...]) -> dict[int, Any] | None:
         """The arguments that are given, by position; what is left out may be anything."""

@@ -135,6 +135,7 @@ class _Teller:
             claim = self.writer.performs(call.name, call.arguments, action=True)
             if claim not in claims:
                 claims.append(claim)
+        claims += map(self.writer.raises, dict.fromkeys(self.driver.raised))
         for variable in model.variables:
             value = self.driver.variables.get(variable.name)
             known = self.seen.get(variable.name)

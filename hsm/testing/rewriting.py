@@ -38,6 +38,14 @@ def parts_of(expression: Expression) -> Iterator[Expression]:
             yield from parts_of(right)
 
 
+def actions_of(model: Model) -> Iterator[Action]:
+    """All actions of a machine."""
+    for state in model.states:
+        yield from (*state.entry, *state.exit, *state.initial_actions)
+    for transition in model.transitions:
+        yield from transition.actions
+
+
 class Rewriter:
     """Makes a copy of a model; what is not overridden stays as it is.
 

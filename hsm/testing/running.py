@@ -11,7 +11,7 @@ from hsm.faults import MachineFault
 from hsm.machine import Machine
 from hsm.model import Model, Transition
 from hsm.testing.driver import Driver
-from hsm.testing.scenarios import Claim, Expectation, Holds, InState, Performs, Scenario, Stimulus, Suite
+from hsm.testing.scenarios import Claim, Expectation, Holds, InState, Performs, Raises, Scenario, Stimulus, Suite
 from hsm.testing.script import scripted_machine
 from hsm.types import Type
 from hsm.wording import trigger_text, value_text
@@ -201,6 +201,8 @@ class _Run:
             case Performs() as performs:
                 among = driver.calls if performs.action else driver.doing.values()
                 return any(map(performs.matches, among)) != performs.negated
+            case Raises(event, negated):
+                return (event in driver.raised) != negated
             case Holds(condition):
                 return driver.value(condition) is True
 

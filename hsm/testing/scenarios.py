@@ -66,6 +66,14 @@ class Performs:
 
 
 @dataclass(frozen=True, slots=True)
+class Raises:
+    """The machine raised an event in the last step, or did not."""
+
+    event: str
+    negated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Holds:
     """A condition over variables, parameters and signals is true."""
 
@@ -76,7 +84,7 @@ class Holds:
 class Claim:
     """One thing that is expected, with its text."""
 
-    content: InState | Performs | Holds
+    content: InState | Performs | Raises | Holds
     text: str
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from hsm.expressions import Expression, SignalValue
 from hsm.model import Call, Model
 from hsm.registry import Parameter
 from hsm.testing.domains import expressions_of
-from hsm.testing.rewriting import parts_of
-from hsm.testing.scenarios import Claim, Expectation, InState, Performs, Scenario, Settings, Stimulus
+from hsm.testing.rewriting import actions_of, parts_of
+from hsm.testing.scenarios import Claim, Expectation, InState, Performs, Raises, Scenario, Settings, Stimulus
 from hsm.testing.script import FAULT
 from hsm.types import Type
 from hsm.wording import value_text
@@ -36,7 +36,7 @@ class Writer:
             for state in model.states
             if state.activity is not None
         }
-        self._actions = {one.action.name: one.action for one in _actions(model) if isinstance(one, Call)}
+        self._actions = {one.action.name: one.action for one in actions_of(model) if isinstance(one, Call)}
 
     def suite(self, scenarios: Sequence[Scenario], comment: Sequence[str] = ()) -> str:
         """The text of a file.
@@ -103,6 +103,10 @@ class Writer:
         content = Performs(name, given, action=action)
         return Claim(content, f"{'called' if action else 'doing'} {name}({self._arguments(parameters, given)})")
 
+    def raises(self, event: str) -> Claim:
+        """The claim that the machine raised an event."""
+        return Claim(Raises(event), f"raised {event}")
+
     def value(self, name: str, value: Any, kind: Type) -> str:
         """The text of the claim that a variable has a value."""
         if isinstance(value, bool):
@@ -122,10 +126,3 @@ def _wrapped(head: str, parts: Sequence[str], joint: str = "") -> list[str]:
             lines.append("       ")
         lines[-1] += text
     return lines
-
-
-def _actions(model: Model) -> Iterator[Any]:
-    for state in model.states:
-        yield from (*state.entry, *state.exit, *state.initial_actions)
-    for transition in model.transitions:
-        yield from transition.actions

@@ -14,6 +14,7 @@ from hsm.plans import Planner
 from hsm.topology import Topology
 
 if TYPE_CHECKING:
+    from hsm.backend import TransitionsMachine
     from hsm.supervisor import Supervisor
 
 
@@ -65,6 +66,23 @@ class Machine:
         from hsm.supervisor import Supervisor  # noqa: PLC0415
 
         return Supervisor(self, from_json(self, snapshot))
+
+    def to_transitions(
+        self, model: object | None = None, parameters: Mapping[str, Any] | None = None
+    ) -> TransitionsMachine:
+        """This machine on the library ``transitions``, live: events are sent as ``model.trigger(name, facts)``.
+
+        Args:
+            model: the object that gets the state and the triggers; by default the machine itself.
+            parameters: values by name, in SI units.
+
+        Raises:
+            MachineError: the machine has something that ``transitions`` does not share; all of it is in the error.
+            ValueError: a parameter is unknown, or one without a default is missing.
+        """
+        from hsm.backend import to_transitions  # noqa: PLC0415 - nobody else needs the library
+
+        return to_transitions(self, model, parameters or {})
 
     def configuration(self, leaves: tuple[int, ...]) -> Configuration:
         """The configuration with these active atomic states."""

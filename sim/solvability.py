@@ -81,8 +81,14 @@ def shortest_way(maze: Maze, radius: float | None = None) -> float | None:
     return way if way is not None else _way_on_grid(maze, radius, STEP)
 
 
+def _space_for(maze: Maze, radius: float, step: float) -> FreeSpace:
+    """The grid for a disc of some radius; the points of grids for different radii coincide."""
+    margin = COARSE * math.ceil((3 * radius + COARSE) / COARSE)
+    return FreeSpace.around(maze.walls, maze.bounds, limit=radius + step, step=step, margin=margin)
+
+
 def _way_on_grid(maze: Maze, radius: float, step: float) -> float | None:
-    space = FreeSpace.around(maze.walls, maze.bounds, limit=radius + step, step=step, margin=3 * radius + step)
+    space = _space_for(maze, radius, step)
     # A point of the grid may miss the middle of a gap by half a step.
     fits = space.clearance >= radius - (STEP / 4 if step == STEP else 0.0)
     start = space.nearest(maze.start_point, fits)
@@ -133,7 +139,7 @@ def _no_way_out(maze: Maze, radius: float) -> UnsolvableError:
 
 def _bottleneck(maze: Maze, fitting: float, stuck: float) -> Point:
     """Where a disc that fits through gets farther than one that is stuck."""
-    space = FreeSpace.around(maze.walls, maze.bounds, limit=stuck + STEP, step=STEP, margin=3 * stuck + STEP)
+    space = _space_for(maze, stuck, STEP)
     slim, wide = space.clearance >= fitting - STEP / 4, space.clearance >= stuck - STEP / 4
     start = space.nearest(maze.start_point, wide)
     if start is None:

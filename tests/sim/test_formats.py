@@ -152,7 +152,7 @@ ROOM = "start 1 1 0\nwall 0 0 2 0 2 2 0 2 0 1.5\nwall 0 0 0 0.5\nexit 0 0.5 0 1.
         (ROOM.replace("start 1 1 0", "start 0.1 0.2 0"), (1, None), "does not fit at its start"),
         (ROOM.replace("wall 0 0 0 0.5\n", ""), (3, None), "does not part the inside"),
         (ROOM + "wall 0 0.4 0 1.6\n", (1, None), "no way leads"),
-        (ROOM + "wall 0 0.4 0 1.1\n", (None, None), "only about 0.4"),
+        (ROOM + "wall 0 0.4 0 1.1\n", (4, None), "only about 0.4"),
     ],
 )
 def test_a_bad_maze_file_is_refused_with_place_and_reason(content, place, reason, tmp_path):

@@ -11,7 +11,21 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from controller.commands import certificates, check, fmt, gate, maze, profile, replay, router, run, sim, sweep, view
+from controller.commands import (
+    certificates,
+    check,
+    fmt,
+    gate,
+    maze,
+    profile,
+    replay,
+    router,
+    run,
+    sim,
+    sweep,
+    test,
+    view,
+)
 from controller.commands import list as list_
 from controller.errors import reported
 
@@ -65,6 +79,7 @@ app.command("sweep", rich_help_panel=DRIVE)(sweep.sweep)
 app.command("profile", rich_help_panel=DRIVE)(profile.profile)
 app.command("check", rich_help_panel=WRITE)(check.check)
 app.command("fmt", rich_help_panel=WRITE)(fmt.fmt)
+app.command("test", rich_help_panel=WRITE)(test.test)
 app.command("list", rich_help_panel=WRITE)(list_.listing)
 app.add_typer(maze.app, name="maze", rich_help_panel=WORLD)
 app.command("sim", rich_help_panel=LINK)(sim.sim)

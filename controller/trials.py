@@ -1,0 +1,172 @@
+"""What ``maze-machine test`` does, each part as a value: lines for a person, JSON for a program, passed or not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hsm.testing.checking import MOST_STEPS, Verdict, check
+from hsm.testing.generating import MOST_STEPS as MOST_GENERATED
+from hsm.testing.generating import generate
+from hsm.testing.html import write_html
+from hsm.testing.lcov import cobertura, lcov
+from hsm.testing.measured import Measured, Measurements
+from hsm.testing.mutating import survey
+from hsm.testing.running import Failure, Result, run_suite
+from hsm.testing.table import coverage_table, missed_lines, total_share
+from hsm.testing.trial import Trial
+from hsm.testing.writing import Writer
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What came of it.
+
+    Attributes:
+        passed: whether all is well.
+        lines: for a person.
+        as_json: for a program, of JSON values.
+    """
+
+    passed: bool
+    lines: list[str]
+    as_json: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Reports:
+    """What is wanted about coverage.
+
+    Attributes:
+        table: print it.
+        fail_under: the least percentage of all points, or None.
+        html: folder for a report to look at.
+        lcov: file for an LCOV tracefile.
+        cobertura: file for Cobertura XML.
+    """
+
+    table: bool = False
+    fail_under: float | None = None
+    html: Path | None = None
+    lcov: Path | None = None
+    cobertura: Path | None = None
+
+
+def run_trial(trial: Trial, steps: int | None, reports: Reports) -> Told:
+    """Run all scenarios and check all properties of a machine."""
+    model = trial.machine.model
+    measurements = Measurements()
+    lines: list[str] = []
+    results: list[Result] = []
+    for suite in trial.suites:
+        lines.append(suite.file)
+        for result in run_suite(suite, trial.machine):
+            results.append(result)
+            measurements.add(model, result.coverage)
+            lines.append(f"  {'passed' if result.passed else 'FAILED'}  {result.scenario.name}")
+            if result.failure is not None:
+                lines += [f"    {line}" for line in result.failure.lines()]
+    verdicts = check(trial.machine, steps=steps or MOST_STEPS)
+    writer = Writer(model)
+    lines.append(f"{model.files[0] if model.files else model.name}: properties")
+    for verdict in verdicts:
+        lines.append(f"  {'passed' if verdict.holds else 'FAILED'}  {verdict}")
+        if verdict.counterexample is not None:
+            lines += [f"      {line}" for line in writer.scenario(verdict.counterexample)]
+    failed = sum(not one.passed for one in results)
+    violated = sum(not one.holds for one in verdicts)
+    measured = list(measurements.machines.values())
+    share = total_share(measured)
+    enough = reports.fail_under is None or share >= reports.fail_under
+    lines += _written(measured, reports)
+    lines.append(
+        f"{len(results)} scenarios, {failed} failed; {len(verdicts)} properties, {violated} violated; "
+        f"{share:.1f}% covered{'' if enough else f', which is under {reports.fail_under:g}%'}"
+    )
+    as_json = {
+        "machine": model.name,
+        "scenarios": [_result_json(one) for one in results],
+        "properties": [_verdict_json(one, writer) for one in verdicts],
+        "coverage": round(share, 2),
+        "missed": [line for one in measured for line in missed_lines(one)],
+    }
+    return Told(not failed and not violated and enough, lines, as_json)
+
+
+def generated(trial: Trial, steps: int | None, output: Path | None) -> Told:
+    """Find scenarios from a machine alone."""
+    model = trial.machine.model
+    found = generate(trial.machine, steps=steps or MOST_GENERATED)
+    unreached = [f"{f'line {one.line}: ' if one.line else ''}{one.text}: {one.reason}" for one in found.unreached]
+    comment = [f"Generated from machine {model.name}: {len(found.scenarios)} scenarios.", *unreached]
+    text = Writer(model).suite(found.scenarios, comment)
+    as_json = {
+        "machine": model.name,
+        "scenarios": len(found.scenarios),
+        "unreached": unreached,
+        "situations": found.moments,
+        "steps": found.steps,
+        "text": text,
+    }
+    if output is None:
+        return Told(not unreached, [text.rstrip("\n")], as_json)
+    output.write_text(text, encoding="utf-8", newline="\n")
+    told = f"{output}: {len(found.scenarios)} scenarios from {found.moments} situations; {len(unreached)} not reached"
+    return Told(not unreached, [*unreached, told], as_json)
+
+
+def mutated(trial: Trial) -> Told:
+    """Run all scenarios on machines with small mistakes."""
+    found = survey(trial.machine.model, trial.suites)
+    survivors = [
+        f"{one.place or trial.machine.model.name}: {one.kind}: {one.text}: no scenario notices"
+        for one in found.survivors
+    ]
+    total = found.killed + len(survivors)
+    line = f"{total} changes, {found.killed} noticed: {found.score:.1f}%"
+    as_json = {"machine": trial.machine.model.name, "changes": total, "noticed": found.killed, "survivors": survivors}
+    return Told(not survivors, [*survivors, line], as_json)
+
+
+def _written(measured: list[Measured], reports: Reports) -> list[str]:
+    lines: list[str] = []
+    if reports.table:
+        lines += ["", *coverage_table(measured, Path.cwd()), ""]
+    if reports.html is not None:
+        lines.append(f"coverage report: {write_html(reports.html, measured)}")
+    for path, text in ((reports.lcov, lcov), (reports.cobertura, cobertura)):
+        if path is not None:
+            path.write_text(text(measured), encoding="utf-8", newline="\n")
+    return lines
+
+
+def _result_json(result: Result) -> dict[str, Any]:
+    failure: Failure | None = result.failure
+    found: dict[str, Any] = {"name": result.scenario.name, "passed": result.passed}
+    if result.scenario.place is not None:
+        found["place"] = str(result.scenario.place)
+    if failure is not None:
+        found["failure"] = {
+            "message": failure.message,
+            "place": str(failure.place) if failure.place else None,
+            "time": failure.time,
+            "states": list(failure.configuration),
+            "variables": dict(failure.variables),
+            "considered": list(failure.considered),
+        }
+    return found
+
+
+def _verdict_json(verdict: Verdict, writer: Writer) -> dict[str, Any]:
+    return {
+        "name": verdict.name,
+        "property": verdict.text,
+        "holds": verdict.holds,
+        "proved": verdict.complete and verdict.holds,
+        "situations": verdict.situations,
+        "steps": verdict.steps,
+        "depth": verdict.depth,
+        "counterexample": None if verdict.counterexample is None else writer.scenario(verdict.counterexample),
+    }

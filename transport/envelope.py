@@ -22,6 +22,7 @@ MAX_REASON = 200
 # version, flags, two bytes of nothing, CRC-32, then what the class lists
 _COMMAND = struct.Struct("<BBxxIQQq")
 _OBSERVATION = struct.Struct("<BBxxIIIQQQq")
+_SEAL = struct.calcsize("<BBxxI")
 _RING, _AGAIN = 1, 2
 _FINISHED, _STOPPED, _DOOR, _DOOR_ACCEPTED = 1, 2, 4, 8
 _MOST = 2**32 - 1
@@ -113,6 +114,16 @@ class ObservationTag:
         door = DoorReply(bool(flags & _DOOR_ACCEPTED), rest.decode(errors="ignore")) if flags & _DOOR else None
         finished, stopped = bool(flags & _FINISHED), bool(flags & _STOPPED)
         return cls(epoch, sequence, stamp, instance, rejected, rings, finished, stopped, door)
+
+
+def is_tagged(attachment: bytes) -> bool:
+    """Whether an attachment is long enough to be one of an observation; another program's rarely is."""
+    return len(attachment) >= _OBSERVATION.size
+
+
+def same_observation(attachment: bytes, other: bytes) -> bool:
+    """Whether two attachments claim to belong to one observation: all but their check sums is equal."""
+    return attachment[_SEAL:] == other[_SEAL:]
 
 
 def _sealed(layout: struct.Struct, flags: int, fields: tuple[int, ...], rest: bytes, payload: bytes) -> bytes:

@@ -110,22 +110,29 @@ class Gate:
             heartbeat: s.
         """
         try:
+            item: Message | Request | None = None
             while not stop():
-                self._inbox.wait(min(self.pump(), heartbeat))
+                item = self._inbox.take(min(self.pump(item), heartbeat))
                 while self._reports:
                     yield self._reports.pop(0)
         finally:
             self._base.move(STOP)
 
-    def pump(self) -> float:
-        """Do all that is due now, without waiting; the time until something is due again, s."""
-        while (item := self._inbox.take()) is not None:
+    def pump(self, item: Message | Request | None = None) -> float:
+        """Do all that is due now, without waiting, beginning with an item that was taken from the inbox already.
+
+        Returns:
+            the time until something is due again, s.
+        """
+        item = item or self._inbox.take()
+        while item is not None:
             if isinstance(item, Request):
                 answer, understood = respond(self, item.payload)
                 self.dropped.update([] if understood else ["malformed question"])
                 item.reply(answer)
             else:
                 self._judge(item)
+            item = self._inbox.take()
         self._move()
         if (observation := self._base.sense()) is not None:
             self._show(observation)

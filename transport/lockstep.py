@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 
 from transport.bus import MAX_PAYLOAD, Bus, Mailbox, Message, Request
 from transport.codec import (
@@ -22,9 +21,9 @@ from transport.codec import (
     encode_scan,
     encode_twist,
 )
-from transport.envelope import CommandTag, ObservationTag
+from transport.envelope import CommandTag, ObservationTag, is_tagged, same_observation
 from transport.keys import RobotKeys
-from transport.messages import STOP, Command, Observation, Odometry, Scan
+from transport.messages import STOP, Command, Observation
 from transport.robot import LinkError
 from transport.session import (
     Ask,
@@ -69,7 +68,7 @@ class LockstepServer:
         keys = RobotKeys(robot)
         self._publishers = (
             bus.publisher(keys.clock),
-            bus.publisher(keys.odometry),
+            bus.publisher(keys.odometry, urgent=True),
             bus.publisher(keys.scan, urgent=True),
         )
         bus.subscribe(keys.command, self._inbox.put)
@@ -176,14 +175,6 @@ class LockstepServer:
             publisher.put(payload, attachment)
 
 
-@dataclass(frozen=True, slots=True)
-class _Arrival:
-    """A message and what it claims to be."""
-
-    scan: bool
-    message: Message
-
-
 class RemoteLockstep:
     """The robot of a world behind a network, which moves on with each command.
 
@@ -199,11 +190,14 @@ class RemoteLockstep:
         self._sequence = 0
         self._finished = False
         self._observation: Observation | None = None
-        self._inbox: Mailbox[_Arrival] = Mailbox()
+        self._scan: Message | None = None
+        self._odometry: Message | None = None
+        # Scan and odometry wake whoever waits only together: a thread that wakes for half an answer costs as much.
+        self._inbox: Mailbox[tuple[Message, Message]] = Mailbox()
         keys = RobotKeys(granted.robot)
         self._publisher = bus.publisher(keys.command, urgent=True)
-        bus.subscribe(keys.scan, lambda message: self._inbox.put(_Arrival(scan=True, message=message)))
-        bus.subscribe(keys.odometry, lambda message: self._inbox.put(_Arrival(scan=False, message=message)))
+        bus.subscribe(keys.odometry, self._take_odometry)
+        bus.subscribe(keys.scan, self._take_scan)
         nothing = encode_twist(STOP)
         self._step = nothing, CommandTag(self._epoch, 0, 0, again=True).encode(nothing)
         self._publisher.put(*self._step)
@@ -258,36 +252,55 @@ class RemoteLockstep:
             finally:
                 self._bus.close()
 
+    def _take_odometry(self, message: Message) -> None:
+        if self._is_tagged(message):
+            self._odometry = message
+            self._pair()
+
+    def _take_scan(self, message: Message) -> None:
+        if self._is_tagged(message):
+            self._scan = message
+            self._pair()
+
+    def _is_tagged(self, message: Message) -> bool:
+        tagged = is_tagged(message.attachment)
+        self.dropped.update([] if tagged else ["foreign"])
+        return tagged
+
+    def _pair(self) -> None:
+        scan, odometry = self._scan, self._odometry
+        if scan and odometry and same_observation(scan.attachment, odometry.attachment):
+            self._inbox.put((scan, odometry))
+
     def _receive(self) -> Observation:
         began = time.monotonic()
         deadline, pause = began + self._limit, _FIRST_RESEND
         resend = began + pause
-        scan: Scan | None = None
-        odometry: Odometry | None = None
-        while True:
-            now = time.monotonic()
-            if now >= deadline:
-                raise LinkError(f"the simulator of {self._robot!r} has not answered for {self._limit:g} s")
+        while (now := time.monotonic()) < deadline:
             if now >= resend:
                 self._check_lease(deadline)
                 self._publisher.put(*self._step)
                 self.resent += 1
                 pause = min(2 * pause, _LONGEST_RESEND)
                 resend = time.monotonic() + pause
-            arrival = self._inbox.take(max(0.0, min(resend, deadline) - now))
-            if arrival is None or (tag := self._read_tag(arrival.message)) is None:
-                continue
-            try:
-                if arrival.scan:
-                    scan = decode_scan(arrival.message.payload)
-                else:
-                    odometry = decode_odometry(arrival.message.payload)
-            except CodecError:
-                self.dropped["malformed"] += 1
-                continue
-            if scan is not None and odometry is not None:
-                self._finished = tag.finished
-                return Observation(tag.stamp, scan, odometry, tag.door)
+            pair = self._inbox.take(max(0.0, min(resend, deadline) - now))
+            observation = None if pair is None else self._read(*pair)
+            if observation is not None:
+                return observation
+        raise LinkError(f"the simulator of {self._robot!r} has not answered for {self._limit:g} s")
+
+    def _read(self, scan: Message, odometry: Message) -> Observation | None:
+        """The observation that is waited for, if these are its messages."""
+        tag = self._read_tag(scan)
+        if tag is None or self._read_tag(odometry) is None:
+            return None
+        try:
+            observation = Observation(tag.stamp, decode_scan(scan.payload), decode_odometry(odometry.payload), tag.door)
+        except CodecError:
+            self.dropped["malformed"] += 1
+            return None
+        self._finished = tag.finished
+        return observation
 
     def _read_tag(self, message: Message) -> ObservationTag | None:
         try:

@@ -90,7 +90,6 @@ class ZenohBus:
             self._session.declare_publisher(
                 key,
                 congestion_control=zenoh.CongestionControl.DROP,
-                priority=zenoh.Priority.REAL_TIME if urgent else zenoh.Priority.DATA,
                 express=urgent,
             )
         )

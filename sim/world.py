@@ -146,6 +146,9 @@ class World:
                 self._in_touch = {robot for (robot, _), count in self._touching.items() if count}
             self._steps += 1
             self.time = self._began + self._steps * duration
+        for door, body in doors:
+            if door.at_rest:
+                body.velocity = 0.0, 0.0
 
     def _robot_points(self) -> list[Point]:
         return [(base.body.position.x, base.body.position.y) for base in self.bases.values()]

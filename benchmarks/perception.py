@@ -312,7 +312,7 @@ def times(count: int) -> None:
         for label, names in (("all signals", list(functions)), ("what a Pledge supervisor names", NAMED)):
             called = [functions[name] for name in names]
             each[label].append(timed(partial(tick, Perception(PICO, SETTINGS), observation, called))[1])
-        for name in ("sweep", "lines", "compass", "space", "centre", "wall_right", "clearance", "repulsion", "outside",
+        for name in ("sweep", "lines", "compass", "space", "centre", "wall_right", "clearance", "repulsion",
                      "doors", "junction", "landmarks", "nodes", "minimap", "hough"):  # fmt: skip
             facts = Facts(observation, PICO, SETTINGS, WorldModel(SETTINGS))
             for needed in ("points", "lines", "compass", "aligned"):

@@ -10,7 +10,7 @@ import numpy as np
 
 from perception.compass import Compass, compass_of
 from perception.door import Door, find_doors, is_near, open_share, passage_of
-from perception.exit import is_outside, quantised
+from perception.exit import quantised
 from perception.hough import HoughSpace, hough_compass, hough_space
 from perception.junction import Junction, junction_of
 from perception.landmarks import Landmark, find_landmarks
@@ -154,11 +154,6 @@ class Facts:
         return repulsion_of(self.sweep, self.settings.repulsion)
 
     @cached_property
-    def outside(self) -> bool:
-        """Whether this scan alone shows the robot outside a wall that it has just passed."""
-        return is_outside(self.sweep, self.aligned, self.misalignment, self.robot.footprint, self.settings.exit)
-
-    @cached_property
     def exit_ahead(self) -> bool:
         """Whether nothing is in sight straight along the corridor, as at an exit."""
         settings = self.settings
@@ -228,5 +223,5 @@ class Perception:
         facts = Facts(observation, self.robot, self.settings, self.world)
         self.world.move(observation.odometry)
         self.world.align(facts.compass)
-        self.world.clear_ticks = self.world.clear_ticks + 1 if facts.outside else 0
+        self.world.follow_lane(facts.sweep, self.robot.footprint)
         return facts

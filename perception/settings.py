@@ -118,13 +118,17 @@ class ExitSettings(Settings):
     """Whether the robot has left the maze."""
 
     range: Positive = 10.0
-    """Nothing may stand ahead of the robot within this distance, m; more than the largest open space's length."""
-    half_angle: Positive = math.radians(50)
-    """Half of the angle that counts as ahead, rad."""
-    beside: Positive = 1.5
-    """How far to the sides the posts of the exit must be behind the robot, m."""
+    """Nothing may stand in the robot's lane within this distance, m; more than the largest open space's length."""
+    beside: Positive = 0.35
+    """What bounds the lane stands at most so far before or behind the robot's origin, m."""
+    max_half_width: Positive = 1.5
+    """And at most so far to a side, m."""
+    widening: NotNegative = 0.1
+    """The lane reaches so far into the walls, m; more than the noise and an offset of the walls."""
     margin: NotNegative = 0.02
-    """How far the robot's rear must be past the posts, m; more than the noise."""
+    """How far the robot's rear must be past the end of the walls, m; more than the noise."""
+    known_share: Share = 0.9
+    """Share of the readings that must be known."""
     ticks: Count = 3
     """For so many ticks in a row."""
 

@@ -65,8 +65,11 @@ def distance_right(facts: Facts) -> Length:
 
 @LIBRARY.signal("exit.crossed")
 def exit_crossed(facts: Facts) -> bool:
-    """Whether the whole robot has been outside the maze for some ticks; false where it is not known."""
-    return facts.world.clear_ticks >= facts.settings.exit.ticks
+    """Whether the whole robot has been outside the maze for some ticks; false where it is not known.
+
+    It is outside when its lane's walls have ended behind it and nothing is in that lane within the laser's range.
+    """
+    return facts.world.outside_ticks >= facts.settings.exit.ticks
 
 
 @LIBRARY.signal("misalignment")

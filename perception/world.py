@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 
 from perception.compass import Compass
 from perception.door import Door
+from perception.exit import NO_LANE, Lane, next_lane, rear_of
 from perception.marks import Marks
 from perception.odometry import Step, corrected, is_restart, moved, step_between
 from perception.settings import PerceptionSettings
+from perception.sweep import Sweep
 from transport.description import Point
 from transport.messages import Odometry, Pose
 
@@ -64,7 +66,8 @@ class WorldModel:
         turned: sum of all turns so far, rad, counter-clockwise, not wrapped.
         step: the last tick's movement.
         restarts: how often the odometry began anew.
-        clear_ticks: for how many ticks in a row the scan has shown the robot outside.
+        lane: the strip between walls that the robot is in.
+        outside_ticks: for how many ticks in a row the scan has shown the robot outside.
         doors: the doors tried so far, in order.
         marks: the junctions that the robot has marked.
     """
@@ -75,7 +78,8 @@ class WorldModel:
     turned: float = 0.0
     step: Step = field(default_factory=Step)
     restarts: int = 0
-    clear_ticks: int = 0
+    lane: Lane = NO_LANE
+    outside_ticks: int = 0
     doors: list[DoorPlace] = field(default_factory=list)
     marks: Marks = field(init=False)
     _odometry: Pose | None = None
@@ -110,6 +114,14 @@ class WorldModel:
         correction = math.remainder(-compass.misalignment - self.pose.heading, self.settings.compass.world_angle)
         x, y = to_world(Pose(heading=correction), (self.pose.x, self.pose.y))
         self.pose = Pose(x, y, self.pose.heading + correction)
+
+    def follow_lane(self, sweep: Sweep, footprint: tuple[Point, ...]) -> None:
+        """Take in what the scan shows of the lane that the robot is in."""
+        misalignment = self.misalignment
+        moved = self.step.forward * math.cos(misalignment) + self.step.left * math.sin(misalignment)
+        rear = rear_of(footprint, misalignment)
+        self.lane = next_lane(self.lane, sweep, misalignment, (moved, rear), self.settings.exit)
+        self.outside_ticks = self.outside_ticks + 1 if self.lane.outside else 0
 
     @property
     def misalignment(self) -> float:

@@ -111,7 +111,7 @@ def test_a_corridor_is_the_same_for_every_laser(laser, mount):
     assert facts.junction.kind == "corridor"
     assert not facts.space.left.free
     assert facts.space.front.free
-    assert not facts.outside
+    assert not facts.world.lane.outside
 
 
 @given(st.integers(0, 10**6), st.integers(180, 1500), st.floats(1.6, 3.14), mounts)

@@ -70,32 +70,6 @@ def test_a_remembered_door_is_known_again_and_opens():
     assert value("door.passable", facts)
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-@pytest.mark.parametrize("angle", [math.radians(angle) for angle in (-10, 0, 10)])
-def test_the_exit_is_crossed_when_the_whole_robot_is_outside(width, angle):
-    walls = [
-        (-3, width / 2, 3, width / 2),
-        (-3, -width / 2, 3, -width / 2),
-        (3, width / 2, 3, 4),
-        (3, -width / 2, 3, -4),
-    ]
-    perception = Perception(PICO)
-    rng = np.random.default_rng(7)
-    steps = np.arange(2.0, 4.0, 0.05)
-    crossed = [value("exit.crossed", perception.facts(observe(walls, Pose(x, 0.05, angle), rng=rng))) for x in steps]
-    rear = min(x * math.cos(angle) - y * math.sin(angle) for x, y in PICO.footprint)
-    first = steps[crossed.index(True)]
-    assert 3.0 - rear < first < 3.0 - rear + 0.3
-
-
-def test_an_open_space_is_not_outside():
-    walls = [(-1, -4, -1, 4), (-1, 4, 8, 4), (8, 4, 8, -4), (8, -4, -1, -4)]
-    perception = Perception(PICO)
-    rng = np.random.default_rng(7)
-    for x in np.arange(0.0, 7.0, 0.5):
-        assert not value("exit.crossed", perception.facts(observe(walls, Pose(x, 0.0), rng=rng)))
-
-
 @pytest.mark.parametrize("reading", [math.nan, math.inf, -math.inf, 0.0, -1.0, 1e30, 0.5])
 def test_every_signal_has_a_value_for_a_scan_of_one_reading(reading):
     ranges = np.full(1000, reading, np.float32)

@@ -17,6 +17,7 @@ from hsm.testing.mutating import survey
 from hsm.testing.running import Failure, Result, run_suite
 from hsm.testing.table import coverage_table, missed_lines, total_share
 from hsm.testing.trial import Trial
+from hsm.testing.watching import watches
 from hsm.testing.writing import Writer
 
 
@@ -62,7 +63,7 @@ def run_trial(trial: Trial, steps: int | None, reports: Reports) -> Told:
     results: list[Result] = []
     for suite in trial.suites:
         lines.append(suite.file)
-        for result in run_suite(suite, trial.machine):
+        for result in run_suite(suite, trial.machine, lambda: watches(model.properties)):
             results.append(result)
             measurements.add(model, result.coverage)
             lines.append(f"  {'passed' if result.passed else 'FAILED'}  {result.scenario.name}")

@@ -81,6 +81,16 @@ class Measurements:
         return left
 
 
+def measured_files(folder: Path) -> list[str]:
+    """The files of the machines of which a folder holds data."""
+    found = {
+        one["machine"]
+        for path in sorted(folder.glob("*.json"))
+        for one in json.loads(path.read_text(encoding="utf-8"))["machines"]
+    }
+    return sorted(found)
+
+
 def fingerprint(model: Model) -> str:
     """Tells a machine from the same file's machine before a change."""
     parts = [

@@ -28,3 +28,14 @@ def property_watch(properties: Sequence[Property]) -> Callable[[Driver], list[st
         return violated
 
     return watch
+
+
+def watches(properties: Sequence[Property]) -> tuple[Callable[[Driver], str | None], ...]:
+    """The same as watches of a scenario: the first violation makes it fail."""
+    texts = {one.name: one.text for one in properties}
+    look_at = property_watch(properties)
+
+    def watch(driver: Driver) -> str | None:
+        return next((f"property {name} is violated: {texts[name]}" for name in look_at(driver)), None)
+
+    return (watch,) if properties else ()

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
-    from hsm.registry import Library, Parameter
+    from hsm.registry import Library
 
 
 class Subject(StrEnum):
@@ -78,28 +78,29 @@ def _rows(subject: Subject) -> Iterable[dict[str, str]]:
 
 def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
     """What the registry declares."""
+    from hsm.dsl.describe import first_line, holds_text, outcomes_text, signature, type_text
+
     match subject:
         case Subject.SIGNALS:
             for signal in library.signals.values():
-                call = _signature(signal.name, signal.parameters, empty="")
-                yield {"name": call, "type": _with_unit(signal.type), "about": _first_line(signal.doc)}
+                call = signature(signal.name, signal.parameters, empty="")
+                yield {"name": call, "type": type_text(signal.type), "about": first_line(signal.doc)}
         case Subject.ACTIVITIES:
             for activity in library.activities.values():
-                ends = ", ".join(activity.outcomes) or "does not end"
-                holds = f"holds {', '.join(activity.holds)}" if activity.holds else "holds nothing"
-                call = _signature(activity.name, activity.parameters)
-                yield {"name": call, "outcomes": ends, "holds": holds, "about": _first_line(activity.doc)}
+                row = {"name": signature(activity.name, activity.parameters), "outcomes": outcomes_text(activity)}
+                yield {**row, "holds": holds_text(activity), "about": first_line(activity.doc)}
         case Subject.ACTIONS:
             for action in library.actions.values():
-                yield {"name": _signature(action.name, action.parameters), "about": _first_line(action.doc)}
+                yield {"name": signature(action.name, action.parameters), "about": first_line(action.doc)}
         case Subject.EVENTS:
             for event in library.events.values():
-                yield {"name": event.name, "about": _first_line(event.doc)}
+                yield {"name": event.name, "about": first_line(event.doc)}
         case _:
             yield from _types(library)
 
 
 def _types(library: Library) -> Iterable[dict[str, str]]:
+    from hsm.dsl.describe import first_line
     from hsm.types import QUANTITY_NAMES
 
     yield {"name": "bool", "values": "true, false", "about": ""}
@@ -109,11 +110,12 @@ def _types(library: Library) -> Iterable[dict[str, str]]:
         yield {"name": name, "values": f"numbers{unit}", "about": ""}
     for name, enumeration in library.enumerations.items():
         values = ", ".join(member.value for member in enumeration)
-        yield {"name": name, "values": values, "about": _first_line(enumeration.__doc__ or "")}
+        yield {"name": name, "values": values, "about": first_line(enumeration.__doc__ or "")}
 
 
 def _machines() -> Iterable[dict[str, str]]:
     from controller.machines import shipped_machines
+    from hsm.dsl.describe import first_line
     from hsm.dsl.loading import read_text
     from hsm.dsl.parser import parse
     from hsm.dsl.syntax import MachineLine
@@ -122,26 +124,4 @@ def _machines() -> Iterable[dict[str, str]]:
         tree, _ = parse(read_text(path), str(path))
         head = next((item for item in tree.items if isinstance(item, MachineLine)), None)
         doc = tree.comment_above(head.name.line or 1) if head is not None else ""
-        yield {"name": name, "about": _first_line(doc)}
-
-
-def _signature(name: str, parameters: Sequence[Parameter], empty: str = "()") -> str:
-    from hsm.wording import value_text
-
-    listed = [
-        f"{one.name} : {one.type}" if one.required else f"{one.name} : {one.type} = {value_text(one.default, one.type)}"
-        for one in parameters
-    ]
-    return f"{name}({', '.join(listed)})" if listed else f"{name}{empty}"
-
-
-def _with_unit(kind: object) -> str:
-    from hsm.types import Quantity
-
-    if isinstance(kind, Quantity) and kind.si_unit != "1" and not str(kind).startswith("number"):
-        return f"{kind} in {kind.si_unit}"
-    return str(kind)
-
-
-def _first_line(doc: str) -> str:
-    return doc.strip().partition("\n")[0]
+        yield {"name": name, "about": first_line(doc)}

@@ -204,6 +204,7 @@ class IrSim:
 
 def ticks(rounds: int, irsim: str | None) -> None:
     """A whole tick of 0.1 s: ten physics steps, laser, noise, odometry, referee."""
+    compiled()  # what a long run has loaded anyway
     print("\nA tick of 0.1 s with everything: simulated time over processor time")
     worlds = {f"{count} segments": (scene(count), [RobotDescription()]) for count in SCENES}
     large = replace(generate(Recipe(columns=32, rows=32, loops=20), 1), time_limit=math.inf)

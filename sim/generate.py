@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from sim.formats.grid import HEADINGS, SIDES, Cell
 from sim.layout import Layout, NoRoomError
 from sim.maze import Door, Maze, MazeError, Point, Start, merge_collinear
-from sim.solvability import UnsolvableError, checked
+from sim.solvability import LARGEST, UnsolvableError, checked
 from transport.description import Settings
 from transport.messages import Pose
 
@@ -55,6 +55,8 @@ class Recipe(Settings):
     def _fits(self) -> Recipe:
         if self.doors and not 0.5 <= self.corridor <= 1.5:
             raise ValueError("a door is 0.5 to 1.5 m wide, and so must the corridors be where there are doors")
+        if self.corridor * max(self.columns, self.rows) > LARGEST - self.corridor:
+            raise ValueError(f"a maze must be smaller than {LARGEST:.0f} m")
         if self.offset > self.corridor / 4:
             raise ValueError("the offset must not exceed a quarter of the corridors' width")
         return self

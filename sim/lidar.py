@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -103,25 +104,48 @@ def _along_beam(u: Vector, a: Vector, b: Vector) -> float:
 
 
 def compiled() -> Kernel | None:
-    """The same projection as machine code with the same bits, or None where numba is not installed."""
+    """The same projection as machine code with the same bits, or None where numba is not to be had."""
     if importlib.util.find_spec("numba") is None:
         return None
-    from sim._lidar_numba import project as compiled_project  # noqa: PLC0415 - numba takes half a second to import
-
+    try:
+        from sim._lidar_numba import project as compiled_project  # noqa: PLC0415 - numba takes its time to import
+    except RuntimeError:  # there is no folder where numba may keep the machine code
+        return None
     return compiled_project
+
+
+class Adaptive:
+    """Plain numpy at first, machine code once so many scans have been made that loading it pays; the bits are equal."""
+
+    def __init__(self, patience: int = 4000) -> None:
+        """Args: after so many scans the machine code is loaded."""
+        self._left = patience
+        self._kernel: Kernel = project
+
+    def __call__(self, segments: Segments, sensor: Sensor, beams: Ranges, fan: Fan) -> Ranges:
+        """See `project`."""
+        self._left -= 1
+        if self._left == 0 or (self._left > 0 and "sim._lidar_numba" in sys.modules):
+            self._left = 0
+            self._kernel = compiled() or project
+        return self._kernel(segments, sensor, beams, fan)
+
+
+_ADAPTIVE = Adaptive()
+"""Shared by all lasers of the process."""
 
 
 class Lidar:
     """A laser range finder without noise."""
 
     def __init__(self, geometry: ScanGeometry, mount: Pose | None = None, kernel: Kernel | None = None) -> None:
-        """Args: the beams, the sensor's pose in the robot's frame, and the projection (the fastest one there is)."""
+        """Args: the beams, the sensor's pose in the robot's frame, and the projection (an `Adaptive` one)."""
         self.geometry = geometry
         self.mount = mount or Pose()
         angles = geometry.angles()
         self._beams = np.stack([np.cos(angles), np.sin(angles)])
         self._fan = (geometry.angle_min, geometry.angle_increment, geometry.range_max)
-        self._project = kernel or compiled() or project
+        self._project = kernel or _ADAPTIVE
 
     def ranges(self, segments: Segments, robot: Pose) -> Ranges:
         """Exact distances along the beams.

@@ -21,7 +21,7 @@ def disturbed(
         generator: where the errors are drawn from.
 
     Returns:
-        Metres, shape (beams,); infinity where nothing was hit, NaN where a beam dropped out.
+        Metres, shape (beams,); infinity where nothing was hit or nothing came back, NaN where a beam dropped out.
     """
     if noise.model == "uniform":
         errors = generator.random(len(exact))
@@ -32,6 +32,8 @@ def disturbed(
         exact += noise.size * generator.standard_normal(len(exact))
     np.maximum(exact, 0.0, out=exact)
     exact[exact > geometry.range_max] = np.inf
+    if noise.miss:
+        exact[generator.random(len(exact)) < noise.miss] = np.inf
     if noise.dropout:
         exact[generator.random(len(exact)) < noise.dropout] = np.nan
     return exact.astype(np.float32)

@@ -22,6 +22,8 @@ class LaserNoise(Settings):
     """Half the width of the uniform distribution, or the standard deviation of the Gaussian one, m."""
     dropout: Fraction = 0.0
     """Probability that a beam measures nothing; it reads NaN."""
+    miss: Fraction = 0.0
+    """Probability that a beam does not come back from what it hits; it reads infinity."""
 
 
 class OdometryNoise(Settings):

@@ -19,6 +19,8 @@ OUTSIDE_RADII = (1.0, 1.5, 2.0, 3.0, 4.0)
 """Radii of the discs that feel for the outside, m: openings narrower than the smallest one's diameter count as shut."""
 SNAP = 0.15
 """An exit that was found on the grid is drawn to the end of a wall that is as near as this, m."""
+LARGEST = 200.0
+"""Mazes longer or wider than this are refused, m."""
 THIN = 0.03
 """Half the width of the narrowest gap that a search on the grid finds for certain, m."""
 
@@ -52,6 +54,13 @@ def checked(maze: Maze, radius: float | None = None) -> Maze:
     radius = RobotDescription().radius if radius is None else radius
     if len(maze.walls) == 0:
         raise UnsolvableError("the maze has no walls", maze.start_point)
+    left, bottom, right, top = maze.bounds
+    if max(right - left, top - bottom) > LARGEST:
+        raise UnsolvableError(
+            f"the maze is {right - left:.4g} by {top - bottom:.4g} m; more than {LARGEST:.0f} m is not searched",
+            (right, top),
+            "check the scale",
+        )
     for start in maze.starts:
         x, y = start.pose.x, start.pose.y
         if float(distances(np.array([[x, y]]), _with_doors(maze)).min()) < radius:

@@ -49,7 +49,7 @@ def read(path: Path, content: bytes, metres_a_pixel: float = METRES_A_PIXEL) -> 
     try:
         with Image.open(io.BytesIO(content)) as image:
             grey = np.asarray(_on_white(image))
-    except (UnidentifiedImageError, OSError, ValueError, SyntaxError) as error:
+    except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
         raise MazeError(str(path), f"the image cannot be decoded: {error}") from None
     wall = grey < WALL_BELOW
     if not wall.any():

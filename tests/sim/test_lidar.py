@@ -2,6 +2,7 @@
 
 import math
 import os
+import sys
 
 import numpy as np
 import pymunk
@@ -10,7 +11,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.lidar import Lidar, compiled, project
+from sim.lidar import Adaptive, Lidar, compiled, project
 from transport.messages import Pose, ScanGeometry
 
 PICO = ScanGeometry(1000, -2.0, 4 / 999, 0.01, 10.0)
@@ -148,3 +149,13 @@ def test_the_mount_shifts_and_turns_the_sensor():
     assert Lidar(ahead, Pose(0.0, -0.5, -math.pi / 2)).ranges(wall, Pose(0.0, 0.0, math.pi / 2))[1] == pytest.approx(
         2.5, abs=1e-12
     )
+
+
+def test_the_change_to_machine_code_in_mid_run_cannot_be_seen(monkeypatch):
+    monkeypatch.delitem(sys.modules, "sim._lidar_numba", raising=False)
+    segments, pose = random_scene(np.random.default_rng(5), 40)
+    adaptive, plain = Lidar(PICO, kernel=Adaptive(patience=3)), Lidar(PICO, kernel=project)
+    for turn in range(6):
+        here = Pose(pose.x, pose.y, pose.heading + turn)
+        assert adaptive.ranges(segments, here).tobytes() == plain.ranges(segments, here).tobytes()
+        assert ("sim._lidar_numba" in sys.modules) == (turn >= 2)

@@ -14,6 +14,7 @@ from typer.core import TyperGroup
 from controller.commands import (
     certificates,
     check,
+    diagram,
     fmt,
     gate,
     maze,
@@ -80,6 +81,7 @@ app.command("profile", rich_help_panel=DRIVE)(profile.profile)
 app.command("check", rich_help_panel=WRITE)(check.check)
 app.command("fmt", rich_help_panel=WRITE)(fmt.fmt)
 app.command("test", rich_help_panel=WRITE)(test.test)
+app.command("diagram", rich_help_panel=WRITE)(diagram.diagram)
 app.command("list", rich_help_panel=WRITE)(list_.listing)
 app.add_typer(maze.app, name="maze", rich_help_panel=WORLD)
 app.command("sim", rich_help_panel=LINK)(sim.sim)

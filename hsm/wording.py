@@ -15,7 +15,7 @@ from hsm.types import UNITS, Quantity, Type
 _BINDING = {"or": 1, "and": 2, "not": 3, "==": 4, "!=": 4, "<": 4, "<=": 4, ">": 4, ">=": 4}
 _BINDING |= {"+": 5, "-": 5, "*": 6, "/": 6}
 _ATOM = 9
-_ANGLE = Quantity(angle=1)
+_DEGREES = {Quantity(angle=1): "deg", Quantity(angle=1, time=-1): "deg/s"}
 
 
 def value_text(value: Any, kind: Type | None = None) -> str:
@@ -30,8 +30,8 @@ def value_text(value: Any, kind: Type | None = None) -> str:
     if isinstance(value, Enum):
         return str(value.value)
     if isinstance(kind, Quantity) and kind != Quantity():
-        unit, factor = ("deg", math.degrees(1)) if kind == _ANGLE else (kind.si_unit, 1.0)
-        written = f"{value * factor:.10g}"
+        unit = _DEGREES.get(kind, kind.si_unit)
+        written = f"{math.degrees(value) if kind in _DEGREES else value:.10g}"
         return f"{written} {unit}" if unit in UNITS else f"{written} ({unit})"
     return f"{value:.10g}" if isinstance(value, float) else str(value)
 
@@ -63,7 +63,8 @@ def _bound(expression: Expression) -> tuple[str, int]:
         case Binary(operator, left, right):
             level = _BINDING[operator]
             loose = level if level != _BINDING["=="] else level + 1
-            return f"{_inside(left, loose)} {operator} {_inside(right, level + 1)}", level
+            tight = level if operator in ("and", "or") else level + 1
+            return f"{_inside(left, loose)} {operator} {_inside(right, tight)}", level
 
 
 def _inside(expression: Expression, level: int) -> str:
@@ -72,12 +73,13 @@ def _inside(expression: Expression, level: int) -> str:
 
 
 def call_text(name: str, parameters: Sequence[Parameter], arguments: Sequence[Expression]) -> str:
-    """A call with named arguments; arguments that are the default are left out."""
-    given = [
-        f"{parameter.name} = {expression_text(argument)}"
-        for parameter, argument in zip(parameters, arguments, strict=False)
-        if parameter.required or not (isinstance(argument, Literal) and argument.value == parameter.default)
-    ]
+    """A call as short as an author would write it: without the defaults, and required arguments without their names."""
+    given = []
+    for parameter, argument in zip(parameters, arguments, strict=False):
+        if parameter.required:
+            given.append(expression_text(argument))
+        elif not (isinstance(argument, Literal) and argument.value == parameter.default):
+            given.append(f"{parameter.name} = {expression_text(argument)}")
     return f"{name}({', '.join(given)})" if given else name
 
 
@@ -103,6 +105,10 @@ def trigger_text(trigger: Trigger, guard: Expression | None = None) -> str:
 def action_text(action: Action) -> str:
     """One action."""
     match action:
+        case Assign(variable, Binary("+" | "-" | "*" | "/" as operator, VariableValue(name), value)) if (
+            name == variable
+        ):
+            return f"{variable} {operator}= {expression_text(value)}"
         case Assign(variable, value):
             return f"{variable} = {expression_text(value)}"
         case Call(declared, arguments):

@@ -1,0 +1,298 @@
+"""Machines drawn, with the diagram support of the library ``transitions``: Graphviz pictures and Mermaid text.
+
+States lie within states; regions of a parallel state have a dashed border; history is a circle with an H (H* where it
+is deep); final states have a double border. A state says what it does, what it runs on entry and exit, and its internal
+transitions; a transition says trigger, guard and actions; time-outs are dashed.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from transitions.extensions.diagrams_mermaid import NestedGraph as MermaidGraph
+from transitions.extensions.diagrams_pygraphviz import NestedGraph
+
+from hsm.model import After, Model, State, StateKind, Transition
+from hsm.plans import own_name
+from hsm.topology import HISTORY
+from hsm.wording import action_text, activity_text, trigger_text
+
+if TYPE_CHECKING:
+    from hsm.machine import Machine
+
+FORMATS = ("svg", "png", "dot", "mmd")
+"""What a diagram can be written as: pictures, Graphviz's language, Mermaid's language."""
+
+WIDTH = 34
+"""Longer lines are broken, where there is a blank, after so many characters."""
+
+_ENTITIES = {"#": "#35;", ";": "#59;", "<": "#lt;", ">": "#gt;", '"': "#quot;", ":": "#58;"}
+_FONT = "Helvetica"
+_STYLES: dict[str, dict[str, dict[str, str]]] = {
+    "node": {
+        "default": {"style": "rounded,filled", "shape": "box", "fillcolor": "white", "color": "#333333"},
+        "parallel": {"style": "rounded,filled", "shape": "box", "fillcolor": "white", "color": "#333333"},
+    },
+    "edge": {"default": {"color": "#333333"}},
+    "graph": {
+        "default": {"style": "rounded,filled", "fillcolor": "#f4f6f8", "color": "#333333"},
+        "parallel": {"style": "rounded,filled,dashed", "fillcolor": "#e9eef3", "color": "#333333"},
+    },
+}
+_MERMAID_STYLES = {
+    "node": {"default": {"fillcolor": "white", "color": "black"}, "parallel": {"fillcolor": "white", "color": "black"}}
+}
+
+
+class DiagramError(Exception):
+    """A diagram that cannot be drawn; the message says why and what to do."""
+
+
+def draw(machine: Machine, path: str | Path, fills: Mapping[str, str] | None = None) -> None:
+    """Write a diagram of a machine to a file; its name's ending says as what.
+
+    Args:
+        machine: the machine.
+        path: where to: ``.svg``, ``.png``, ``.dot`` or ``.mmd``.
+        fills: colours of states by their full names, such as ``#ffcccc``.
+
+    Raises:
+        DiagramError: the ending is none of these, or Graphviz is not installed.
+        OSError: the file cannot be written.
+    """
+    ending = Path(path).suffix.removeprefix(".")
+    if ending not in FORMATS:
+        raise DiagramError(f"a diagram is written as {', '.join(FORMATS)}, not as `{ending or path}`")
+    Path(path).write_bytes(render(machine, ending, fills))
+
+
+def render(machine: Machine, form: str, fills: Mapping[str, str] | None = None) -> bytes:
+    """A diagram as the contents of a file.
+
+    Args:
+        machine: the machine.
+        form: one of ``FORMATS``.
+        fills: colours of states by their full names.
+
+    Raises:
+        DiagramError: Graphviz is not installed.
+    """
+    if form == "mmd":
+        return _mermaid(machine.model).encode()
+    try:
+        graph = _Picture(machine.model, fills or {}).get_graph()
+    except (ImportError, AttributeError) as error:  # `transitions` leaves the module out where it is not installed
+        raise DiagramError("this needs pygraphviz: install maze-machine[diagrams], or write a .mmd") from error
+    if form == "dot":
+        return str(graph.to_string()).encode()
+    drawn: bytes = graph.draw(format=form, prog="dot")
+    return drawn
+
+
+def _mermaid(model: Model) -> str:
+    config = _config(model, "\\n".join, _mermaid_text)
+    adapter = _adapter(model, config, _MERMAID_STYLES, {"rankdir": "TB"})
+    return f"{MermaidGraph(adapter).get_graph().draw(None)}\n"
+
+
+def _mermaid_text(line: str) -> str:
+    """A line of text with Mermaid's own marks written as entities."""
+    return "".join(_ENTITIES.get(mark, mark) for mark in line)
+
+
+def _adapter(model: Model, config: dict[str, Any], styles: Any, attributes: dict[str, Any]) -> Any:
+    """What the diagrams of ``transitions`` ask of a machine."""
+    return SimpleNamespace(
+        title=model.name,
+        initial=config["initial"],
+        machine_attributes=attributes,
+        style_attributes=styles,
+        state_cls=SimpleNamespace(separator="_"),
+        show_state_attributes=False,
+        show_conditions=False,
+        get_markup_config=lambda: config,
+    )
+
+
+def _config(model: Model, join: Callable[[list[str]], str], clean: Callable[[str], str]) -> dict[str, Any]:
+    """The machine as ``transitions`` describes machines to its diagrams; states go by their index."""
+    made: list[dict[str, Any]] = []
+    for state in model.states:
+        one: dict[str, Any] = {"name": _id(state.index), "label": join([clean(line) for line in _lines(model, state)])}
+        if state.children:
+            one["children"] = []
+            initial = [_id(child) for child in state.initial if child in state.children]
+            one["initial"] = [] if state.kind is StateKind.PARALLEL else (initial or [""])[0]
+        if state.kind is StateKind.FINAL:
+            one["final"] = True
+        made.append(one)
+        if state.index:
+            made[state.parent]["children"].append(one)
+    transitions = [
+        {
+            "source": _path(model, transition.source),
+            "dest": _path(model, target),
+            "trigger": join([clean(line) for line in _wrapped(_transition_text(transition))]) or " ",
+        }
+        for transition in model.transitions
+        for target in transition.targets
+        if transition.source
+    ]
+    return {
+        "states": made[0].get("children", []),
+        "transitions": transitions,
+        "initial": _id(model.states[0].initial[0]),
+    }
+
+
+def _id(index: int) -> str:
+    return f"s{index}"
+
+
+def _path(model: Model, index: int) -> str:
+    names = []
+    while index > 0:
+        names.append(_id(index))
+        index = model.states[index].parent
+    return "_".join(reversed(names))
+
+
+def _lines(model: Model, state: State) -> list[str]:
+    """What is written in a state."""
+    if state.kind in HISTORY:
+        return ["H*" if state.kind is StateKind.DEEP_HISTORY else "H"]
+    lines = [own_name(state) + (f" = {state.instance}" if state.instance else "")]
+    if state.activity is not None:
+        lines += _wrapped(f"do {activity_text(state.activity)}")
+    for word, actions in (("entry", state.entry), ("exit", state.exit)):
+        if actions:
+            lines += _wrapped(f"{word} / {', '.join(map(action_text, actions))}")
+    for index in state.transitions:
+        if not model.transitions[index].targets:
+            lines += _wrapped(_transition_text(model.transitions[index]))
+    return lines
+
+
+def _transition_text(transition: Transition) -> str:
+    text = trigger_text(transition.trigger, transition.guard)
+    if transition.actions:
+        text += f" / {', '.join(map(action_text, transition.actions))}"
+    return text.strip()
+
+
+def _wrapped(text: str) -> list[str]:
+    return textwrap.wrap(text, WIDTH, break_long_words=False, break_on_hyphens=False)
+
+
+class _Picture(NestedGraph):
+    """A Graphviz picture: the nested graph of ``transitions``, with what statecharts have beyond it."""
+
+    def __init__(self, model: Model, fills: Mapping[str, str]) -> None:
+        self._model = model
+        self._fills = fills
+        attributes = {
+            "directed": True,
+            "strict": False,
+            "compound": True,
+            "rankdir": "LR",
+            "fontname": _FONT,
+            "nodesep": "0.35",
+            "ranksep": "0.45",
+        }
+        config = _config(model, r"\l".join, str)
+        super().__init__(_adapter(model, config, _STYLES, attributes))
+
+    def generate(self) -> None:
+        """Draw states and transitions, then what ``transitions`` does not know."""
+        super().generate()
+        graph = self.fsm_graph
+        graph.node_attr.update(fontname=_FONT, fontsize="11", margin="0.12,0.06")
+        graph.edge_attr.update(fontname=_FONT, fontsize="10", arrowsize="0.7")
+        for state in self._model.states[1:]:
+            if not state.children:
+                self._shape(state)
+        for state in self._model.states:
+            self._mark_initial(state)
+        self._mark_machine()
+        self._colour(graph)
+
+    def _shape(self, state: State) -> None:
+        node = self.fsm_graph.get_node(_path(self._model, state.index))
+        if state.kind in HISTORY:
+            label = _lines(self._model, state)[0]
+            node.attr.update(shape="circle", label=label, width="0.3", margin="0", fixedsize="true")
+        elif state.kind is StateKind.FINAL:
+            node.attr.update(peripheries="2")
+        if state.name in self._fills:
+            node.attr.update(fillcolor=self._fills[state.name])
+
+    def _mark_initial(self, state: State) -> None:
+        """An arrow from a dot to what is entered by default."""
+        graph = self.fsm_graph
+        if state.kind is StateKind.PARALLEL or not state.initial:
+            return
+        source = _path(self._model, state.index)
+        if not state.index:
+            source = "start"
+            graph.add_node(source, shape="point", width="0.12", label="", fillcolor="black")
+        for target in state.initial:
+            graph.add_edge(source, self._anchor(target), **self._head(target), style="bold", color="#888888", label="")
+
+    def _mark_machine(self) -> None:
+        """The transitions of the whole machine start from a note with its name."""
+        root = self._model.states[0]
+        if not root.transitions:
+            return
+        graph = self.fsm_graph
+        graph.add_node("machine", shape="note", style="filled", fillcolor="#fffbe6", label=self._label(root))
+        for index in root.transitions:
+            self._edge("machine", self._model.transitions[index])
+
+    def _label(self, state: State) -> str:
+        return "".join(rf"{line}\l" for line in _lines(self._model, state))
+
+    def _add_edges(self, _transitions: Any, _container: Any) -> None:
+        """Draw each transition by itself: labels stay apart, and time-outs have a style of their own."""
+        for transition in self._model.transitions:
+            if transition.source:
+                self._edge(self._anchor(transition.source), transition)
+
+    def _edge(self, source: str, transition: Transition) -> None:
+        label = "".join(rf"{line}\l" for line in _wrapped(_transition_text(transition)))
+        style = {"style": "dashed"} if isinstance(transition.trigger, After) else {}
+        states = self._model.states
+        for target in transition.targets:
+            ends = self._head(target)
+            if states[target].children and transition.source == target:
+                ends = {}
+            inside = transition.source < target <= states[transition.source].last
+            if states[transition.source].children and transition.source and not inside and transition.source != target:
+                ends["ltail"] = f"cluster_{_path(self._model, transition.source)}"
+            if states[target].children and target < transition.source <= states[target].last:
+                ends.pop("lhead", None)
+            self.fsm_graph.add_edge(source, self._anchor(target), label=label, **ends, **style)
+
+    def _anchor(self, index: int) -> str:
+        return _path(self._model, index)
+
+    def _head(self, index: int) -> dict[str, str]:
+        """An arrow to a state with states in it ends at its border."""
+        return {"lhead": f"cluster_{_path(self._model, index)}"} if self._model.states[index].children else {}
+
+    def _colour(self, graph: Any) -> None:
+        fills = {
+            f"cluster_{_path(self._model, state.index)}": self._fills[state.name]
+            for state in self._model.states
+            if state.children and state.name in self._fills
+        }
+        pending = list(graph.subgraphs_iter())
+        while pending:
+            cluster = pending.pop()
+            cluster.graph_attr.update(rank="", fontsize="12")  # forced ranks would squeeze the labels together
+            if cluster.name in fills:
+                cluster.graph_attr.update(fillcolor=fills[cluster.name])
+            pending.extend(cluster.subgraphs_iter())

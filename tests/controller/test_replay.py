@@ -5,18 +5,25 @@ import socket
 
 import pytest
 
+from controller.mission import drive, prepare
+from controller.outputs import Outputs
+from controller.profile import load_profile
 from controller.replay import Difference, first_difference
+from controller.simulation import SimulatedWorld, find_maze
+from transport.world import LockstepRobot
 
 
-@pytest.fixture
-def recorded(finish, tmp_path):
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
     """A short recorded run and its trace."""
-    arguments = ["--time-limit", 10, "--no-picture", "--record", "run.mcap", "--trace", "run.jsonl"]
-    status, _, err = finish(
-        "run", "pledge", *arguments, "--param", "cruise=0.4 m/s", "--set", "skills.motion.slow_gain=1"
-    )
-    assert (status, err) == (1, "")
-    return tmp_path / "run.mcap", tmp_path / "run.jsonl"
+    folder = tmp_path_factory.mktemp("recorded")
+    profile = load_profile(overrides=["skills.motion.slow_gain=1"])
+    mission = prepare("pledge", profile, [("cruise", "0.4 m/s")], time_limit=10.0)
+    world = SimulatedWorld(find_maze("final_2015"), profile.robot)
+    robot, outputs = LockstepRobot(world), Outputs(folder / "run.jsonl", folder / "run.mcap")
+    with outputs.watchers(mission, "pledge", world) as watchers:
+        drive(mission, robot, robot, watchers)
+    return folder / "run.mcap", folder / "run.jsonl"
 
 
 def test_the_same_machine_gives_the_same_trace_byte_for_byte(finish, recorded, tmp_path):
@@ -74,10 +81,8 @@ def test_the_first_difference_of_two_traces():
 
 def test_a_recording_becomes_a_page(finish, recorded, tmp_path):
     recording, trace = recorded
-    status, out, err = finish("view", recording)
-    assert (status, err) == (0, "")
     page = tmp_path / "run.html"
-    assert out == f"{page}\n"
+    assert finish("view", recording, "-o", page) == (0, f"{page}\n", "")
     data = page.read_text().partition("const DATA = ")[2].partition(";\n")[0]
     shown = json.loads(data)["frames"]
     lines = [json.loads(line) for line in trace.read_text().splitlines()[1:]]

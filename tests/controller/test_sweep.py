@@ -39,7 +39,7 @@ def test_names_that_stand_for_nothing_are_told_before_anything_runs(tmp_path):
 
 
 def test_the_results_do_not_depend_on_the_number_of_workers(tmp_path):
-    jobs = jobs_of(["pledge"], ["corridor"], 3)
+    jobs = jobs_of(["pledge"], ["corridor"], 2)
     texts = set()
     for workers in (1, 2):
         results = Results(tmp_path / f"{workers}.jsonl", SETUP, jobs)

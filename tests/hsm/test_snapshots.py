@@ -1,0 +1,167 @@
+"""Runs saved, restored, and carried over to a changed machine."""
+
+import json
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hsm import SnapshotError, build
+from tests.hsm.charts import (
+    Work,
+    add,
+    after,
+    doing,
+    facts,
+    final,
+    history,
+    model,
+    on,
+    parallel,
+    start,
+    state,
+    when,
+)
+
+
+def machine():
+    return build(
+        model(
+            parallel(
+                "p",
+                state(
+                    "b",
+                    history("h", "b1", deep=True),
+                    state("b1", after(0.7, "b2"), on("go", "b2")),
+                    state("b2", state("u", on("go", "v"), activity=doing(1)), state("v", after(1.1, "b1"))),
+                    on("count", actions=[add("n")]),
+                ),
+                state(
+                    "c",
+                    state("c1", when("a", "c2")),
+                    state("c2", after(0.4, "c1"), on("done", "c1"), activity=doing(2)),
+                ),
+                on("out", "x"),
+            ),
+            state("x", on("back", "h"), after(5.0, "end")),
+            final("end"),
+            variables={"n": 0},
+        )
+    )
+
+
+EVENTS = st.lists(st.sampled_from(["go", "count", "out", "back", "done"]), max_size=2)
+INPUTS = st.lists(st.tuples(EVENTS, st.booleans(), st.sampled_from([None, None, "done"])), min_size=4, max_size=14)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(INPUTS, st.integers(0, 13))
+def test_a_restored_run_has_the_same_trace(inputs, at):
+    compiled = machine()
+    run = compiled.start()
+    other = None
+    for number, (events, a, outcome) in enumerate(inputs):
+        if number == at:
+            other = compiled.restore(json.loads(json.dumps(run.snapshot())))
+            assert other.configuration == run.configuration
+            assert other.snapshot() == run.snapshot()
+        time = (number + 1) * 0.3
+        given_facts = facts(a=a)
+        step = run.step(time, events, given_facts)
+        run.act({1: outcome})
+        if other is not None:
+            assert other.step(time, events, given_facts) == step
+            other.act({1: outcome})
+            assert other.snapshot() == run.snapshot()
+
+
+def test_a_snapshot_of_another_machine_is_refused():
+    with pytest.raises(SnapshotError, match="is of machine other, not of m"):
+        start(state("a")).machine.restore(build(model(state("a"), name="other")).start().snapshot())
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"configuration": ["nowhere"]},
+        {"configuration": ["b1"]},
+        {"configuration": ["p", "b1"]},
+        {"variables": {}},
+        {"timers": [["b1", 99, 1.0]]},
+        {"history": {"h": ["nowhere"]}},
+        {"pending": 7},
+    ],
+)
+def test_a_snapshot_that_does_not_fit_is_refused(change):
+    compiled = machine()
+    with pytest.raises(SnapshotError):
+        compiled.restore({**compiled.start().snapshot(), **change})
+
+
+def changed(*parts, **options):
+    return build(model(*parts, **options))
+
+
+def test_a_changed_machine_goes_on_where_the_old_one_was():
+    run = start(state("a", on("go", "b")), state("b", on("count", actions=[add("n")])), variables={"n": 0})
+    run.step(1.0, ["go", "count"])
+    run.reload(changed(state("new"), state("a"), state("b", on("back", "new")), variables={"n": 0, "more": 4}))
+    assert run.configuration == {"b"}
+    assert dict(run.variables) == {"n": 1, "more": 4}
+    assert run.step(2.0, ["back"]).entered == ("new",)
+
+
+@pytest.mark.parametrize(
+    ("parts", "reason"),
+    [
+        ((state("b"),), "`a` is active, and the machine has no such state"),
+        ((state("a", state("inner")),), "now has states inside"),
+        ((state("around", state("a")),), "`around` does not stand where it stood"),
+        ((parallel("p", state("a"), state("other")),), "`other` is missing beside the active ones"),
+    ],
+)
+def test_without_its_active_states_it_is_refused_and_the_old_one_goes_on(parts, reason):
+    run = start(state("a", on("go", "c")), state("c"))
+    with pytest.raises(SnapshotError, match=reason):
+        run.reload(changed(*parts))
+    assert run.step(1.0, ["go"]).entered == ("c",)
+
+
+def test_time_outs_go_on_and_new_ones_begin():
+    run = start(state("a", after(2.0, "b")), state("b"))
+    run.step(1.0)
+    run.reload(changed(state("a", after(2.0, "b"), after(0.5, "c")), state("b"), state("c")))
+    assert run.step(1.4).entered == ()
+    assert run.step(1.5).entered == ("c",)
+    run = start(state("a", after(2.0, "b")), state("b"))
+    run.step(1.0)
+    run.reload(changed(state("a", after(2.0, "b"), on("x")), state("b")))
+    assert run.step(2.0).entered == ("b",)
+
+
+def test_a_time_out_that_has_fired_does_not_fire_again():
+    run = start(state("a", after(1.0, actions=[add("n")])), variables={"n": 0})
+    run.step(1.0)
+    run.reload(changed(state("a", after(1.0, actions=[add("n")])), variables={"n": 0}))
+    run.step(9.0)
+    assert run.variables["n"] == 1
+
+
+def test_history_is_kept():
+    parts = [
+        state("a", history("h", "u"), state("u", on("go", "v")), state("v"), on("out", "x")),
+        state("x", on("in", "h")),
+    ]
+    run = start(*parts)
+    run.step(1.0, ["go", "out"])
+    run.reload(changed(state("first"), *parts, initial="first"))
+    assert "v" in run.step(2.0, ["in"]).entered
+
+
+def test_activities_run_on_where_the_state_does_the_same():
+    run = start(parallel("p", state("b", activity=doing(1)), state("c", activity=doing(2))))
+    run.act(facts())
+    run.reload(changed(parallel("p", state("b", activity=doing(1)), state("c", activity=doing(3)))))
+    assert [one.stopped for one in Work.made] == [False, True]
+    assert run.act(facts()) == [("b", 1), ("c", 3)]
+    assert len(Work.made) == 3

@@ -10,7 +10,7 @@ looks the same as the outside and cannot be told from it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,46 +40,76 @@ class Lane:
     empty: bool = False
     outside: bool = False
 
+    @property
+    def known(self) -> bool:
+        """Whether walls were seen on both sides."""
+        return not math.isnan(self.left)
+
 
 NO_LANE = Lane()
 
 
-def next_lane(
-    before: Lane, sweep: Sweep, misalignment: float, travel: tuple[float, float], settings: ExitSettings
-) -> Lane:
+@dataclass(frozen=True, slots=True)
+class Body:
+    """The robot in its lane.
+
+    Attributes:
+        rear: how far its outline reaches back along the lane, m (negative).
+        half_width: how far it reaches to the sides, m, to the side where that is less.
+        moved: how far it has moved along the lane since the scan before, m.
+    """
+
+    rear: float
+    half_width: float
+    moved: float
+
+
+def next_lane(before: Lane, sweep: Sweep, misalignment: float, body: Body, settings: ExitSettings) -> Lane:
     """The lane in the next scan.
 
     Args:
-        before: the lane in the scan before.
+        before: the lane in the scan before, ``NO_LANE`` after a turn.
         sweep: the scan.
         misalignment: direction of the walls seen from the robot, rad.
-        travel: how far the robot has moved along the lane since, m, and where its rearmost corner is along it, m.
+        body: the robot's extent and movement along the lane.
         settings: sizes and ranges.
     """
-    moved, rear = travel
-    end = before.end - moved
+    moved_on = replace(before, end=before.end - body.moved, empty=False, outside=False)
     if np.count_nonzero(sweep.known) < settings.known_share * len(sweep.ranges) or not len(sweep.ranges):
-        return Lane(before.left, before.right, end)
+        return moved_on
     cosine, sine = math.cos(misalignment), math.sin(misalignment)
     points = sweep.points
     x = points[:, 0] * cosine + points[:, 1] * sine
     y = points[:, 1] * cosine - points[:, 0] * sine
-    in_reach = (x >= rear - settings.margin) & (x <= settings.range)
-    stands = x[_within(y, before, settings) & in_reach]
-    if len(stands) <= STRAY and not math.isnan(before.left):
-        return Lane(before.left, before.right, end, empty=True, outside=end < rear - settings.margin)
-    beside = y[np.abs(x) <= settings.beside]
-    left, right = _nearest(beside[beside > 0.0]), _nearest(-beside[beside < 0.0])
-    if _last(stands, math.inf) <= settings.beside:
+    in_reach = (x >= body.rear - settings.margin) & (x <= settings.range)
+    x, y = x[in_reach], y[in_reach]
+    found = _measured(x, y, body, settings)
+    if not before.known:
+        return found or NO_LANE
+    stands = x[_within(y, before, settings)]
+    if len(stands) > STRAY:
+        if not found or _last(stands, math.inf) > settings.beside:
+            return found or replace(moved_on, end=_last(stands, math.inf))
         # The walls end beside the robot: what stands farther to the sides is no wall of this lane.
-        left, right = min(left, before.left), min(right, before.right)
-    lane = Lane(left, right) if max(left, right) <= settings.max_half_width else before
-    return Lane(lane.left, lane.right, _last(x[_within(y, lane, settings) & in_reach], end))
+        narrowed = Lane(min(found.left, before.left), min(found.right, before.right))
+        return replace(narrowed, end=_last(x[_within(y, narrowed, settings)], moved_on.end))
+    if found and found.end > settings.beside:
+        return found
+    return replace(moved_on, empty=True, outside=moved_on.end < body.rear - settings.margin)
 
 
-def _last(ahead: Floats, otherwise: float) -> float:
-    """The farthest place but for stray readings; ``otherwise`` where there are no more than such."""
-    return float(np.partition(ahead, -1 - STRAY)[-1 - STRAY]) if len(ahead) > STRAY else otherwise
+def _measured(x: Floats, y: Floats, body: Body, settings: ExitSettings) -> Lane | None:
+    """The lane by what stands beside the robot on both sides; None where nothing does, or a wall is just ahead."""
+    close = np.abs(x) <= settings.beside
+    across = np.abs(y)
+    if np.count_nonzero(close & (x > 0.0) & (across < body.half_width)) > STRAY:
+        return None
+    beside = y[close & (across >= body.half_width) & (across <= settings.max_half_width)]
+    left, right = _nearest(beside[beside > 0.0]), _nearest(-beside[beside < 0.0])
+    if math.isinf(left + right):
+        return None
+    lane = Lane(left, right)
+    return replace(lane, end=_last(x[_within(y, lane, settings)], math.inf))
 
 
 def _within(y: Floats, lane: Lane, settings: ExitSettings) -> Mask:
@@ -93,15 +123,23 @@ def _nearest(distances: Floats) -> float:
     return float(np.partition(distances, STRAY)[STRAY]) if len(distances) > STRAY else math.inf
 
 
-def rear_of(footprint: tuple[Point, ...], misalignment: float) -> float:
-    """How far the outline reaches back along the walls, m (negative).
+def _last(ahead: Floats, otherwise: float) -> float:
+    """The farthest place but for stray readings; ``otherwise`` where there are no more than such."""
+    return float(np.partition(ahead, -1 - STRAY)[-1 - STRAY]) if len(ahead) > STRAY else otherwise
+
+
+def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) -> Body:
+    """The robot's extent along the walls.
 
     Args:
-        footprint: the robot's outline in its own frame, m.
+        footprint: its outline in its own frame, m.
         misalignment: direction of the walls seen from the robot, rad.
+        moved: how far it has moved along the lane, m.
     """
     cosine, sine = math.cos(misalignment), math.sin(misalignment)
-    return min(x * cosine + y * sine for x, y in footprint)
+    rear = min(x * cosine + y * sine for x, y in footprint)
+    half_width = min(max(y * cosine - x * sine for x, y in footprint), max(x * sine - y * cosine for x, y in footprint))
+    return Body(rear, half_width, moved)
 
 
 def quantised(angle: float) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from perception.compass import Compass
 from perception.door import Door
-from perception.exit import NO_LANE, Lane, next_lane, rear_of
+from perception.exit import NO_LANE, Lane, body_along, next_lane
 from perception.marks import Marks
 from perception.odometry import Step, corrected, is_restart, moved, step_between
 from perception.settings import PerceptionSettings
@@ -84,6 +84,7 @@ class WorldModel:
     marks: Marks = field(init=False)
     _odometry: Pose | None = None
     _aligned: bool = False
+    _axis: float = 0.0
 
     def __post_init__(self) -> None:
         self.marks = Marks(self.settings.marks.same_place)
@@ -117,10 +118,13 @@ class WorldModel:
 
     def follow_lane(self, sweep: Sweep, footprint: tuple[Point, ...]) -> None:
         """Take in what the scan shows of the lane that the robot is in."""
-        misalignment = self.misalignment
+        misalignment, world_angle = self.misalignment, self.settings.compass.world_angle
         moved = self.step.forward * math.cos(misalignment) + self.step.left * math.sin(misalignment)
-        rear = rear_of(footprint, misalignment)
-        self.lane = next_lane(self.lane, sweep, misalignment, (moved, rear), self.settings.exit)
+        axis = math.remainder(self.pose.heading + misalignment, math.tau)
+        if abs(math.remainder(axis - self._axis, math.tau)) > world_angle / 2:
+            self._axis, self.lane = axis, NO_LANE
+        body = body_along(footprint, misalignment, moved)
+        self.lane = next_lane(self.lane, sweep, misalignment, body, self.settings.exit)
         self.outside_ticks = self.outside_ticks + 1 if self.lane.outside else 0
 
     @property

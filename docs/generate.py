@@ -5,16 +5,20 @@ Run as ``python docs/generate.py``.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import typer.main
 
+import perception.signals
 import skills.library
 from controller.cli import app
 from controller.profile import Profile, profile_text
 from hsm.registry import ActionDeclaration, ActivityDeclaration, Parameter, SignalDeclaration
+from perception import Facts
 from skills.settings import SkillSettings
 
 ROOT = Path(__file__).parents[1]
@@ -106,10 +110,48 @@ def _written(parameter: Parameter) -> str:
     return f"{parameter.name}: {parameter.type}{default}"
 
 
+def perception_reference() -> str:
+    """The reference page of perception: what a machine can ask, and what skills see in Python."""
+    library = perception.signals.LIBRARY
+    return "\n".join(
+        [
+            "# Perception",
+            "",
+            "What is seen, in the robot's frame unless said otherwise: x forward, y to the left, angles",
+            "counter-clockwise from x; metres and radians. Thresholds and sizes are in the section `[perception]` of a",
+            "robot profile. How it is found, how accurate it is and what it cannot see:",
+            "[explanation](../explanation/perception.md).",
+            "",
+            "A signal that is not known has the neutral value that its description names; where that could be mistaken",
+            "for a finding, a companion signal ending in `.known` is false.",
+            "",
+            "## Signals and actions",
+            "",
+            *(line for one in (*library.signals.values(), *library.actions.values()) for line in _named(one)),
+            "## Facts",
+            "",
+            "Skills, and signals of one's own, get the same from the `Facts` of a tick; each is worked out when it is",
+            "asked for, and once.",
+            "",
+            "| fact | what it is |",
+            "|---|---|",
+            *(f"| `{name}` | {text} |" for name, text in _facts()),
+            "",
+        ]
+    )
+
+
+def _facts() -> Iterator[tuple[str, str]]:
+    for name, member in vars(Facts).items():
+        if isinstance(member, property | cached_property) and not name.startswith("_"):
+            yield name, " ".join((inspect.getdoc(member) or "").split())
+
+
 GENERATED = {
     ROOT / "docs" / "reference" / "command-line.md": command_line,
     ROOT / "docs" / "reference" / "profile.toml": default_profile,
     ROOT / "docs" / "reference" / "skills.md": motion_skills,
+    ROOT / "docs" / "reference" / "perception.md": perception_reference,
 }
 
 

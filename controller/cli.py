@@ -17,6 +17,7 @@ from controller.commands import (
     diagram,
     fmt,
     gate,
+    lsp,
     maze,
     profile,
     replay,
@@ -83,6 +84,7 @@ app.command("fmt", rich_help_panel=WRITE)(fmt.fmt)
 app.command("test", rich_help_panel=WRITE)(test.test)
 app.command("diagram", rich_help_panel=WRITE)(diagram.diagram)
 app.command("list", rich_help_panel=WRITE)(list_.listing)
+app.command("lsp", rich_help_panel=WRITE)(lsp.lsp)
 app.add_typer(maze.app, name="maze", rich_help_panel=WORLD)
 app.command("sim", rich_help_panel=LINK)(sim.sim)
 app.command("gate", rich_help_panel=LINK)(gate.gate)

@@ -65,11 +65,17 @@ class Outputs:
                 recorder = Recorder(
                     self.recording, mission.profile.robot.name, described(mission, machine), patience=patience
                 )
+                stack.callback(_tell_lost, recorder)
                 found.append(keeper(stack.enter_context(recorder), mission))
             if self.live is not None:
                 found.append(stack.enter_context(shown_live(self.live, mission, world)))
             found.append(stack.enter_context(Progress(Console(stderr=True))))
             yield found
+
+
+def _tell_lost(recorder: Recorder) -> None:
+    if recorder.lost:
+        print(f"the recording lacks {recorder.lost} ticks: the disk was too slow for it", file=sys.stderr)
 
 
 @contextmanager

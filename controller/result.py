@@ -19,12 +19,14 @@ class Result:
         parameters: the machine's parameters, SI units.
         ending: how it ended.
         files: what was written, by kind (``picture``, ``trace``, ``recording``).
+        link: what was counted on the link to the robot: overruns, dropped messages and the like.
     """
 
     machine: str
     parameters: Mapping[str, Any]
     ending: Ending
     files: Mapping[str, Path] = field(default_factory=dict)
+    link: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def solved(self) -> bool:
@@ -44,6 +46,7 @@ class Result:
             "ticks": ending.ticks,
             "duration": ending.duration,
             "verdict": dict(ending.report) or None,
+            "link": dict(self.link),
             "files": {kind: str(path) for kind, path in self.files.items()},
         }
 
@@ -69,4 +72,5 @@ class Result:
                 "smallest distance to a wall": "none was near" if clearance is None else f"{clearance:.3f} m",
                 "doors opened": ", ".join(report["doors_opened"]) or "none",
             }
-        return [self.line, *(f"  {name:<28} {value}" for name, value in (told | dict(self.files)).items())]
+        counted = {name: count for name, count in self.link.items() if count}
+        return [self.line, *(f"  {name:<28} {value}" for name, value in (told | counted | dict(self.files)).items())]

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from controller.profile import Profile
     from transport.lockstep import RemoteLockstep
     from transport.realtime import RealtimeRobot
+    from transport.world import LockstepRobot
 
 DEFAULT_MAZE = "final_2015"
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
@@ -138,7 +139,7 @@ def run(
     with outputs.watchers(mission, machine, world) as watchers:
         driven = LockstepRobot(world) if world else reached(str(connect), identity, profile, seed)
         ending = drive(mission, driven, driven, [trail, *watchers])
-    result = Result(mission.machine.name, mission.parameters, ending, files)
+    result = Result(mission.machine.name, mission.parameters, ending, files, link_counts(driven))
     if not no_picture:
         from controller.picture import save_run
 
@@ -170,6 +171,14 @@ def reached(endpoint: str, identity: Path | None, profile: Profile, seed: int | 
 
     security = secured(endpoint, identity, profile.link)
     return connect_robot(endpoint, profile.robot, profile.link, seed=seed, security=security)
+
+
+def link_counts(robot: LockstepRobot | RemoteLockstep | RealtimeRobot) -> dict[str, int]:
+    """What was counted on the link to a robot, by what it is called."""
+    named = {"overruns": "overruns", "reconnects": "reconnects", "resent": "steps asked for again"}
+    counts = {words: int(getattr(robot, name)) for name, words in named.items() if hasattr(robot, name)}
+    dropped = getattr(robot, "dropped", {})
+    return counts | {f"dropped, {reason}": count for reason, count in dropped.items()}
 
 
 def default_picture(machine: str, report: Mapping[str, Any]) -> Path:

@@ -67,7 +67,7 @@ def convert(
     Example: `maze-machine maze convert maze.pgm maze.maze`
     """
     from controller.simulation import find_maze
-    from sim.formats.convert import write_maze
+    from sim.formats import write_maze
 
     drawn = find_maze(maze, metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
     write_maze(drawn, output, metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
@@ -97,7 +97,7 @@ def generate(
     """
     from pydantic import ValidationError
 
-    from sim.formats.convert import write_maze
+    from sim.formats import write_maze
     from sim.generate import Recipe, generate
 
     columns, _, rows = size.partition("x")

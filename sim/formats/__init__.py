@@ -1,16 +1,19 @@
-"""Maze files: one module a format, one function that reads them all."""
+"""Maze files: one module a format, a table of them, and functions that read and write them all."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from sim.formats import heightmap, micromouse, mms, text
-from sim.formats.sketch import Sketch
+from sim.formats.format import CannotHoldError, Format, Scale, Source
 from sim.maze import Maze, MazeError
 from sim.solvability import UnsolvableError, checked
 
-METRES_A_PIXEL = heightmap.METRES_A_PIXEL
-METRES_A_CELL = micromouse.METRES_A_CELL
+FORMATS: tuple[Format, ...] = (heightmap.FORMAT, micromouse.FORMAT, mms.FORMAT, text.FORMAT)
+"""All formats; a file is of the first one that recognises it, and the last one takes any text."""
+
+METRES_A_PIXEL = Scale().metres_a_pixel
+METRES_A_CELL = Scale().metres_a_cell
 
 
 def read_maze(
@@ -30,32 +33,42 @@ def read_maze(
     """
     path = Path(path)
     try:
-        content = path.read_bytes()
+        source = Source(path, path.read_bytes())
     except OSError as error:
         raise MazeError(str(path), f"cannot be read: {error.strerror or error}") from None
-    sketch = _sketch(path, content, metres_a_pixel, metres_a_cell)
+    form = next(form for form in FORMATS if form.recognises(source))
+    sketch = form.read(source, Scale(metres_a_pixel, metres_a_cell))
     try:
         return checked(sketch.maze)
     except UnsolvableError as error:
-        line, column = sketch.locate(error.at)
-        raise MazeError(str(path), error.reason, line=line, column=column, hint=error.hint) from None
+        raise source.error(error.reason, *sketch.locate(error.at), hint=error.hint) from None
 
 
-def _sketch(path: Path, content: bytes, metres_a_pixel: float, metres_a_cell: float) -> Sketch:
-    if heightmap.recognises(content):
-        return heightmap.read(path, content, metres_a_pixel)
+def write_maze(
+    maze: Maze, path: Path | str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cell: float = METRES_A_CELL
+) -> None:
+    """Write a maze in the format that the file's suffix names.
+
+    Args:
+        maze: the maze.
+        path: a ``.maze``, ``.png``, ``.pgm``, ``.txt`` (micromouse) or ``.num`` (mms) file.
+        metres_a_pixel: scale of heightmap images, m.
+        metres_a_cell: scale of micromouse and mms mazes, m.
+
+    Raises:
+        MazeError: the format cannot hold this maze, or the file cannot be written.
+    """
+    path = Path(path)
+    form = next((form for form in FORMATS if path.suffix in form.suffixes), None)
+    if form is None:
+        known = ", ".join(suffix for form in FORMATS for suffix in form.suffixes)
+        raise MazeError(str(path), f"no maze format has the suffix `{path.suffix}`", hint=f"one of {known}")
     try:
-        lines = content.decode("utf-8").splitlines()
-    except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        raise MazeError(
-            str(path), "is neither an image nor text", line=line, hint="maze files are PNG, PGM or UTF-8 text"
-        ) from None
-    if micromouse.recognises(lines):
-        return micromouse.read(path, lines, metres_a_cell)
-    if mms.recognises(lines) or path.suffix == ".num":
-        return mms.read(path, lines, metres_a_cell)
-    return text.read(path, lines)
+        path.write_bytes(form.write(maze, path.suffix, Scale(metres_a_pixel, metres_a_cell)))
+    except CannotHoldError as error:
+        raise MazeError(str(path), f"a {form.name} cannot hold this maze: {error}", hint="write a .maze file") from None
+    except OSError as error:
+        raise MazeError(str(path), f"cannot be written: {error.strerror or error}") from None
 
 
-__all__ = ["METRES_A_CELL", "METRES_A_PIXEL", "read_maze"]
+__all__ = ["FORMATS", "METRES_A_CELL", "METRES_A_PIXEL", "read_maze", "write_maze"]

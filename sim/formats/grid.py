@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.formats.format import CannotHoldError
 from sim.maze import Maze, Point, Start, merge_collinear
 from transport.messages import Pose
 
@@ -111,10 +112,6 @@ def _edge(cell: Cell, side: str, size: float) -> tuple[float, float, float, floa
     return x, row * size, x, (row + 1) * size
 
 
-class NotCellsError(Exception):
-    """A maze that does not consist of equal square cells; the message says where it departs from them."""
-
-
 def as_cells(maze: Maze, size: float) -> CellMaze:
     """A maze as cells: its start is the goal cell, and the cell inside its exit is the entrance.
 
@@ -123,10 +120,10 @@ def as_cells(maze: Maze, size: float) -> CellMaze:
         size: edge of a cell, m.
 
     Raises:
-        NotCellsError: it is none of that kind.
+        CannotHoldError: it is none of that kind, or `exit_maze` would put its exit elsewhere.
     """
-    if maze.doors or maze.objects or len(maze.exits) != 1:
-        raise NotCellsError("cells with walls have neither doors nor moving objects, and one exit")
+    if maze.doors or maze.objects or maze.others or len(maze.exits) != 1:
+        raise CannotHoldError("cells have neither doors nor moving objects, and one start and one exit")
     walls = np.concatenate([maze.walls, maze.exits])
     low = walls.reshape(-1, 2).min(axis=0)
     lines = (walls - np.tile(low, 2)) / size
@@ -136,7 +133,7 @@ def as_cells(maze: Maze, size: float) -> CellMaze:
     upright = np.zeros((rows, columns + 1), dtype=np.bool_)
     for wall, exact, (ax, ay, bx, by) in zip(walls.tolist(), lines, lattice.tolist(), strict=True):
         if np.abs(exact - (ax, ay, bx, by)).max() > 1e-3 or (ax != bx and ay != by):
-            raise NotCellsError(
+            raise CannotHoldError(
                 f"the wall from ({wall[0]:g}, {wall[1]:g}) to ({wall[2]:g}, {wall[3]:g}) m does not lie on a lattice "
                 f"of {size:g} m"
             )
@@ -148,4 +145,9 @@ def as_cells(maze: Maze, size: float) -> CellMaze:
     inward = (0.5 * (by - ay), -0.5 * (bx - ax))
     entrance = math.floor((ax + bx) / 2 + inward[0]), math.floor((ay + by) / 2 + inward[1])
     start = (np.asarray(maze.start_point) - low) / size
-    return CellMaze(maze.name, across, upright, entrance, ((math.floor(float(start[0])), math.floor(float(start[1]))),))
+    goal = math.floor(float(start[0])), math.floor(float(start[1]))
+    cells = CellMaze(maze.name, across, upright, entrance, (goal,))
+    there, here = (np.sort(exits.reshape(2, 2), axis=0) for exits in (exit_maze(cells, size).exits, maze.exits))
+    if not np.allclose(there, here - low, atol=1e-3 * size):
+        raise CannotHoldError("an exit beside this corner cell would be read at its other outer side")
+    return cells

@@ -9,18 +9,16 @@ from __future__ import annotations
 
 import io
 import math
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from sim.formats.sketch import Place, Sketch
+from sim.formats.format import CannotHoldError, Format, Place, Scale, Sketch, Source
 from sim.free_space import Flags, FreeSpace, flood
 from sim.geometry import distances
-from sim.maze import Door, Maze, MazeError, Point, Segments, merge_collinear
+from sim.maze import Door, Maze, Point, Segments, merge_collinear
 
-METRES_A_PIXEL = 0.025
 WALL_BELOW = 50
 """Pixels darker than this are walls."""
 DOOR_UP_TO = 205
@@ -30,35 +28,29 @@ DOOR_SLOT = 0.06
 """A door slides along a wall if it is as near to it as this, m."""
 
 
-def recognises(content: bytes) -> bool:
-    """Whether a file's content is a PNG or a PGM image."""
-    return content.startswith((b"\x89PNG\r\n\x1a\n", b"P5", b"P2"))
+def recognises(source: Source) -> bool:
+    """Whether a file is a PNG or a PGM image."""
+    return source.content.startswith((b"\x89PNG\r\n\x1a\n", b"P5", b"P2"))
 
 
-def read(path: Path, content: bytes, metres_a_pixel: float = METRES_A_PIXEL) -> Sketch:
+def read(source: Source, scale: Scale) -> Sketch:
     """A heightmap image as a maze without exits; those are found from the walls.
-
-    Args:
-        path: where the image comes from.
-        content: the file's bytes.
-        metres_a_pixel: edge of a pixel, m.
 
     Raises:
         MazeError: the image cannot be decoded, or has neither wall nor door.
     """
     try:
-        with Image.open(io.BytesIO(content)) as image:
+        with Image.open(io.BytesIO(source.content)) as image:
             grey = np.asarray(_on_white(image))
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError) as error:
-        raise MazeError(str(path), f"the image cannot be decoded: {error}") from None
+        raise source.error(f"the image cannot be decoded: {error}") from None
     wall = grey < WALL_BELOW
     if not wall.any():
-        raise MazeError(str(path), "the image has no wall", hint=f"walls are pixels darker than {WALL_BELOW}")
-    frame = _Frame(grey.shape[0], grey.shape[1], metres_a_pixel)
+        raise source.error("the image has no wall", hint=f"walls are pixels darker than {WALL_BELOW}")
+    frame = _Frame(grey.shape[0], grey.shape[1], scale.metres_a_pixel)
     walls = frame.segments(merge_collinear(outlines(wall)))
     doors = tuple(_doors((grey >= WALL_BELOW) & (grey <= DOOR_UP_TO), frame, walls))
-    maze = Maze(name=path.stem, walls=walls, doors=doors)
-    return Sketch(maze, frame.pixel)
+    return Sketch(Maze(name=source.path.stem, walls=walls, doors=doors), frame.pixel)
 
 
 def _on_white(image: Image.Image) -> Image.Image:
@@ -169,7 +161,7 @@ HALF_THICKNESS = 1.0
 """Walls are drawn so that pixels are black whose centres are as near to them as this, in pixels."""
 
 
-def draw(maze: Maze, metres_a_pixel: float = METRES_A_PIXEL) -> NDArray[np.uint8]:
+def draw(maze: Maze, metres_a_pixel: float) -> NDArray[np.uint8]:
     """A maze as a heightmap, moved so that the robot starts at the image's centre and faces up.
 
     Args:
@@ -200,3 +192,19 @@ def draw(maze: Maze, metres_a_pixel: float = METRES_A_PIXEL) -> NDArray[np.uint8
         space = FreeSpace.on_grid(segments, lowest, (columns, rows), limit=2 * reach, step=metres_a_pixel)
         image[space.clearance.T[::-1, ::-1] <= reach] = grey
     return image
+
+
+def write(maze: Maze, suffix: str, scale: Scale) -> bytes:
+    """A maze as an image file; see `draw`.
+
+    Raises:
+        CannotHoldError: the maze has moving objects or several starts.
+    """
+    if maze.objects or maze.others:
+        raise CannotHoldError("it has moving objects or several starts")
+    buffer = io.BytesIO()
+    Image.fromarray(draw(maze, scale.metres_a_pixel)).save(buffer, "PNG" if suffix == ".png" else "PPM")
+    return buffer.getvalue()
+
+
+FORMAT = Format("heightmap", (".png", ".pgm"), recognises, read, write)

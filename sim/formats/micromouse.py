@@ -2,37 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 import numpy as np
 
-from sim.formats.grid import Cell, CellMaze, exit_maze
-from sim.formats.sketch import Place, Sketch
-from sim.maze import MazeError, Point
-
-METRES_A_CELL = 1.0
-"""Edge of a cell as this project uses such mazes, m."""
+from sim.formats.format import Format, Place, Scale, Sketch, Source
+from sim.formats.grid import Cell, CellMaze, as_cells, exit_maze
+from sim.maze import Maze, Point
 
 
-def recognises(lines: Sequence[str]) -> bool:
+def recognises(source: Source) -> bool:
     """Whether the first line looks like the north wall of such a maze."""
-    first = lines[0].rstrip() if lines else ""
+    first = source.lines[0].rstrip() if source.lines else ""
     return len(first) >= 5 and first[0] in "o+" and set(first) <= set("o+- ")
 
 
-def parse(path: Path, lines: Sequence[str]) -> CellMaze:
+def parse(source: Source) -> CellMaze:
     """The cells of a micromouse text maze.
 
     Raises:
         MazeError: a line does not fit the grid, or ``S`` or ``G`` is missing.
     """
-    rows_of_text = [line.rstrip() for line in lines]
+    rows_of_text = [line.rstrip() for line in source.lines]
     while rows_of_text and not rows_of_text[-1]:
         rows_of_text.pop()
     if len(rows_of_text) % 2 == 0:
-        raise MazeError(
-            str(path), "a maze of H rows of cells has 2H+1 lines; this one has an even number", line=len(rows_of_text)
+        raise source.error(
+            "a maze of H rows of cells has 2H+1 lines; this one has an even number", line=len(rows_of_text)
         )
     rows, columns = len(rows_of_text) // 2, (len(rows_of_text[0]) - 1) // 4
     width = 4 * columns + 1
@@ -42,38 +36,34 @@ def parse(path: Path, lines: Sequence[str]) -> CellMaze:
     goals: list[Cell] = []
     for number, text in enumerate(rows_of_text):
         if len(text) > width:
-            raise MazeError(
-                str(path),
+            raise source.error(
                 f"the line is longer than the first one ({width} characters)",
                 line=number + 1,
                 column=width + 1,
             )
         line = text.ljust(width)
         if number % 2 == 0:
-            across[rows - number // 2] = _posts_and_walls(path, number, line, columns)
+            across[rows - number // 2] = _posts_and_walls(source, number, line, columns)
         else:
             row = rows - 1 - number // 2
-            upright[row], marks = _cells(path, number, line, columns)
+            upright[row], marks = _cells(source, number, line, columns)
             entrances += [(column, row) for column, mark in marks if mark == "S"]
             goals += [(column, row) for column, mark in marks if mark == "G"]
     for letter, found in (("S", entrances), ("G", goals)):
         if not found:
-            raise MazeError(
-                str(path), f"no cell is marked `{letter}`", hint="S: where the opening is made, G: the start"
-            )
-    return CellMaze(path.stem, across, upright, entrances[0], tuple(goals))
+            raise source.error(f"no cell is marked `{letter}`", hint="S: where the opening is made, G: the start")
+    return CellMaze(source.path.stem, across, upright, entrances[0], tuple(goals))
 
 
-def _posts_and_walls(path: Path, number: int, line: str, columns: int) -> list[bool]:
+def _posts_and_walls(source: Source, number: int, line: str, columns: int) -> list[bool]:
     for column in range(columns + 1):
         if line[4 * column] not in "o+":
-            raise MazeError(str(path), "a post `o` is missing", line=number + 1, column=4 * column + 1)
+            raise source.error("a post `o` is missing", line=number + 1, column=4 * column + 1)
     walls = []
     for column in range(columns):
         piece = line[4 * column + 1 : 4 * column + 4]
         if piece not in {"---", "   "}:
-            raise MazeError(
-                str(path),
+            raise source.error(
                 f"between two posts stands `{piece}`",
                 line=number + 1,
                 column=4 * column + 2,
@@ -83,13 +73,12 @@ def _posts_and_walls(path: Path, number: int, line: str, columns: int) -> list[b
     return walls
 
 
-def _cells(path: Path, number: int, line: str, columns: int) -> tuple[list[bool], list[tuple[int, str]]]:
+def _cells(source: Source, number: int, line: str, columns: int) -> tuple[list[bool], list[tuple[int, str]]]:
     walls, marks = [], []
     for at, character in enumerate(line):
         allowed = "| " if at % 4 == 0 else " SG" if at % 4 == 2 else " "
         if character not in allowed:
-            raise MazeError(
-                str(path),
+            raise source.error(
                 f"`{character}` cannot stand here",
                 line=number + 1,
                 column=at + 1,
@@ -102,22 +91,22 @@ def _cells(path: Path, number: int, line: str, columns: int) -> tuple[list[bool]
     return walls, marks
 
 
-def read(path: Path, lines: Sequence[str], size: float = METRES_A_CELL) -> Sketch:
+def read(source: Source, scale: Scale) -> Sketch:
     """A micromouse text maze as an exit maze; see `sim.formats.grid.exit_maze`.
 
     Raises:
         MazeError: the text is not such a maze.
     """
-    cells = parse(path, lines)
+    cells = parse(source)
 
     def locate(point: Point) -> Place:
-        column, row = cells.at(point, size)
+        column, row = cells.at(point, scale.metres_a_cell)
         return 2 * (cells.rows - row), 4 * column + 3
 
-    return Sketch(exit_maze(cells, size), locate)
+    return Sketch(exit_maze(cells, scale.metres_a_cell), locate)
 
 
-def write(cells: CellMaze) -> str:
+def drawn(cells: CellMaze) -> str:
     """Cells as a micromouse text maze."""
     lines = []
     for row in reversed(range(cells.rows)):
@@ -133,3 +122,15 @@ def write(cells: CellMaze) -> str:
 
 def _level(cells: CellMaze, line: int) -> str:
     return "o" + "".join(("---" if wall else "   ") + "o" for wall in cells.across[line])
+
+
+def write(maze: Maze, _suffix: str, scale: Scale) -> bytes:
+    """A maze that consists of cells as a micromouse text maze.
+
+    Raises:
+        CannotHoldError: it does not consist of cells, or its exit would be read elsewhere.
+    """
+    return drawn(as_cells(maze, scale.metres_a_cell)).encode()
+
+
+FORMAT = Format("micromouse text maze", (".txt",), recognises, read, write)

@@ -2,65 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 import numpy as np
 
-from sim.formats.grid import Cell, CellMaze, exit_maze
-from sim.formats.micromouse import METRES_A_CELL
-from sim.formats.sketch import Place, Sketch
-from sim.maze import MazeError, Point
+from sim.formats.format import CannotHoldError, Format, Place, Scale, Sketch, Source
+from sim.formats.grid import Cell, CellMaze, as_cells, exit_maze
+from sim.maze import Maze, Point
 
 ENTRANCE = (0, 0)
 """The format's start cell: the south-west corner."""
 
 
-def recognises(lines: Sequence[str]) -> bool:
-    """Whether the first line consists of six whole numbers."""
-    words = lines[0].split() if lines else []
-    return len(words) == 6 and all(word.isdigit() for word in words)
+def recognises(source: Source) -> bool:
+    """Whether the first line consists of six whole numbers, or the file's suffix is ``.num``."""
+    words = source.lines[0].split() if source.lines else []
+    return (len(words) == 6 and all(word.isdigit() for word in words)) or source.path.suffix == ".num"
 
 
-def parse(path: Path, lines: Sequence[str]) -> CellMaze:
+def parse(source: Source) -> CellMaze:
     """The cells of an mms maze; the entrance is cell (0, 0), the goals are the cells in the middle.
 
     Raises:
         MazeError: a line does not hold six numbers, a cell is missing or told twice, or neighbours disagree.
     """
     cells: dict[Cell, tuple[int, tuple[bool, ...]]] = {}
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(source.lines, start=1):
         words = line.split()
         if not words:
             continue
         if len(words) != 6 or not all(word.isdigit() for word in words) or not set(words[2:]) <= {"0", "1"}:
-            raise MazeError(
-                str(path),
+            raise source.error(
                 "a cell is `x y N E S W` with 0 or 1 for each wall",
                 line=number,
                 hint="such as `0 0 0 1 1 1`",
             )
         cell = int(words[0]), int(words[1])
         if cell in cells:
-            raise MazeError(str(path), f"cell {cell} was told in line {cells[cell][0]} already", line=number)
+            raise source.error(f"cell {cell} was told in line {cells[cell][0]} already", line=number)
         cells[cell] = number, tuple(word == "1" for word in words[2:])
     if not cells:
-        raise MazeError(str(path), "the file holds no cell")
+        raise source.error("the file holds no cell")
     columns, rows = max(x for x, _ in cells) + 1, max(y for _, y in cells) + 1
     if len(cells) != columns * rows:
         missing = next((x, y) for x in range(columns) for y in range(rows) if (x, y) not in cells)
-        raise MazeError(str(path), f"cell {missing} is missing", hint=f"the maze has {columns} by {rows} cells")
+        raise source.error(f"cell {missing} is missing", hint=f"the maze has {columns} by {rows} cells")
     across = np.zeros((rows + 1, columns), dtype=np.bool_)
     upright = np.zeros((rows, columns + 1), dtype=np.bool_)
     for (x, y), (number, (north, east, south, west)) in cells.items():
         for neighbour, mine, theirs in (((x, y + 1), north, 2), ((x + 1, y), east, 3)):
             if neighbour in cells and cells[neighbour][1][theirs] != mine:
-                raise MazeError(
-                    str(path), f"cells {(x, y)} and {neighbour} disagree about the wall between them", line=number
-                )
+                raise source.error(f"cells {(x, y)} and {neighbour} disagree about the wall between them", line=number)
         across[y, x], across[y + 1, x] = south, north
         upright[y, x], upright[y, x + 1] = west, east
-    return CellMaze(path.stem, across, upright, ENTRANCE, goal_cells(columns, rows))
+    return CellMaze(source.path.stem, across, upright, ENTRANCE, goal_cells(columns, rows))
 
 
 def goal_cells(columns: int, rows: int) -> tuple[Cell, ...]:
@@ -70,22 +63,22 @@ def goal_cells(columns: int, rows: int) -> tuple[Cell, ...]:
     return tuple((x, y) for y in reversed(middle_y) for x in middle_x)
 
 
-def read(path: Path, lines: Sequence[str], size: float = METRES_A_CELL) -> Sketch:
+def read(source: Source, scale: Scale) -> Sketch:
     """An mms maze as an exit maze; see `sim.formats.grid.exit_maze`.
 
     Raises:
         MazeError: the text is not such a maze.
     """
-    cells = parse(path, lines)
+    cells = parse(source)
 
     def locate(point: Point) -> Place:
-        at = [str(number) for number in cells.at(point, size)]
-        return next((number for number, line in enumerate(lines, 1) if line.split()[:2] == at), None), None
+        at = [str(number) for number in cells.at(point, scale.metres_a_cell)]
+        return next((number for number, line in enumerate(source.lines, 1) if line.split()[:2] == at), None), None
 
-    return Sketch(exit_maze(cells, size), locate)
+    return Sketch(exit_maze(cells, scale.metres_a_cell), locate)
 
 
-def write(cells: CellMaze) -> str:
+def numbered(cells: CellMaze) -> str:
     """Cells as an mms ``.num`` file; which cells are entrance and goals is not told by such a file."""
     lines = []
     for column in range(cells.columns):
@@ -93,3 +86,18 @@ def write(cells: CellMaze) -> str:
             walls = " ".join(str(int(cells.wall((column, row), side))) for side in ("north", "east", "south", "west"))
             lines.append(f"{column} {row} {walls}")
     return "\n".join(lines) + "\n"
+
+
+def write(maze: Maze, _suffix: str, scale: Scale) -> bytes:
+    """A maze that consists of cells as an mms ``.num`` file.
+
+    Raises:
+        CannotHoldError: it does not consist of cells, or its start or exit would be read elsewhere.
+    """
+    cells = as_cells(maze, scale.metres_a_cell)
+    if cells.entrance != ENTRANCE or cells.goals[0] not in goal_cells(cells.columns, cells.rows):
+        raise CannotHoldError("its exit must be beside the south-west cell and its start in the middle")
+    return numbered(cells).encode()
+
+
+FORMAT = Format("mms maze", (".num",), recognises, read, write)

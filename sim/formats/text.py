@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.formats.sketch import Place, Sketch
+from sim.formats.format import Format, Place, Scale, Sketch, Source
 from sim.geometry import distances
 from sim.maze import DOOR_SPEED, MAZE_TIME_LIMIT, Door, Maze, MazeError, MovingObject, Point, Start
 from transport.messages import Pose
@@ -33,8 +33,8 @@ from transport.messages import Pose
 class _Line:
     """The words of one line, taken one after the other."""
 
-    def __init__(self, path: Path, number: int, text: str) -> None:
-        self._path, self.number_in_file = path, number
+    def __init__(self, source: Source, number: int, text: str) -> None:
+        self._source, self.number_in_file = source, number
         self._words = [(match.group(), match.start() + 1) for match in re.finditer(r"\S+", text.partition("#")[0])]
         self._next = 0
 
@@ -44,7 +44,7 @@ class _Line:
     def error(self, reason: str, hint: str = "", *, back: int = 0) -> MazeError:
         at = self._next - back
         column = self._words[at][1] if at < len(self._words) else self._words[-1][1] + len(self._words[-1][0])
-        return MazeError(str(self._path), reason, line=self.number_in_file, column=column, hint=hint)
+        return self._source.error(reason, self.number_in_file, column, hint)
 
     def word(self, what: str) -> str:
         if not self:
@@ -178,13 +178,13 @@ class _Reader:
         self.objects.append(MovingObject(name, outline, path, speed, near, returns))
 
 
-def read(path: Path, lines: Sequence[str]) -> Sketch:
+def read(source: Source, _scale: Scale) -> Sketch:
     """A ``.maze`` file as a maze.
 
     Raises:
         MazeError: a line cannot be understood, or there is no start.
     """
-    reader = _Reader(path)
+    reader = _Reader(source.path)
     readers: dict[str, Callable[[_Line], None]] = {
         "name": reader.read_name,
         "limit": reader.read_limit,
@@ -194,14 +194,14 @@ def read(path: Path, lines: Sequence[str]) -> Sketch:
         "door": reader.read_door,
         "object": reader.read_object,
     }
-    for number, text in enumerate(lines, start=1):
-        line = _Line(path, number, text)
+    for number, text in enumerate(source.lines, start=1):
+        line = _Line(source, number, text)
         if line:
             readers[line.keyword(list(readers))](line)
             if line:
                 raise line.error(f"`{line.word('a word')}` is one word too many", back=1)
     if not reader.starts:
-        raise MazeError(str(path), "the maze has no start", hint="add a line such as `start 0.5 0.5 90`")
+        raise source.error("the maze has no start", hint="add a line such as `start 0.5 0.5 90`")
     maze = Maze(
         name=reader.name,
         walls=np.asarray(reader.walls, dtype=np.float64).reshape(-1, 4),
@@ -220,8 +220,8 @@ def read(path: Path, lines: Sequence[str]) -> Sketch:
     return Sketch(maze, locate)
 
 
-def write(maze: Maze) -> str:
-    """A maze as the text of a ``.maze`` file; what `read` makes of it is the same maze."""
+def write(maze: Maze, _suffix: str = ".maze", _scale: Scale | None = None) -> bytes:
+    """A maze as a ``.maze`` file; what `read` makes of it is the same maze."""
     lines = [f"name   {maze.name}"]
     if maze.time_limit != MAZE_TIME_LIMIT:
         lines.append(f"limit  {_number(maze.time_limit) if math.isfinite(maze.time_limit) else 'none'}")
@@ -238,7 +238,7 @@ def write(maze: Maze) -> str:
             f"object {_word(thing.name)}  outline {_points(thing.outline)}  path {_points(thing.path)}"
             f"  speed {_number(thing.speed)}{near}{'  returns' if thing.returns else ''}"
         )
-    return "\n".join(lines) + "\n"
+    return ("\n".join(lines) + "\n").encode()
 
 
 def _start(start: Start) -> str:
@@ -270,3 +270,11 @@ def _chains(maze: Maze) -> list[list[Point]]:
             chains.append([(ax, ay)])
         chains[-1].append((bx, by))
     return chains
+
+
+def recognises(source: Source) -> bool:
+    """Whether a file is text: any text that no other format recognises is read as this one."""
+    return source.lines is not None
+
+
+FORMAT = Format("maze file", (".maze",), recognises, read, write)

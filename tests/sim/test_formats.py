@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from sim.formats import heightmap, micromouse, mms, read_maze, text
-from sim.formats.convert import write_maze
+from sim.formats import FORMATS, heightmap, micromouse, mms, read_maze, text, write_maze
+from sim.formats.format import Scale, Source
 from sim.formats.grid import exit_maze
 from sim.geometry import distances
 from sim.library import shipped_mazes
@@ -24,6 +24,50 @@ def as_set(segments):
     """Walls without order or direction, to the millimetre."""
     rounded = np.round(segments, 3) + 0.0
     return {tuple(sorted((tuple(wall[:2]), tuple(wall[2:])))) for wall in rounded.tolist()}
+
+
+def example(form):
+    """A file of a format: a shipped maze, or one of the tests'."""
+    for path in [*shipped_mazes().values(), *sorted(MAZES.iterdir())]:
+        if path.suffix in form.suffixes:
+            return path
+    raise AssertionError(f"put an example of a {form.name} into {MAZES}")
+
+
+@pytest.mark.parametrize("form", FORMATS, ids=lambda form: form.name)
+class TestEveryFormat:
+    def test_its_files_are_recognised_by_their_content_alone(self, form, tmp_path):
+        source = Source(tmp_path / "file", example(form).read_bytes())
+        assert next(other for other in FORMATS if other.recognises(source)) is form
+
+    def test_its_files_are_solvable_mazes_with_the_robot_inside(self, form, tmp_path):
+        maze = read_maze(example(form))
+        assert maze.name
+        assert np.isfinite(maze.walls).all()
+        assert len(maze.exits) >= 1
+        assert shortest_way(maze) is not None
+        left, bottom, right, top = maze.bounds
+        assert left < maze.start.pose.x < right
+        assert bottom < maze.start.pose.y < top
+
+    def test_it_is_written_in_every_suffix_and_read_again(self, form, tmp_path):
+        maze = read_maze(example(form))
+        for suffix in form.suffixes:
+            write_maze(maze, tmp_path / f"again{suffix}")
+            again = read_maze(tmp_path / f"again{suffix}")
+            assert shortest_way(again) == pytest.approx(shortest_way(maze), rel=0.1)
+            assert len(again.doors) == len(maze.doors)
+
+    def test_half_a_file_is_read_or_refused_with_its_name(self, form, tmp_path):
+        whole = example(form)
+        for share in (0.2, 0.5, 0.9):
+            path = tmp_path / f"half{whole.suffix}"
+            path.write_bytes(whole.read_bytes()[: int(share * whole.stat().st_size)])
+            try:
+                read_maze(path)
+            except MazeError as error:
+                refusal = str(error)
+                assert refusal.startswith(str(path))
 
 
 @pytest.mark.parametrize("name", sorted(shipped_mazes()))
@@ -62,8 +106,7 @@ def test_mms_and_micromouse_files_of_one_maze_have_the_same_walls():
 def test_heightmap_walls_are_the_outlines_of_black_pixels_in_the_documented_frame():
     image = np.full((40, 60), 255, dtype=np.uint8)
     image[10:13, 20:40] = 0
-    path, content = Path("one.png"), _png(image)
-    maze = heightmap.read(path, content, 0.1).maze
+    maze = heightmap.read(Source(Path("one.png"), _png(image)), Scale(metres_a_pixel=0.1)).maze
     # Rows 10 to 12 are x from (20 - 13) to (20 - 10) pixels above the centre; columns 20 to 39 y from -10 to 10.
     assert as_set(maze.walls) == {
         ((0.7, -1.0), (0.7, 1.0)),
@@ -115,8 +158,8 @@ def test_cells_survive_being_written(tmp_path):
     for name in ("again.txt", "again.maze"):
         write_maze(maze, tmp_path / name)
         assert as_set(read_maze(tmp_path / name).walls) == as_set(maze.walls)
-    cells = micromouse.parse(MAZES / "cells.txt", (MAZES / "cells.txt").read_text().splitlines())
-    again = mms.parse(Path("cells.num"), mms.write(cells).splitlines())
+    cells = micromouse.parse(Source(MAZES / "cells.txt", (MAZES / "cells.txt").read_bytes()))
+    again = mms.parse(Source(Path("cells.num"), mms.numbered(cells).encode()))
     assert as_set(exit_maze(again, 1.0).walls) == as_set(exit_maze(cells, 1.0).walls)
 
 
@@ -253,7 +296,7 @@ def test_every_key_of_the_text_format_is_read():
         "object post outline 0.1 0 0 0.1 -0.1 0 path 3 3",
         "exit 5 5 5 6",
     ]
-    maze = text.read(Path("yard.maze"), lines).maze
+    maze = text.read(Source(Path("yard.maze"), "\n".join(lines).encode()), Scale()).maze
     assert maze.name == "the yard"
     assert maze.time_limit == math.inf
     assert maze.start.pose.heading == pytest.approx(math.pi)
@@ -266,7 +309,7 @@ def test_every_key_of_the_text_format_is_read():
     assert (cart.speed, cart.near, cart.returns, len(cart.path)) == (0.5, 2.0, True, 2)
     assert cart.outline[0] == (0.2, -0.1)
     assert (post.near, post.returns, len(post.outline)) == (math.inf, False, 3)
-    again = text.read(Path("yard.maze"), text.write(maze).splitlines()).maze
+    again = text.read(Source(Path("yard.maze"), text.write(maze)), Scale()).maze
     assert (again.doors, again.objects, again.starts, again.time_limit) == (
         maze.doors,
         maze.objects,

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from sim.formats import read_maze
-from sim.formats.convert import write_maze
+from sim.formats import read_maze, write_maze
 from sim.maze import MazeError
 from sim.solvability import shortest_way
 

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.formats import read_maze
-from sim.formats.convert import write_maze
+from sim.formats import read_maze, write_maze
 from sim.free_space import FreeSpace, flood
 from sim.generate import DOOR_AREA, Recipe, generate
 from sim.maze import MazeError

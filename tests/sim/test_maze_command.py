@@ -35,7 +35,7 @@ def test_the_same_seed_writes_the_same_bytes(tmp_path):
     [
         (["maze", "show", "final_2051"], 3, "did you mean `final_2015`?"),
         (["maze", "show", "final_2015", "--picture", "x.bmp"], 3, "a picture is"),
-        (["maze", "convert", "final_2015", "x.txt"], 3, "cannot hold the maze"),
+        (["maze", "convert", "final_2015", "x.txt"], 3, "cannot hold this maze"),
         (["maze", "convert", "final_2015", "x.doc"], 3, "no maze format has the suffix"),
         (["maze", "generate", "x.maze", "--size", "9"], 2, "--rows"),
         (["maze", "generate", "x.maze", "--size", "2x2"], 2, "--columns"),

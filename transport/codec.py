@@ -3,17 +3,22 @@
 A value that was encoded and decoded again has equal bits: what a ROS 2 message narrows (single precision ranges, the
 quaternion of a heading), the values in :mod:`transport.messages` have narrowed already.
 
+rosbags knows every message. The three that make up a tick are laid out here once more as this project sends them, with
+frame names of its own, because through rosbags they take half as long again as the network does; with other frame names
+they are read by rosbags. The tests hold these layouts against rosbags and against a third codec.
+
 Sources: OMG DDSI-RTPS 2.5, section 10 (CDR encapsulation); the message definitions of ROS 2 Humble.
 """
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from transport.messages import NANOSECONDS, DoorReply, Odometry, Scan, ScanGeometry, Twist
@@ -48,8 +53,6 @@ TYPES.max_sequence_length = MAX_BEAMS
 
 # rosbags makes its message classes at run time, so their types are not known to a type checker.
 _MESSAGES: Mapping[str, Any] = TYPES.types
-_NO_SPREAD = np.zeros(0, dtype=np.float32)
-_UNKNOWN_COVARIANCE: NDArray[np.float64] = np.zeros(36, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,10 +90,15 @@ def _decode(payload: bytes, name: str) -> Any:
         raise CodecError(f"not a {name}: {error or type(error).__name__}") from error
 
 
-def _time(stamp: int) -> Any:
+def _split(stamp: int) -> tuple[int, int]:
     seconds, nanoseconds = divmod(stamp, NANOSECONDS)
     if not 0 <= seconds < _MAX_SECONDS:
         raise CodecError(f"the stamp {stamp} ns does not fit into a ROS 2 time")
+    return seconds, nanoseconds
+
+
+def _time(stamp: int) -> Any:
+    seconds, nanoseconds = _split(stamp)
     return _MESSAGES["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
 
 
@@ -106,26 +114,40 @@ def _vector(x: float, y: float, z: float) -> Any:
     return _MESSAGES["geometry_msgs/msg/Vector3"](x=x, y=y, z=z)
 
 
-def _twist(twist: Twist) -> Any:
-    return _MESSAGES[TWIST](linear=_vector(twist.forward, twist.left, 0.0), angular=_vector(0.0, 0.0, twist.turn))
+_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
+# header (stamp, frame), seven single precision fields, the number of ranges; then the ranges and no intensities
+_SCAN = struct.Struct("<4siII6s2x7fI")
+_SCAN_FRAME = struct.pack("<I6s2x", 6, b"laser")
+_NO_INTENSITIES = bytes(4)
+# header (stamp, frame), child frame, position, orientation, covariance, linear, angular, covariance
+_ODOMETRY = struct.Struct("<4siII5s3xI10s6x7d288x6d288x")
+_ODOMETRY_FRAMES = struct.pack("<I5s3xI10s6x", 5, b"odom", 10, b"base_link")
+_TWIST = struct.Struct("<4s6d")
+
+
+@lru_cache(maxsize=16)
+def _geometry(beams: int, first: float, increment: float, shortest: float, longest: float) -> ScanGeometry:
+    """A laser does not change from scan to scan."""
+    return ScanGeometry(beams, first, increment, shortest, longest)
 
 
 def encode_scan(scan: Scan) -> bytes:
     """A scan as ``sensor_msgs/LaserScan`` in the frame ``laser``."""
-    geometry = scan.geometry
-    message = _MESSAGES[LASER_SCAN](
-        header=_header(scan.stamp, LASER_FRAME),
-        angle_min=geometry.angle_min,
-        angle_max=geometry.angle_max,
-        angle_increment=geometry.angle_increment,
-        time_increment=0.0,
-        scan_time=0.0,
-        range_min=geometry.range_min,
-        range_max=geometry.range_max,
-        ranges=scan.ranges,
-        intensities=_NO_SPREAD,
+    shape = scan.geometry
+    angles = shape.angle_min, shape.angle_max, shape.angle_increment
+    head = _SCAN.pack(
+        _LITTLE_ENDIAN,
+        *_split(scan.stamp),
+        6,
+        b"laser",
+        *angles,
+        0.0,
+        0.0,
+        shape.range_min,
+        shape.range_max,
+        shape.beams,
     )
-    return _encode(message, LASER_SCAN)
+    return head + scan.ranges.astype("<f4", copy=False).tobytes() + _NO_INTENSITIES
 
 
 def decode_scan(payload: bytes) -> Scan:
@@ -134,6 +156,13 @@ def decode_scan(payload: bytes) -> Scan:
     Raises:
         CodecError: the payload is not such a message.
     """
+    if payload[:4] == _LITTLE_ENDIAN and payload[12:24] == _SCAN_FRAME and len(payload) >= _SCAN.size:
+        _, seconds, rest, _, _, first, _, increment, _, _, shortest, longest, beams = _SCAN.unpack_from(payload)
+        whole = len(payload) == _SCAN.size + 4 * beams + 4 and payload[-4:] == _NO_INTENSITIES
+        if whole and beams <= MAX_BEAMS:
+            ranges = np.frombuffer(payload, dtype=np.float32, count=beams, offset=_SCAN.size)
+            geometry = _geometry(beams, first, increment, shortest, longest)
+            return Scan(seconds * NANOSECONDS + rest, geometry, ranges)
     message = _decode(payload, LASER_SCAN)
     geometry = ScanGeometry(
         len(message.ranges), message.angle_min, message.angle_increment, message.range_min, message.range_max
@@ -143,18 +172,11 @@ def decode_scan(payload: bytes) -> Scan:
 
 def encode_odometry(odometry: Odometry) -> bytes:
     """Odometry as ``nav_msgs/Odometry``: the pose of ``base_link`` in ``odom``, covariances unknown (zero)."""
-    point = _MESSAGES["geometry_msgs/msg/Point"](x=odometry.x, y=odometry.y, z=0.0)
-    orientation = _MESSAGES["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=odometry.qz, w=odometry.qw)
-    pose = _MESSAGES["geometry_msgs/msg/Pose"](position=point, orientation=orientation)
-    message = _MESSAGES[ODOMETRY](
-        header=_header(odometry.stamp, ODOMETRY_FRAME),
-        child_frame_id=BASE_FRAME,
-        pose=_MESSAGES["geometry_msgs/msg/PoseWithCovariance"](pose=pose, covariance=_UNKNOWN_COVARIANCE),
-        twist=_MESSAGES["geometry_msgs/msg/TwistWithCovariance"](
-            twist=_twist(odometry.twist), covariance=_UNKNOWN_COVARIANCE
-        ),
-    )
-    return _encode(message, ODOMETRY)
+    twist = odometry.twist
+    pose = odometry.x, odometry.y, 0.0, 0.0, 0.0, odometry.qz, odometry.qw
+    frames = 5, b"odom", 10, b"base_link"
+    velocity = twist.forward, twist.left, 0.0, 0.0, 0.0, twist.turn
+    return _ODOMETRY.pack(_LITTLE_ENDIAN, *_split(odometry.stamp), *frames, *pose, *velocity)
 
 
 def decode_odometry(payload: bytes) -> Odometry:
@@ -163,21 +185,25 @@ def decode_odometry(payload: bytes) -> Odometry:
     Raises:
         CodecError: the payload is not such a message.
     """
+    if payload[:4] == _LITTLE_ENDIAN and payload[12:44] == _ODOMETRY_FRAMES and len(payload) == _ODOMETRY.size:
+        _, seconds, rest, _, _, _, _, x, y, _, _, _, qz, qw, *twist = _ODOMETRY.unpack(payload)
+        return Odometry(seconds * NANOSECONDS + rest, x, y, qz, qw, Twist(twist[0], twist[1], twist[5]))
     message = _decode(payload, ODOMETRY)
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
+    linear, angular = message.twist.twist.linear, message.twist.twist.angular
     return Odometry(
         _stamp(message.header.stamp),
         float(position.x),
         float(position.y),
         float(orientation.z),
         float(orientation.w),
-        _read_twist(message.twist.twist),
+        Twist(float(linear.x), float(linear.y), float(angular.z)),
     )
 
 
 def encode_twist(twist: Twist) -> bytes:
     """A velocity as ``geometry_msgs/Twist``."""
-    return _encode(_twist(twist), TWIST)
+    return _TWIST.pack(_LITTLE_ENDIAN, twist.forward, twist.left, 0.0, 0.0, 0.0, twist.turn)
 
 
 def decode_twist(payload: bytes) -> Twist:
@@ -186,10 +212,10 @@ def decode_twist(payload: bytes) -> Twist:
     Raises:
         CodecError: the payload is not such a message.
     """
-    return _read_twist(_decode(payload, TWIST))
-
-
-def _read_twist(message: Any) -> Twist:
+    if payload[:4] == _LITTLE_ENDIAN and len(payload) == _TWIST.size:
+        _, forward, left, _, _, _, turn = _TWIST.unpack(payload)
+        return Twist(forward, left, turn)
+    message = _decode(payload, TWIST)
     return Twist(float(message.linear.x), float(message.linear.y), float(message.angular.z))
 
 

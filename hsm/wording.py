@@ -51,7 +51,7 @@ def _bound(expression: Expression) -> tuple[str, int]:
         case SignalValue(signal, arguments):
             return call_text(signal.name, signal.parameters, arguments), _ATOM
         case Active(state):
-            return f"in {state}", _BINDING["not"]
+            return f"in({state})", _ATOM
         case Unary("abs", operand):
             return f"abs({expression_text(operand)})", _ATOM
         case Unary(operator, operand):

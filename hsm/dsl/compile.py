@@ -492,8 +492,10 @@ class _Compiler:
                 declared = self.library.actions.get(str(name))
                 if declared is None:
                     if name not in self.plan.doubtful:
-                        hint = self.report.guess(name, self.library.actions)
-                        self._add("E0205", name, f"there is no action `{name}`", hint.text)
+                        hint = self.report.guess(name, self.library.actions).text
+                        if name.value in self.library.activities:
+                            hint = f"`{name}` is an activity: it takes time, and stands behind `do`"
+                        self._add("E0205", name, f"there is no action `{name}`", hint)
                     self._gather_doubts(line)
                     return None
                 arguments = self.scope.arguments(line, declared.parameters, f"action `{name}`")
@@ -531,7 +533,7 @@ class _Compiler:
         """Kind, name and place of everything that is declared and never used."""
         found: list[tuple[str, str, Place]] = []
         for name, token in self.plan.imports.items():
-            if name not in self.instantiated:
+            if name not in self.instantiated and self.machines.get(name) is not None:
                 found.append(("import", name, place_of(self.tree.name, token)))
         for name, declared in self.scope.variables.items():
             if name not in self.scope.used:

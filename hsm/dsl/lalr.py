@@ -97,7 +97,19 @@ class Parser:
 
     def expected(self) -> frozenset[str]:
         """The kinds of token that could come next."""
-        return frozenset(kind for kind in self.table.rows[self.states[-1]] if kind.isupper())
+        return frozenset(kind for kind in self.table.rows[self.states[-1]] if kind.isupper() and self._accepts(kind))
+
+    def _accepts(self, kind: str) -> bool:
+        """Whether a kind of token can come next; the table alone also knows what follows elsewhere."""
+        rows, states = self.table.rows, list(self.states)
+        while True:
+            action = rows[states[-1]].get(kind)
+            if action is None or isinstance(action, int):
+                return action is not None
+            size, rule, _ = action
+            if size:
+                del states[-size:]
+            states.append(rows[states[-1]][rule])  # type: ignore[arg-type]
 
     def back_to(self, kind: str) -> None:
         """Drop what was taken last until a token of a kind can come."""

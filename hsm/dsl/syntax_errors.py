@@ -26,6 +26,14 @@ _WORDS = {
     "COMMA": "`,`",
     "_NL": "the end of the line",
 }
+_NAMES = {
+    **dict.fromkeys(("->", "=>", "initial"), "the name of a state"),
+    **dict.fromkeys(("state", "parallel", "final"), "a name for the state"),
+    **dict.fromkeys(("on", "raise"), "the name of an event"),
+    "do": "the name of an activity",
+    "machine": "a name for the machine",
+    "import": "the name of a machine",
+}
 _WORD = re.compile(r"[A-Za-z_][\w.]*|[-=<>!+*/&|]+|\d[\d.]*|[^ ]")
 _FOREIGN = {
     "&&": "write `and`",
@@ -38,6 +46,14 @@ _FOREIGN = {
     '"': "the language has no texts",
     "'": "the language has no texts",
     "-->": "write `->`",
+}
+_BEGINNINGS = {
+    "if": "a condition is watched with `when`; behind a trigger stands `if`",
+    "while": "there are no loops: what a state does goes on until it is left",
+    "for": "there are no loops: what a state does goes on until it is left",
+    "transition": "a transition begins with `on`, `when` or `after`",
+    "goto": "a transition begins with `on`, `when` or `after`",
+    "->": "a transition begins with `on`, `when` or `after`",
 }
 _OPERATORS = ("==", "!=", "<", "<=", ">", ">=", "+", "-", "*", "->", "=>")
 _TRANSITIONS = ("on", "when", "after")
@@ -58,10 +74,13 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
     word = match.group() if match is not None else ""
     place = Place(report.file, number, column, number, column + max(1, len(word)))
     if word and not before.strip():
-        hint = report.guess(word, STATEMENTS).text or _FOREIGN.get(word)
+        hint = _FOREIGN.get(word) or _BEGINNINGS.get(word) or report.guess(word, STATEMENTS).text
         report.add("E0101", place, f"no line begins with `{word}`", hint)
         return
+    last = before.split()[-1] if before.split() else ""
     wanted = [text for name, text in _WORDS.items() if name in expected]
+    if wanted and wanted[0] == _WORDS["NAME"]:
+        wanted[0] = _NAMES.get(last, wanted[0])
     found = f"here is `{word}`" if word else "the line ends here"
     message = f"expected {_either(wanted)}, but {found}" if wanted else f"`{word}` cannot stand here"
     report.add("E0101", place, message, _hint(before.split(), word, expected))
@@ -75,7 +94,7 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
     text = " ".join(before)
     if word == ":" and first in ("state", "parallel"):
         return "a block needs no colon: it is what is indented below"
-    if first == "do" and "LPAR" in expected:
+    if first == "do" and before[1:] == re.findall(r"^[\w.]+$", before[-1]) and "LPAR" in expected:
         return f"an activity is called: `do {before[-1]}()`"
     if first in ("entry", "exit") and len(before) == 1:
         return f"actions stand behind a slash: `{first} / ...`"
@@ -86,7 +105,7 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
     if first in _TRANSITIONS and word in ("<", "<=", ">", ">=", "==", "!="):
         return "join two comparisons with `and`"
     if first in _TRANSITIONS and "ARROW" in expected and word.isidentifier():
-        return f"a transition goes `-> {word}`"
+        return "a transition's target stands behind `->`"
     return None
 
 

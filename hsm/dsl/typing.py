@@ -443,7 +443,8 @@ def _a(kind: Type) -> str:
         case Quantity():
             if kind == NUMBER:
                 return "a plain number"
-            return f"{kind} in {kind.si_unit}" if kind in QUANTITY_NAMES else str(kind)
+            article = "an" if str(kind)[0] in "aeiou" else "a"
+            return f"{article} {kind} in {kind.si_unit}" if kind in QUANTITY_NAMES else f"a {kind}"
 
 
 def _joined(left: Expression, right: Expression) -> Place | None:

@@ -146,12 +146,7 @@ def logs() -> None:
                 times.append(took)
                 if found is not None:
                     directions.append(pose.heading + found)
-            building = math.remainder(float(np.angle(np.median(np.exp(4j * np.array(directions))))) / 4, RIGHT)
-            off = [abs(math.degrees(math.remainder(one - building, RIGHT))) for one in directions]
-            # The median direction once more, about the first estimate.
-            signed = [math.remainder(one - building, RIGHT) for one in directions]
-            building += float(np.median(signed))
-            off = [abs(math.degrees(math.remainder(one - building, RIGHT))) for one in directions]
+            off = carmen.deviations(directions)
             median, p95 = quantiles(off, 0.5, 0.95)
             lost = len(entries) - len(directions)
             row = f"| {name} | {len(entries)} | {method_name} | {np.median(times):.3f} | {median:.3f} | {p95:.2f} "

@@ -55,6 +55,9 @@ UNSEEN = Way()
 CLOSED = Way(known=True)
 
 
+NO_WALLS: Floats = np.empty((3, 0))
+
+
 @dataclass(frozen=True, slots=True)
 class Gap:
     """A run of beams that go beyond a line along x.
@@ -130,12 +133,11 @@ class Surroundings:
         return View(cotangent, x[beams][::-1], -y[beams][::-1], self.hit[beams][::-1], (origin_x, -origin_y), walls)
 
     def ahead(self) -> View:
-        """The view ahead: y ahead, x to the right."""
+        """The view ahead: y ahead, x to the right; without walls, since a way ahead begins where no wall must be."""
         (x, y), (origin_x, origin_y) = self.ends, self.origin
         beams = _towards(self.cosines)
-        walls = _walls(-self.starts[1], -self.stops[1], self.starts[0], self.stops[0])
         cotangent = -self.sines[beams] / self.cosines[beams]
-        return View(cotangent, -y[beams], x[beams], self.hit[beams], (-origin_y, origin_x), walls)
+        return View(cotangent, -y[beams], x[beams], self.hit[beams], (-origin_y, origin_x), NO_WALLS)
 
 
 def _towards(component: Floats) -> slice | Indices:
@@ -233,7 +235,7 @@ def _walls(first_x: Floats, last_x: Floats, first_y: Floats, last_y: Floats) -> 
     """Level, lowest x and highest x of the walls that run along x on the side of positive y."""
     level = (first_y + last_y) / 2
     chosen = (np.abs(last_y - first_y) <= 0.3 * np.abs(last_x - first_x)) & (level > 0)
-    return np.stack((level, np.minimum(first_x, last_x), np.maximum(first_x, last_x)))[:, chosen]
+    return np.array((level, np.minimum(first_x, last_x), np.maximum(first_x, last_x)))[:, chosen]
 
 
 def _fifth(values: Floats) -> float:

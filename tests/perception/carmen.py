@@ -34,3 +34,12 @@ def scans(name: str):
             described = robot(beams)
             ranges = np.array(numbers[:beams], np.float32)
             yield described, Scan(0, described.laser.geometry(), ranges), Pose(*numbers[beams:])
+
+
+def deviations(directions) -> list[float]:
+    """How far directions of walls, found in many scans, are from their median, modulo a right angle, degrees."""
+    right = math.pi / 2
+    around = float(np.angle(np.mean(np.exp(4j * np.asarray(directions))))) / 4
+    for _ in range(5):
+        around += float(np.median([math.remainder(one - around, right) for one in directions]))
+    return [abs(math.degrees(math.remainder(one - around, right))) for one in directions]

@@ -47,6 +47,7 @@ class Base:
 
     def __init__(self, description: RobotDescription, pose: Pose) -> None:
         self.description = description
+        self.radius = description.radius
         self.outline = np.asarray(description.footprint, dtype=np.float64)
         self.body = pymunk.Body(1.0, pymunk.moment_for_poly(1.0, list(description.footprint)))
         self.shapes: list[pymunk.Shape] = [pymunk.Poly(self.body, part) for part in convex_parts(description.footprint)]
@@ -99,7 +100,8 @@ class Base:
             self._wanted = velocity, twist.turn
         else:
             self.body.velocity = velocity
-            self.body.angular_velocity = twist.turn
+            if self.body.angular_velocity != twist.turn:
+                self.body.angular_velocity = twist.turn
         # Straight on at constant speed, the body needs nothing new.
         self._steady = twist is target and twist.turn == 0.0 and not touching
 

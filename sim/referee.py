@@ -166,14 +166,22 @@ class Referee:
         base = world.bases[name]
         if contacts:
             self._clearance = 0.0
-        elif world.anything_within(name, self._clearance + base.description.radius):
-            corners = placed(base.outline, pose)
-            self._clearance = min(self._clearance, outline_distance(corners, world.around(name)))
+        else:
+            self._clearance = min(self._clearance, self._distance_if_smaller(pose, world, base, name))
         moved = math.hypot(pose.x - self._anchor.x, pose.y - self._anchor.y) > STILL_DISTANCE
         turned = abs(math.remainder(pose.heading - self._anchor.heading, math.tau)) > STILL_ANGLE
         if moved or turned:
             self._anchor, self._anchor_time = pose, time
         self._outcome, self._reason = self._judge(before, base)
+
+    def _distance_if_smaller(self, pose: Pose, world: World, base: Base, name: str) -> float:
+        """The robot's distance to what is solid if it may be the smallest so far; otherwise infinity."""
+        reach = self._clearance + base.radius
+        if not world.anything_within(name, reach):
+            return math.inf
+        solids = world.around(name)
+        near = solids[distances(np.array([[pose.x, pose.y]]), solids)[0] <= reach + 1e-6]
+        return outline_distance(placed(base.outline, pose), near)
 
     def _judge(self, before: Pose, base: Base) -> tuple[Outcome, str]:
         if self._contacts and self._rules.contact_fails:

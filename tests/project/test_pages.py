@@ -1,4 +1,4 @@
-"""The tutorial's files are written, its commands run in order, and their output compared with what the page shows.
+"""The files on a page are written, its commands run in order, and their output compared with what the page shows.
 
 In the expected output ``...`` stands for anything. A command that ends with ``&`` stays in the background.
 """
@@ -10,15 +10,18 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from controller.machines import SHIPPED
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "tutorial.md"
+PAGES = ("tutorial.md", "explanation/loop.md")
 BLOCK = re.compile(r"^```(\S+)(?: file=(\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LIMIT = 120
 
 
-def test_the_tutorial_does_what_it_says(tmp_path):
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_does_what_it_says(page, tmp_path):
     bin_folder = Path(sys.executable).parent
     environment = {
         **os.environ,
@@ -29,9 +32,10 @@ def test_the_tutorial_does_what_it_says(tmp_path):
     }
     background = []
     try:
-        for language, name, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
-            if language == "maze-machine":
+        for language, name, text in BLOCK.findall((ROOT / "docs" / page).read_text(encoding="utf-8")):
+            if name:
                 (tmp_path / name).write_text(text, encoding="utf-8")
+            if language != "console":
                 continue
             for example in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
                 command, _, expected = example.partition("\n")

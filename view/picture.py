@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LINES_OF_LEGEND = 12
+LINES_OF_LEGEND = 16
 """So many states are told apart by colour; with more of them the trail shows time instead."""
 
 
@@ -88,8 +88,8 @@ def _draw_trail(figure: Figure, axes: Axes, trail: Trail) -> None:
         return
     names = list(dict.fromkeys(trail.states))
     if 0 < len(names) <= LINES_OF_LEGEND:
-        colours = colormaps["tab20" if len(names) > 10 else "tab10"]
-        palette = {name: colours(index) for index, name in enumerate(names)}
+        # Of tab20 every second colour is strong and the ones between are pale: the strong ones first.
+        palette = {name: colormaps["tab20"](2 * index % 20 + index // 10) for index, name in enumerate(names)}
         ways = LineCollection(
             [trail.positions[first : last + 1] for _, first, last in stretches(trail.states)],
             colors=[palette[name] for name, _, _ in stretches(trail.states)],

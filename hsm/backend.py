@@ -20,6 +20,9 @@ from hsm.topology import HISTORY
 if TYPE_CHECKING:
     from hsm.machine import Machine
 
+DEPTH = 60
+"""States nested deeper than this are too much for the recursion in ``transitions``."""
+
 CODE = "E0921"
 """The code of every finding about what ``transitions`` does not share."""
 
@@ -163,6 +166,9 @@ def _path(machine: Machine, state: State) -> str:
 
 def _beyond(machine: Machine) -> Iterator[Diagnostic]:
     """What the shared subset does not have."""
+    if machine.topology.depth > DEPTH:
+        yield _refusal(f"states nested more than {DEPTH} deep", machine.model.states[0].place)
+        return
     for state in machine.model.states:
         for reason in _state_beyond(machine, state):
             yield _refusal(f"state `{state.name}`: {reason}", state.place)

@@ -30,6 +30,9 @@ FORMATS = ("svg", "png", "dot", "mmd")
 WIDTH = 34
 """Longer lines are broken, where there is a blank, after so many characters."""
 
+DEPTH = 60
+"""States nested deeper than this are not drawn."""
+
 _ENTITIES = {"#": "#35;", ";": "#59;", "<": "#lt;", ">": "#gt;", '"': "#quot;", ":": "#58;"}
 _FONT = "Helvetica"
 _STYLES: dict[str, dict[str, dict[str, str]]] = {
@@ -79,8 +82,11 @@ def render(machine: Machine, form: str, fills: Mapping[str, str] | None = None) 
         fills: colours of states by their full names.
 
     Raises:
-        DiagramError: Graphviz is not installed.
+        DiagramError: Graphviz is not installed, or the states are nested too deep to be drawn.
     """
+    depth = machine.topology.depth
+    if depth > DEPTH:
+        raise DiagramError(f"states nested {depth} deep cannot be drawn; {DEPTH} can")
     if form == "mmd":
         return _mermaid(machine.model).encode()
     try:

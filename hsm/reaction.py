@@ -139,22 +139,23 @@ class Reaction:
 
     def _settle(self) -> None:
         """Take transitions without a trigger and handle the machine's own events until there are none."""
-        for _ in range(SPIN):
-            if self.state.outcome is not None:
-                return
+        taken = 0
+        while self.state.outcome is None:
             always = self.state.configuration.always
             if always is not None and self._fire(always, Phase.ALWAYS):
-                continue
-            if not self._queue:
+                taken += 1
+            elif not self._queue:
                 return
-            entry = self._queue.popleft()
-            if isinstance(entry, Send):
-                self._send(entry)
-            elif isinstance(entry, Cancel):
-                self.state.sent = tuple(one for one in self.state.sent if one[1].label != entry.label)
             else:
-                self._handle(entry)
-        raise self._spin()
+                entry = self._queue.popleft()
+                if isinstance(entry, Send):
+                    self._send(entry)
+                elif isinstance(entry, Cancel):
+                    self.state.sent = tuple(one for one in self.state.sent if one[1].label != entry.label)
+                else:
+                    taken += self._handle(entry)
+            if taken > SPIN:
+                raise self._spin()
 
     def _work_off(self) -> None:
         """Handle the events from outside, and those that the machine sends itself meanwhile."""
@@ -179,8 +180,8 @@ class Reaction:
             self.state.sent = tuple(one for one in self.state.sent if not self._reached(one[0]))
         return [send.event for _, send in arrived]
 
-    def _handle(self, entry: Event | Fault) -> None:
-        """Let one event fire what it can."""
+    def _handle(self, entry: Event | Fault) -> bool:
+        """Let one event fire what it can; whether there was anything."""
         event = _event(entry)
         selector = self.state.configuration.on(event)
         if selector is not None:
@@ -190,6 +191,7 @@ class Reaction:
             self._record(event, NOTHING_DUE, None)
         if not fired and isinstance(entry, Fault):
             raise entry.unhandled(self.machine)
+        return fired
 
     def _time_outs(self, due: frozenset[int]) -> None:
         for _ in range(SPIN):
@@ -227,7 +229,7 @@ class Reaction:
             found, self._found = self._found, []
             for fault in found:
                 self._handle(fault)
-            again = self._selector(trigger)
+            again = self._selector(trigger) if self.state.outcome is None else None
             picked = self._pick(again, due if trigger is Phase.AFTER else None) if again is not None else NONE
         if picked == NONE:
             self._record(trigger, due, None)

@@ -20,6 +20,14 @@ class Topology:
         self.model = model
         self.states = model.states
 
+    @property
+    def depth(self) -> int:
+        """How deep the states are nested; 1 for states that lie in nothing but the machine."""
+        depths = [0]
+        for state in self.states[1:]:
+            depths.append(depths[state.parent] + 1)
+        return max(depths)
+
     def inside(self, state: int, around: int) -> bool:
         """Whether a state is a proper descendant of another."""
         return around < state <= self.states[around].last

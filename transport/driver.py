@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import secrets
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,6 +19,7 @@ from transport.codec import (
     encode_empty,
     encode_twist,
 )
+from transport.envelope import rmw_attachment
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply, Odometry, Scan, Twist
 
@@ -81,6 +84,8 @@ class RosDriver:
         self._scan, self._odometry = bus.newest(keys.scan), bus.newest(keys.odometry)
         self._publisher = bus.publisher(keys.command, urgent=True)
         self._bell = Bell(bus, keys)
+        self._gid = secrets.token_bytes(16) if keys.settings.keys == "rmw_zenoh" else b""
+        self._sent = 0
         self._closed = False
 
     def sense(self) -> Sensed:
@@ -97,7 +102,10 @@ class RosDriver:
 
     def move(self, twist: Twist) -> None:
         """Send a velocity."""
-        self._publisher.put(encode_twist(twist))
+        self._sent += 1
+        # A bridge wants no attachment; rmw_zenoh drops messages without its own.
+        attachment = rmw_attachment(self._sent, time.time_ns(), self._gid) if self._gid else b""
+        self._publisher.put(encode_twist(twist), attachment)
 
     def ring(self) -> None:
         """Ask for the door; its answer comes with a later observation."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from transport.description import Positive, Settings
 
@@ -44,3 +44,9 @@ class LinkSettings(Settings):
     """How long one step of a simulator in lockstep is waited for, s: its first may compile."""
     connect: Positive = 5.0
     """How long a robot is looked for, s."""
+
+    @model_validator(mode="after")
+    def _goes_together(self) -> Self:
+        if self.keys == "rmw_zenoh" and (self.gate or self.door_call == "service"):
+            raise ValueError('keys = "rmw_zenoh" is for bare drivers: gate = false, door_call = "message"')
+        return self

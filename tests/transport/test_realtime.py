@@ -252,11 +252,11 @@ class BareRobot:
             self._scan.put(encode_scan(observation.scan))
 
 
-@pytest.mark.parametrize("keys", ["bridge", "rmw_zenoh"])
-def test_a_bare_driver_is_driven_without_a_gate(keys: str) -> None:
+@pytest.mark.parametrize(("keys", "door_call"), [("bridge", "service"), ("rmw_zenoh", "message")])
+def test_a_bare_driver_is_driven_without_a_gate(keys: str, door_call: str) -> None:
     clock = Hand()
     network = MemoryNetwork(clock=clock)
-    settings = LinkSettings(gate=False, keys=keys)
+    settings = LinkSettings(gate=False, keys=keys, door_call=door_call)
     bare = BareRobot(network, RobotKeys("toy", settings), clock)
     clock.others.append(bare.pump)
     robot = open_robot(network.bus(), TOY, settings, clock=clock)

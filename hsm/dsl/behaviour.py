@@ -1,0 +1,207 @@
+"""What states do and where they go: activities, transitions and actions, with a meaning for every name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from lark import Token
+
+from hsm.diagnostics import Related
+from hsm.dsl import syntax
+from hsm.dsl.context import Context
+from hsm.dsl.declarations import Declarations
+from hsm.dsl.outline import HISTORY, Draft
+from hsm.dsl.subject import Stay
+from hsm.model import (
+    Action,
+    ActivityCall,
+    After,
+    Assign,
+    Call,
+    On,
+    Raise,
+    StateKind,
+    Transition,
+    TransitionKind,
+    Trigger,
+    When,
+)
+from hsm.types import Quantity
+
+_DURATION = Quantity(time=1)
+
+
+@dataclass(slots=True)
+class Behaviour:
+    """Gives the lines of states their meaning.
+
+    Attributes:
+        context: what all stages share.
+        declarations: the file's events.
+        transitions: the machine's transitions so far.
+        unresolved: some transition may lead anywhere, because its target is not known.
+    """
+
+    context: Context
+    declarations: Declarations
+    transitions: list[Transition] = field(default_factory=list)
+    unresolved: bool = False
+
+    def activity(self, draft: Draft) -> ActivityCall | None:
+        """What a state does; None where that is nothing, or at fault."""
+        if draft.activity is None:
+            return None
+        call = draft.activity.call
+        declared = self.context.library.activities.get(str(call.name))
+        if declared is None:
+            if call.name not in self.context.plan.doubtful:
+                hint = self.context.report.guess(call.name, self.context.library.activities).text
+                self.context.add("E0204", call.name, f"there is no activity `{call.name}`", hint)
+            self.look_at(call)
+            return None
+        arguments = self.context.scope.arguments(call, declared.parameters, f"activity `{call.name}`")
+        if arguments is None:
+            return None
+        return ActivityCall(declared, arguments, self.context.place(call.name, call.closing))
+
+    def look_at(self, call: syntax.CallSyntax) -> None:
+        """Look at the arguments of an instance whose machine is not known, so that what they name counts as used."""
+        for argument in call.arguments:
+            self.context.scope.expression(argument.value if isinstance(argument, syntax.Named) else argument)
+
+    def stay(self, line: syntax.StayLine) -> Stay:
+        """A ``stay`` line with its typed condition."""
+        condition = self.context.scope.condition(line.condition) if line.condition is not None else None
+        last = syntax.last_token(line.condition) if line.condition is not None else None
+        return Stay(condition, self.context.place(line.keyword, last), always=line.condition is None)
+
+    def transition(self, draft: Draft, line: syntax.TransitionLine) -> Transition:
+        """A transition, the next in document order; its trigger is on nothing where it is at fault."""
+        trigger = self._trigger(draft, line)
+        guard = self.context.scope.condition(line.guard) if line.guard is not None else None
+        actions = self.actions(line.actions)
+        kind = TransitionKind.INTERNAL
+        targets: tuple[int, ...] = ()
+        if line.target is not None:
+            kind = TransitionKind.LOCAL if line.target.arrow == "->" else TransitionKind.EXTERNAL
+            targets = self._targets(line.target)
+            kind = kind if targets else TransitionKind.INTERNAL
+        elif not line.actions:
+            hint = "say where it goes: `-> state`, or what it does: `/ action`"
+            self.context.add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
+        if trigger is None or (line.guard is not None and guard is None):
+            self.unresolved |= trigger is None and not targets
+        if trigger is None:
+            trigger = On(())
+        place = self.context.place(line.keyword, _last_token(line))
+        return Transition(len(self.transitions), draft.index, targets, trigger, guard, actions, kind, place)
+
+    def _trigger(self, draft: Draft, line: syntax.TransitionLine) -> Trigger | None:
+        if line.operand is None:
+            return On(tuple(self.declarations.event(draft, name) for name in line.names))
+        if line.keyword == "when":
+            condition = self.context.scope.condition(line.operand)
+            return None if condition is None else When(condition)
+        duration = self.context.scope.value(line.operand, _DURATION)
+        return None if duration is None else After(duration)
+
+    def _targets(self, target: syntax.TargetSyntax) -> tuple[int, ...]:
+        known: list[Draft] = []
+        for name in target.names:
+            draft = self.named_state(name)
+            if draft is None:
+                continue
+            clash = next((other for other in known if not _orthogonal(draft, other)), None)
+            if clash is not None:
+                self.context.add("E0406", name, f"`{clash.name}` and `{draft.name}` cannot be active together")
+                continue
+            known.append(draft)
+        return tuple(one.index for one in known)
+
+    def named_state(self, name: Token) -> Draft | None:
+        """The state with a name; of a misspelt one the state that was probably meant."""
+        found = self.context.plan.states.get(str(name))
+        if found is not None:
+            return found
+        owner, dot, suffix = name.rpartition(".")
+        if dot and owner in self.context.plan.states and suffix in HISTORY:
+            return self.context.plan.states[owner].histories.get(HISTORY[suffix])
+        if name in self.context.plan.doubtful or owner in self.context.plan.doubtful:
+            self.unresolved = True
+            return None
+        if dot and owner in self.context.plan.states:
+            hint = f"go to `{owner}`, or to `{owner}.history`"
+            self.context.add("E0201", name, f"a state inside `{owner}` cannot be entered by this name", hint)
+            return self.context.plan.states[owner]
+        close = self.context.report.guess(name, self.context.plan.states)
+        self.context.add("E0201", name, f"there is no state `{name}`", close.text)
+        self.unresolved |= close.name is None
+        return self.context.plan.states.get(close.name or "")
+
+    def actions(self, lines: tuple[syntax.ActionSyntax, ...]) -> tuple[Action, ...]:
+        """Actions in order, without those at fault."""
+        actions = [self._action(line) for line in lines]
+        return tuple(one for one in actions if one is not None)
+
+    def _action(self, line: syntax.ActionSyntax) -> Action | None:
+        match line:
+            case syntax.RaiseSyntax(event):
+                return Raise(str(event), self.context.place(event))
+            case syntax.AssignSyntax():
+                return self._assignment(line)
+            case syntax.CallSyntax(name):
+                declared = self.context.library.actions.get(str(name))
+                if declared is None:
+                    if name not in self.context.plan.doubtful:
+                        hint = self.context.report.guess(name, self.context.library.actions).text
+                        if name.value in self.context.library.activities:
+                            hint = f"`{name}` is an activity: it takes time, and stands behind `do`"
+                        self.context.add("E0205", name, f"there is no action `{name}`", hint)
+                    self.look_at(line)
+                    return None
+                arguments = self.context.scope.arguments(line, declared.parameters, f"action `{name}`")
+                if arguments is None:
+                    return None
+                return Call(declared, arguments, self.context.place(name, line.closing))
+
+    def _assignment(self, line: syntax.AssignSyntax) -> Assign | None:
+        name = line.variable
+        declared = self.context.scope.variables.get(str(name))
+        if declared is None:
+            if name not in self.context.plan.doubtful:
+                close = self.context.report.guess(name, self.context.scope.variables)
+                self.context.add("E0202", name, f"there is no variable `{name}`", close.text)
+            self.context.scope.expression(line.value)
+            return None
+        if declared.constant:
+            message, hint = f"`{name}` is a parameter: it keeps its value", f"declare it with `var {name}`"
+            related = Related(declared.place, "declared here")
+            self.context.report.add("E0304", self.context.place(name), message, hint, (related,))
+            return None
+        was_used = name in self.context.scope.used
+        node = line.value
+        if line.operator != "=":
+            operator = Token.new_borrow_pos("OPERATOR", line.operator[0], line.operator)
+            node = syntax.Binary(operator, name, node, 1 + syntax.depth_of(node))
+        value = self.context.scope.value(node, declared.type)
+        if not was_used and line.operator != "=":
+            self.context.scope.used.discard(str(name))
+        return None if value is None else Assign(str(name), value, self.context.place(name, line.operator))
+
+
+def _last_token(line: syntax.TransitionLine) -> Token:
+    """The last token of a transition's trigger, guard and target."""
+    if line.target is not None:
+        return line.target.names[-1]
+    if line.guard is not None:
+        return syntax.last_token(line.guard)
+    if line.operand is not None:
+        return syntax.last_token(line.operand)
+    return line.names[-1]
+
+
+def _orthogonal(one: Draft, other: Draft) -> bool:
+    """Whether two states lie in different regions of a parallel state."""
+    above = list(other.ancestors())
+    common = next((state for state in one.ancestors() if state in above), None)
+    return common is not None and common.kind is StateKind.PARALLEL and common not in (one, other)

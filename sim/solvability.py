@@ -63,9 +63,10 @@ def checked(maze: Maze, radius: float | None = None) -> Maze:
         )
     for start in maze.starts:
         x, y = start.pose.x, start.pose.y
-        if float(distances(np.array([[x, y]]), _with_doors(maze)).min()) < radius:
+        room = radius + math.hypot(start.spread.x, start.spread.y)
+        if float(distances(np.array([[x, y]]), _with_doors(maze)).min()) < room:
             raise UnsolvableError(
-                f"the robot does not fit at its start ({x:.2f}, {y:.2f}) m: a wall is nearer than {radius:.2f} m",
+                f"the robot does not fit at its start ({x:.2f}, {y:.2f}) m: a wall is nearer than {room:.2f} m",
                 (x, y),
                 "move the start away from the walls",
             )

@@ -182,6 +182,7 @@ ROOM = "start 1 1 0\nwall 0 0 2 0 2 2 0 2 0 1.5\nwall 0 0 0 0.5\nexit 0 0.5 0 1.
     ("content", "place", "reason"),
     [
         ("wall 0 0 1 1\n", (None, None), "no start"),
+        (ROOM.replace("start 1 1 0", "start 1 1 0 spread 0.7 0.7 0"), (1, None), "nearer than 1.21 m"),
         (ROOM + "wal 0 0 1 1\n", (5, 1), "`wal` is not known"),
         (ROOM + "wall 0 0 1\n", (5, 11), "a y in metres is missing"),
         (ROOM + "wall 0 0 1 x\n", (5, 12), "should be a number, not `x`"),
@@ -326,3 +327,12 @@ def test_every_foreign_maze_is_read_and_can_be_solved():
         maze = read_maze(path)
         assert shortest_way(maze) is not None
         assert len(maze.exits) >= 1
+
+
+def test_an_exit_that_is_not_drawn_is_found_and_faces_outwards(final, tmp_path):
+    path = tmp_path / "open.maze"
+    lines = text.write(final).decode().splitlines()
+    path.write_text("\n".join(line for line in lines if not line.startswith("exit")))
+    (found,) = read_maze(path).exits.tolist()
+    (drawn,) = final.exits.tolist()
+    assert found == pytest.approx(drawn, abs=0.1)

@@ -47,6 +47,18 @@ def test_a_door_slides_at_its_speed_by_its_length_and_may_close_again():
     assert robot.simulation.world.doors[0].leaf().tolist() == [[2.0, 3.5, 2.0, 4.5]]
 
 
+def test_the_laser_and_the_physics_agree_about_a_door_for_ten_minutes():
+    door = Door("gate", ((2.0, 3.5), (2.0, 4.5)), speed=0.27, stays=3.0)
+    simulation = Simulation(room(doors=(door,)), settings=SETTINGS)
+    world = simulation.world
+    for tick in range(6000):
+        if tick % 130 == 0:
+            world.doors[0].ask()
+        world.carry({"pico": Twist()}, 10)
+    leaf = world._leaves[0]
+    assert leaf.position.y == pytest.approx(world.doors[0].shift, abs=1e-9)
+
+
 def test_an_open_door_waits_for_whoever_stands_in_the_doorway():
     door = Door("gate", ((2.0, 3.5), (2.0, 4.5)), speed=1.0, stays=2.0)
     robot = SimulatedRobot(room(doors=(door,)), settings=SETTINGS)

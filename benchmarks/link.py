@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
+import os
 import queue
 import random
 import signal
@@ -73,6 +74,15 @@ def pong(endpoint: str, ready: Connection) -> None:
         del subscriber
 
 
+def processor_time(*processes: int) -> float:
+    """Seconds that processes have worked, of all their threads; this measure bears a busy computer."""
+    total = 0
+    for process in processes:
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        total += int(fields[11]) + int(fields[12])
+    return total / os.sysconf("SC_CLK_TCK")
+
+
 class PingPong:
     """The same bytes as a tick, with nothing done to them."""
 
@@ -119,29 +129,39 @@ def costs(rounds: int) -> None:
     with command("sim", MAZE, "--listen", endpoint) as simulator:
         simulator.line()
 
+        us, sim, other = os.getpid(), simulator.process.pid, bare.process.pid
+
         def run(robot: object) -> tuple[float, int]:
             ending = drive(mission, robot, robot)
             return ending.elapsed / ending.ticks, ending.ticks
 
-        table: dict[str, list[float]] = {"in one process": [], "over the link": [], "bare ping-pong": []}
+        table: dict[str, list[tuple[float, float]]] = {"in one process": [], "over the link": [], "bare ping-pong": []}
         for seed in range(rounds + 1):
+            worked = [processor_time(us)]
             here, ticks = run(LockstepRobot(SimulatedWorld(maze, profile.robot, seed)))
+            worked += [processor_time(us), processor_time(us, sim)]
             there, same = run(connect_robot(endpoint, profile.robot, profile.link, seed=seed))
             assert ticks == same
-            sample = here, there, bare.times(ticks)
+            worked += [processor_time(us, sim), processor_time(us, other)]
+            ping = bare.times(ticks)
+            worked.append(processor_time(us, other))
             # The first round compiles and warms up.
             if seed:
-                for name, value in zip(table, sample, strict=True):
-                    table[name].append(value)
+                for index, (name, value) in enumerate(zip(table, (here, there, ping), strict=True)):
+                    work = (worked[2 * index + 1] - worked[2 * index]) / ticks
+                    table[name].append((value, work))
     bare.close()
     print(f"A tick of pledge in {MAZE}, medians of {rounds} runs of about {ticks} ticks\n")
-    print("| | ms a tick | ticks a second |\n|---|---|---|")
+    print("| | ms a tick | ticks a second | ms of processor time a tick, both sides |\n|---|---|---|---|")
     for name, values in table.items():
-        middle = statistics.median(values)
-        print(f"| {name} | {1e3 * middle:.3f} | {1 / middle:.0f} |")
-    here, there, ping = table.values()
-    added = [(b - a) / c for a, b, c in zip(here, there, ping, strict=True)]
-    print(f"\nThe link adds {statistics.median(added):.2f} bare ping-pongs to a tick (at most 1.5 wanted).\n")
+        wall, work = (statistics.median(column) for column in zip(*values, strict=True))
+        print(f"| {name} | {1e3 * wall:.3f} | {1 / wall:.0f} | {1e3 * work:.3f} |")
+    added = [
+        [(there - here) / ping for here, there, ping in zip(*triple, strict=True)]
+        for triple in zip(*table.values(), strict=True)
+    ]
+    wall, work = (statistics.median(column) for column in zip(*added, strict=True))
+    print(f"\nThe link adds {wall:.2f} bare ping-pongs to a tick, {work:.2f} by processor time (at most 1.5 wanted).\n")
 
 
 # What a fault costs

@@ -208,3 +208,28 @@ def test_a_second_controller_is_told_who_drives_and_disturbs_nobody(endpoint: st
             first.send(signal.SIGTERM)
             assert first.end() == 0
             stops(robot)
+
+
+def test_a_gate_stops_a_driver_that_would_drive_on_for_ever(endpoint: str) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        inside = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+    with toy("toy_world", inside, "bare") as driver:
+        driver.line()
+        with command("gate", inside, "--listen", endpoint, "--set", "robot.name=toy") as gate:
+            assert gate.line() == f"toy behind a gate listens at {endpoint}"
+            with toy("toy_controller", endpoint, "1") as controller:
+                moves(driver)
+                failed = controller.send(signal.SIGKILL)
+                assert stops(driver) - failed <= LinkSettings().dead_man + SLACK
+                controller.end()
+            with toy("toy_controller", endpoint, "1"):
+                moves(driver)
+                gate.send(signal.SIGTERM)
+                assert gate.end() == 143
+                stops(driver)
+
+
+def test_a_gate_without_a_driver_says_so(endpoint: str) -> None:
+    with command("gate", endpoint, "--set", "link.connect=0.3") as gate:
+        assert gate.end() == 4
+        assert f"nobody can be reached at {endpoint}" in gate.errors()

@@ -1,6 +1,7 @@
 """A world small enough to reason about, and a program that shows it on a network: ``toy_world.py ENDPOINT MODE``.
 
-MODE is ``lockstep`` or ``realtime``, with ``@router`` behind it to dial a router instead of listening.
+MODE is ``lockstep`` or ``realtime``, with ``@router`` behind it to dial a router instead of listening, or ``bare``:
+a ROS 2 driver named ``base`` that obeys whoever speaks.
 """
 
 from __future__ import annotations
@@ -12,11 +13,16 @@ import time
 
 import numpy as np
 
+from transport.bus import Bus, Mailbox, Message
+from transport.clock import MonotonicClock, Pace
+from transport.codec import decode_twist, encode_odometry, encode_scan
 from transport.connect import dialling, listening
 from transport.description import Laser, RobotDescription
 from transport.gate import Gate, PacedWorld
+from transport.keys import RobotKeys
 from transport.lockstep import LockstepServer
 from transport.messages import STOP, Command, DoorReply, Observation, Odometry, Pose, Scan, Twist
+from transport.session import Open
 from transport.settings import LinkSettings
 
 GEOMETRY = Laser().geometry()
@@ -92,11 +98,32 @@ class ToldBase(PacedWorld):
             print(time.monotonic(), int(self._moving), flush=True)
 
 
+def drive_bare(bus: Bus) -> None:
+    """Publish what is sensed and do what is said, ten times a second."""
+    keys = RobotKeys("base", LinkSettings(gate=False))
+    told: Mailbox[Message] = Mailbox()
+    bus.subscribe(keys.command, told.put)
+    odometry, scan = bus.publisher(keys.odometry), bus.publisher(keys.scan)
+    base, pace = ToldBase(lambda seed: ToyWorld(seed, 10**6), PERIOD), Pace(PERIOD, MonotonicClock())
+    base.begin(Open(request="", controller=""))
+    while True:
+        if (message := told.take(max(0.001, pace.due()))) is not None:
+            base.move(decode_twist(message.payload))
+        if pace.due() <= 0:
+            pace.beat()
+            if (observation := base.sense()) is not None:
+                odometry.put(encode_odometry(observation.odometry))
+                scan.put(encode_scan(observation.scan))
+
+
 def main() -> None:
     """Show the toy; the first line says when it can be reached."""
     endpoint, mode = sys.argv[1:3]
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     with (dialling if mode.endswith("@router") else listening)(endpoint) as bus:
+        if mode == "bare":
+            print("ready", flush=True)
+            drive_bare(bus)
         if mode.startswith("lockstep"):
             server = LockstepServer(bus, "toy", PERIOD, lambda seed: ToyWorld(seed, 1000), patience=0.5)
         else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -22,6 +22,9 @@ from hsm.testing.writing import Writer
 
 MOST_STEPS = 40_000
 """So many steps are tried for each property that remembers something, and for all others together."""
+
+Trail = tuple[tuple[Any, ...] | None, Edge]
+"""A step with the situation that it begins in."""
 
 NO_FAULT = "no step fails"
 """Checked of every machine: no run ends in a fault that the machine does not handle, none spins."""
@@ -69,29 +72,57 @@ def check(
     *,
     tick: float = TICK,
     steps: int = MOST_STEPS,
+    only: Collection[str] | None = None,
 ) -> list[Verdict]:
-    """Check all properties of a machine, its signals, outcomes and events free.
+    """Check the properties of a machine, its signals, outcomes and events free.
 
     Args:
         machine: the machine.
         parameters: in SI units; by default as declared.
         tick: seconds from one step to the next in counterexamples.
-        steps: how many steps to try at most, for each exploration.
+        steps: how many steps to try at most: for all properties that look at one moment together, and for each other.
+        only: names of properties, ``NO_FAULT`` among them; by default all.
     """
     ready = scripted_machine(machine)
-    instant = [one for one in ready.model.properties if isinstance(one.claim, Never | AlwaysHolds)]
-    verdicts: dict[str, Verdict] = {}
-    for group in (instant, *([one] for one in ready.model.properties if one not in instant)):
-        watcher = PropertyWatcher(group)
-        search = _Search(Explorer(ready, parameters, tick=tick, watcher=watcher, regions=Regions(ready)), steps)
-        search.run({one.name for one in group})
-        if group is instant:
-            verdicts[NO_FAULT] = search.verdict(
-                NO_FAULT, "no signal, activity or action fails, nothing spins", ready, tick
-            )
-        for one in group:
-            verdicts[one.name] = search.verdict(one.name, one.text, ready, tick)
-    return list(verdicts.values())
+    stated = [one for one in ready.model.properties if only is None or one.name in only]
+    instant = [one for one in stated if isinstance(one.claim, Never | AlwaysHolds)]
+    verdicts: list[Verdict] = []
+    if instant or only is None or NO_FAULT in only:
+        search = _search(
+            ready, parameters, tick, instant, steps=steps, wanted={one.name for one in instant} or {NO_FAULT}
+        )
+        if only is None or NO_FAULT in only:
+            text = "no signal, activity or action fails, nothing spins"
+            verdicts.append(search.verdict(NO_FAULT, text, ready, tick))
+        verdicts += [search.verdict(one.name, one.text, ready, tick) for one in instant]
+    for one in stated:
+        if one not in instant:
+            search = _search(ready, parameters, tick, [one], steps=steps, wanted={one.name})
+            verdicts.append(search.verdict(one.name, one.text, ready, tick))
+    return verdicts
+
+
+def _search(
+    machine: Machine,
+    parameters: Mapping[str, Any] | None,
+    tick: float,
+    group: Sequence[Property],
+    *,
+    steps: int,
+    wanted: set[str],
+) -> _Search:
+    """Look for violations: first with one region awake at a time, which reaches far, then with all of them."""
+    regions = Regions(machine)
+    alone = [Regions(machine, number) for number in range(len(regions))] if len(regions) > 1 else []
+    found: dict[str, tuple[_Search, Trail]] = {}
+    searches = []
+    for limited in (*alone, regions):
+        explorer = Explorer(machine, parameters, tick=tick, watcher=PropertyWatcher(group), regions=limited)
+        search = _Search(explorer, steps // (1 + bool(alone) * (len(alone) if limited is not regions else 1)), found)
+        search.run(wanted)
+        searches.append(search)
+    searches[-1].steps = sum(one.steps for one in searches)
+    return searches[-1]
 
 
 class PropertyWatcher(Watcher):
@@ -136,8 +167,8 @@ class _Search:
 
     explorer: Explorer
     limit: int
+    violations: dict[str, tuple[_Search, Trail]]
     parents: dict[tuple[Any, ...], tuple[tuple[Any, ...] | None, Edge]] = field(default_factory=dict)
-    violations: dict[str, tuple[tuple[Any, ...] | None, Edge]] = field(default_factory=dict)
     queue: deque[tuple[int, tuple[Any, ...], Moment]] = field(default_factory=deque)
     steps: int = 0
     depth: int = 0
@@ -146,7 +177,7 @@ class _Search:
         """Explore until every property is violated, all is seen, or the limit is reached."""
         for edge in self.explorer.start():
             self._take(None, edge, 0)
-        while self.queue and self.steps < self.limit and not (wanted and wanted <= self.violations.keys()):
+        while self.queue and self.steps < self.limit and not wanted <= self.violations.keys():
             depth, key, moment = self.queue.popleft()
             self.depth = depth
             for edge in self.explorer.successors(moment):
@@ -155,10 +186,10 @@ class _Search:
     def _take(self, source: tuple[Any, ...] | None, edge: Edge, depth: int) -> None:
         self.steps += 1
         if edge.fault is not None:
-            self.violations.setdefault(NO_FAULT, (source, edge))
+            self.violations.setdefault(NO_FAULT, (self, (source, edge)))
             return
         if edge.violation is not None:
-            self.violations.setdefault(edge.violation, (source, edge))
+            self.violations.setdefault(edge.violation, (self, (source, edge)))
         key = edge.target.key()
         if key not in self.parents:
             self.parents[key] = (source, edge)
@@ -168,7 +199,8 @@ class _Search:
         """What was found out about one property."""
         violation = example = None
         if name in self.violations:
-            edges = list(self._way(*self.violations[name]))[::-1]
+            search, trail = self.violations[name]
+            edges = list(search._way(*trail))[::-1]
             violation = edges[-1].fault or text
             example = self._example(name, machine, edges, tick)
         complete = not self.queue

@@ -153,12 +153,17 @@ class Regions:
     """Which region of a parallel machine asks for a signal: in one step only the signals of one region change.
 
     What happens in two regions at once is left out; each of it is found one step after the other.
+
+    Args:
+        machine: whose regions they are: those of its outermost parallel state.
+        only: the one region in which anything happens but time-outs, by number; None for all.
     """
 
-    def __init__(self, machine: Machine) -> None:
+    def __init__(self, machine: Machine, only: int | None = None) -> None:
         model = machine.model
         outer = next((state for state in model.states if state.kind is StateKind.PARALLEL), None)
         self._regions = [model.states[child] for child in outer.children] if outer is not None else []
+        self.only = None if only is None else self._regions[only].index
         asked: dict[str, set[int]] = {}
         for transition in model.transitions:
             for condition in machine.generator.decision(transition.index).conditions:
@@ -166,6 +171,9 @@ class Regions:
                     if isinstance(part, SignalValue):
                         asked.setdefault(part.signal.name, set()).add(self.of_state(transition.source))
         self._of_signal = {name: regions.pop() for name, regions in asked.items() if len(regions) == 1}
+
+    def __len__(self) -> int:
+        return len(self._regions)
 
     def of_state(self, state: int) -> int:
         """The region that a state lies in, by index; -1 for none."""
@@ -287,6 +295,10 @@ class Explorer:
             if self._regions is not None:
                 changing = {self._regions.of_state(self.machine.indices[state]) for state, _ in reports}
                 region = _NONE if wait.early else next(iter(changing), -1)
+                if self._regions.only is not None and region != _NONE:
+                    if region not in (-1, self._regions.only):
+                        continue
+                    region = self._regions.only
 
             def attempt(
                 choices: _Choices, hits: list[Any], time: float = time, happened: tuple[Any, ...] = (*pending, *events)

@@ -28,7 +28,7 @@ Goal = tuple[Hashable, ...]
 
 Key = tuple[Any, ...]
 
-MOST_WAYS = 150
+MOST_WAYS = 60
 """So many ways are tried to make a change of the machine show that no test has noticed yet."""
 
 MOST_STEPS = 120_000
@@ -93,16 +93,19 @@ def generate(
     writer = Writer(ready.model)
     scenarios: list[Scenario] = []
 
-    def add(title: str, way: Sequence[Edge]) -> Scenario:
+    def told(title: str, way: Sequence[Edge]) -> Scenario | None:
         name = f"{len(scenarios) + 1}: {title}"
-        return _trimmed(replay(name, ready, [edge.input for edge in way], writer, tick=tick).scenario)
+        found = replay(name, ready, [edge.input for edge in way], writer, tick=tick)
+        return None if found.fault else _trimmed(found.scenario)
 
     for way, goals in search.chosen():
-        scenarios.append(add(_title(ready.model, goals), way))
+        scenario = told(_title(ready.model, goals), way)
+        if scenario is not None:
+            scenarios.append(scenario)
     for mutant in survivors(ready.model, scenarios, tick):
         for way in search.around(mutant, MOST_WAYS):
-            scenario = add(f"{mutant.kind} (line {mutant.place.line if mutant.place else 1})", way)
-            if not run_scenario(scenario, mutant.model, tick).passed:
+            scenario = told(f"{mutant.kind} (line {mutant.place.line if mutant.place else 1})", way)
+            if scenario is not None and not run_scenario(scenario, mutant.model, tick).passed:
                 scenarios.append(scenario)
                 break
     return Generated(tuple(scenarios), tuple(search.unreached()), len(search.parents), search.steps, search.complete)
@@ -158,15 +161,16 @@ class _Search:
         return way[::-1]
 
     def around(self, mutant: Mutant, limit: int) -> Iterator[list[Edge]]:
-        """Ways that end where a mutated transition or state is looked at, short ones first."""
-        spots = {mutant.state} if mutant.state else set()
+        """Ways that end where what was changed matters, short ones first."""
+        if any(("transition", index) not in self.found for index in mutant.transitions):
+            return
         count = 0
         for key, (_, edge) in self.parents.items():
-            if spots and not spots & edge.target.state.configuration.active:
+            if mutant.transitions and mutant.state not in edge.target.state.configuration.active:
                 continue
             way = self.way(*self.parents[key])
             for further in self.explorer.successors(edge.target):
-                if further.fault is None and (further.looks or further.input.wait.early):
+                if further.fault is None and _matters(mutant, further):
                     yield [*way, further]
                     count += 1
             if count >= limit:
@@ -305,6 +309,14 @@ def goals_on(edge: Edge) -> Iterator[Goal]:
     if edge.input.wait.early and not edge.looks:
         for index in edge.target.state.timers:
             yield "early", index
+
+
+def _matters(mutant: Mutant, edge: Edge) -> bool:
+    """Whether a step looks at what was changed."""
+    if mutant.transitions:
+        looked_at = {*edge.transitions, *edge.paths}
+        return edge.input.wait.early or not looked_at.isdisjoint(mutant.transitions)
+    return mutant.state == 0 or mutant.state in edge.entered
 
 
 def _title(model: Model, goals: Iterable[Goal]) -> str:

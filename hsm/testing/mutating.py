@@ -33,6 +33,7 @@ class Mutant:
         place: where.
         model: the machine with the mistake.
         state: index of the state that it is in; 0 where it is in none.
+        transitions: indices of the transitions that it is in.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class Mutant:
     place: Place | None
     model: Model
     state: int = 0
+    transitions: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +99,14 @@ def _dropped(model: Model) -> Iterator[Mutant]:
         source = model.states[transition.source]
         rest = tuple(index for index in source.transitions if index != transition.index)
         mutated = _with_state(model, replace(source, transitions=rest))
-        yield Mutant("dropped transition", transition_text(model, transition), transition.place, mutated, source.index)
+        yield Mutant(
+            "dropped transition",
+            transition_text(model, transition),
+            transition.place,
+            mutated,
+            source.index,
+            (transition.index,),
+        )
 
 
 def _negated(model: Model) -> Iterator[Mutant]:
@@ -110,11 +119,17 @@ def _negated(model: Model) -> Iterator[Mutant]:
                 one.place,
                 _with_transition(model, changed),
                 one.source,
+                (one.index,),
             )
         if one.guard is not None:
             changed = replace(one, guard=_not(one.guard))
             yield Mutant(
-                "negated guard", transition_text(model, one), one.place, _with_transition(model, changed), one.source
+                "negated guard",
+                transition_text(model, one),
+                one.place,
+                _with_transition(model, changed),
+                one.source,
+                (one.index,),
             )
 
 
@@ -127,7 +142,12 @@ def _swapped(model: Model) -> Iterator[Mutant]:
             mutated = _with_transition(model, replace(one, targets=other.targets))
             mutated = _with_transition(mutated, replace(other, targets=one.targets))
             yield Mutant(
-                "swapped targets", f"{transition_text(model, one)} and the next", one.place, mutated, state.index
+                "swapped targets",
+                f"{transition_text(model, one)} and the next",
+                one.place,
+                mutated,
+                state.index,
+                (one.index, other.index),
             )
 
 
@@ -143,7 +163,7 @@ def _without_actions(model: Model) -> Iterator[Mutant]:
         for rest, action in _each_left_out(transition.actions):
             mutated = _with_transition(model, replace(transition, actions=rest))
             text = f"{transition_text(model, transition)} / {action_text(action)}"
-            yield Mutant("dropped action", text, transition.place, mutated, transition.source)
+            yield Mutant("dropped action", text, transition.place, mutated, transition.source, (transition.index,))
 
 
 def _shifted(model: Model) -> Iterator[Mutant]:
@@ -155,27 +175,38 @@ def _shifted(model: Model) -> Iterator[Mutant]:
             parameters[index] = replace(parameter, default=value)
             text = f"{parameter.name} = {value_text(value, parameter.type)}"
             yield Mutant("shifted constant", text, None, replace(model, parameters=tuple(parameters)))
-    for literal in _literals(model):
+    for literal, (state, transitions) in _literals(model).items():
         value = _shift(literal.value)
 
         def change(one: Expression, literal: Literal = literal, value: Any = value) -> Expression:
             return replace(literal, value=value) if one == literal else one
 
         text = f"{expression_text(literal)} to {value_text(value, literal.type)}"
-        yield Mutant("shifted constant", text, literal.place, Rewriter(change).model(model))
+        mutated = Rewriter(change).model(model)
+        yield Mutant("shifted constant", text, literal.place, mutated, state, transitions)
 
 
-def _literals(model: Model) -> list[Literal]:
-    """All numbers that stand in the text."""
-    found: dict[Literal, None] = {}
+def _literals(model: Model) -> dict[Literal, tuple[int, tuple[int, ...]]]:
+    """All numbers that stand in the text, with the state and the transition that they belong to."""
+    found: dict[Literal, tuple[int, tuple[int, ...]]] = {}
+    owner: tuple[int, tuple[int, ...]] = (0, ())
 
     def collect(one: Expression) -> Expression:
         if isinstance(one, Literal) and one.place is not None and isinstance(one.type, Integer | Quantity):
-            found[one] = None
+            found.setdefault(one, owner)
         return one
 
-    Rewriter(collect).model(model)
-    return list(found)
+    collector = Rewriter(collect)
+    for state in model.states:
+        owner = (state.index, ())
+        collector.state(state)
+    for transition in model.transitions:
+        owner = (transition.source, (transition.index,))
+        collector.transition(transition)
+    for variable in model.variables:
+        owner = (variable.scope, ())
+        collector.expression(variable.initial)
+    return found
 
 
 def _shift(value: Any) -> Any:

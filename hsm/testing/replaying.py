@@ -68,7 +68,13 @@ def replay(
             teller.act(one)
     except MachineFault as error:
         fault = str(error)
+    except _Diverged:
+        fault = "the run goes another way where each step takes its time"
     return Replay(Scenario(name, given=given, steps=tuple(steps)), fault)
+
+
+class _Diverged(Exception):  # noqa: N818 - not an error
+    """What happened in the exploration cannot happen here: a time-out came first."""
 
 
 @dataclass(slots=True)
@@ -82,6 +88,8 @@ class _Teller:
 
     def act(self, one: Input) -> None:
         """Let one input happen, and tell what is seen."""
+        if any(state not in self.driver.doing for state, _ in one.reports):
+            raise _Diverged
         reports = {self._subject(state): outcome for state, outcome in one.reports}
         rest = self._waiting(one)
         if rest > self.driver.tick + 1e-9:
@@ -89,9 +97,8 @@ class _Teller:
             self.steps.append(Stimulus(early))
             self.driver.wait(early)
             self.expect()
-            rest = self.driver.tick
             if self.driver.outcome is not None or not all(self.driver.running(name) for name in reports):
-                return
+                raise _Diverged
         changes = _changes(one, self.driver.signals)
         plain = not (reports or one.events or changes)
         after = self.driver.tick if plain else None

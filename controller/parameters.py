@@ -28,7 +28,7 @@ def parameter_values(
         enumerations: the enumerations that a parameter may be of, by name.
 
     Raises:
-        UsageError: an unknown parameter, or a value that is not of its type.
+        UsageError: an unknown parameter, a value that is not of its type, or none where there is no default.
     """
     declared = {parameter.name: parameter for parameter in parameters}
     values = {}
@@ -36,6 +36,9 @@ def parameter_values(
         if name not in declared:
             raise UsageError(f"the machine has no parameter `{name}`", _known(name, declared))
         values[name] = _value(declared[name], str(text), enumerations)
+    missing = [parameter.name for parameter in parameters if parameter.required and parameter.name not in values]
+    if missing:
+        raise UsageError(f"the machine needs a value for its parameter `{missing[0]}`", f"--param {missing[0]}=VALUE")
     return values
 
 

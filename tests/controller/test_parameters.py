@@ -19,11 +19,11 @@ class Side(StrEnum):
 
 PARAMETERS = (
     Parameter("cruise", Quantity(length=1, time=-1), 0.5),
-    Parameter("angle", Quantity(angle=1)),
-    Parameter("gain", NUMBER),
-    Parameter("count", INTEGER),
-    Parameter("eager", BOOLEAN),
-    Parameter("side", Enumeration("Side", ("left", "right"))),
+    Parameter("angle", Quantity(angle=1), 0.0),
+    Parameter("gain", NUMBER, 1.0),
+    Parameter("count", INTEGER, 0),
+    Parameter("eager", BOOLEAN, False),
+    Parameter("side", Enumeration("Side", ("left", "right")), Side.LEFT),
 )
 
 
@@ -86,3 +86,10 @@ def test_a_setting_without_a_value_is_told():
     assert split_setting("cruise = 0.3 m/s") == ("cruise", "0.3 m/s")
     with pytest.raises(UsageError, match="no value"):
         split_setting("cruise")
+
+
+def test_a_parameter_without_a_default_must_be_given():
+    parameters = [Parameter("angle", Quantity(angle=1))]
+    assert parameter_values(parameters, {"angle": "1"}, {}) == {"angle": 1.0}
+    with pytest.raises(UsageError, match="needs a value for its parameter `angle`"):
+        parameter_values(parameters, {}, {})

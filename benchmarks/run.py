@@ -12,10 +12,15 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
+from pathlib import Path
 from statistics import median, quantiles
 
 from rich.console import Console
 from rich.table import Table
+
+# Not the folder of the benchmarks, where a script bears the name of a package.
+sys.path[0] = str(Path(__file__).parents[1])
 
 from controller.loop import Phases, Tick
 from controller.mission import Ending, drive, prepare

@@ -38,7 +38,9 @@ def parameter_values(
         values[name] = _value(declared[name], str(text), enumerations)
     missing = [parameter.name for parameter in parameters if parameter.required and parameter.name not in values]
     if missing:
-        raise UsageError(f"the machine needs a value for its parameter `{missing[0]}`", f"--param {missing[0]}=VALUE")
+        raise UsageError(
+            f"the machine needs a value for its parameter `{missing[0]}`", f"give --param {missing[0]}=VALUE"
+        )
     return values
 
 

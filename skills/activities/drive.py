@@ -44,11 +44,7 @@ def off_the_walls(passage: Passage, settings: SkillSettings) -> float:
     The middle of a corridor; in a wider space the robot's own line, unless a wall is too near.
     """
     keep_off = settings.wall.keep_off
-    if passage.width < 2 * settings.wall.distance:
+    if passage.width < settings.wall.corridor:
         return (passage.left + passage.right) / 2
     room_left, room_right = passage.left - keep_off, -passage.right - keep_off
-    if room_left < 0 or room_right < 0:
-        if room_left + room_right < 0:
-            return (passage.left + passage.right) / 2
-        return min(room_left, 0.0) - min(room_right, 0.0)
-    return 0.0
+    return min(room_left, 0.0) - min(room_right, 0.0)

@@ -38,12 +38,30 @@ class ReachCorner(Drive):
         pose = facts.observation.odometry.pose
         if self._start is None:
             self._start = Frame(pose)
-        if self._start.local(pose).x >= self._distance or self._beside(facts):
+        if self._start.local(pose).x >= self._distance or self._reached(facts):
             return Outcome("done")
         return super().tick(facts)
 
-    def _beside(self, facts: Facts) -> bool:
+    def _reached(self, facts: Facts) -> bool:
+        return self._beside(facts, self._side)
+
+    def _beside(self, facts: Facts, side: Side) -> bool:
         points = points_along(facts, facts.misalignment)
-        x, y = points[:, 0], points[:, 1] * self._side.sign
+        x, y = points[:, 0], points[:, 1] * side.sign
         near = (x > -JUST_PASSED) & (x <= 0) & (y > BESIDE) & (y < facts.settings.space.side)
         return bool(near.sum() >= 2)
+
+
+@LIBRARY.activity("leave_junction", outcomes=("done", "blocked"), holds=("base",))
+class LeaveJunction(ReachCorner):
+    """Drive straight on until a wall or its end stands at both sides of the robot.
+
+    Outcomes: `done` when the robot is in the way beyond the junction, or has driven the distance, as in open space;
+    `blocked` when the robot gets no farther.
+    """
+
+    def __init__(self, speed: Speed = 0.5, distance: Length = 1.2) -> None:
+        super().__init__(Side.LEFT, speed, distance)
+
+    def _reached(self, facts: Facts) -> bool:
+        return self._beside(facts, Side.LEFT) and self._beside(facts, Side.RIGHT)

@@ -74,6 +74,7 @@ Assignment: TypeAlias = dict[Atom, bool]
 
 _MOST_CASES = 3000
 _MOST_ATOMS = 60
+_DEEPEST_COMPARISON = 5
 
 
 def negation(formula: Formula) -> Formula:
@@ -132,6 +133,8 @@ def formula_of(expression: Expression, values: Values) -> Formula:
 
 def _equality(left: Expression, right: Expression, values: Values) -> Formula:
     if left.type == BOOLEAN:
+        if max(_comparisons(left), _comparisons(right)) > _DEEPEST_COMPARISON:
+            return Flag(f"({expression_text(left)}) == ({expression_text(right)})")
         first, second = formula_of(left, values), formula_of(right, values)
         return either(both(first, second), both(negation(first), negation(second)))
     if not isinstance(left.type, Enumeration):
@@ -143,6 +146,18 @@ def _equality(left: Expression, right: Expression, values: Values) -> Formula:
     if isinstance(right, Literal) and isinstance(left.type, Enumeration):
         return Member(expression_text(left), str(right.value), left.type.members)
     return Flag(f"{expression_text(left)} == {expression_text(right)}")
+
+
+def _comparisons(expression: Expression) -> int:
+    """How deep comparisons of conditions are nested; each doubles the formula."""
+    match expression:
+        case Unary(operand=operand):
+            return _comparisons(operand)
+        case Binary(operator, left, right):
+            own = operator in ("==", "!=") and left.type == BOOLEAN
+            return own + max(_comparisons(left), _comparisons(right))
+        case _:
+            return 0
 
 
 def _ordering(operator: str, left: Expression, right: Expression, values: Values) -> Formula:

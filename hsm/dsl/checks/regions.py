@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import islice, product
 
 from hsm.diagnostics import Diagnostic, Related
 from hsm.dsl.checks.flow import domain_of
@@ -21,14 +22,16 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
         if state.kind is not StateKind.PARALLEL:
             continue
         regions = [_transitions(model, model.states[child]) for child in state.children]
-        pairs = 0
-        for position, later in enumerate(regions):
-            for earlier in regions[:position]:
-                for first in earlier:
-                    for second in later:
-                        pairs += 1
-                        if pairs <= _MOST_PAIRS and _collide(model, state, first, second):
-                            yield from _finding(subject, first, second)
+        for first, second in islice(_pairs(regions), _MOST_PAIRS):
+            if _collide(model, state, first, second):
+                yield from _finding(subject, first, second)
+
+
+def _pairs(regions: Sequence[Sequence[Transition]]) -> Iterator[tuple[Transition, Transition]]:
+    """All pairs of transitions of two regions."""
+    for position, later in enumerate(regions):
+        for earlier in regions[:position]:
+            yield from product(earlier, later)
 
 
 def _finding(subject: Subject, first: Transition, second: Transition) -> Iterator[Diagnostic]:

@@ -14,7 +14,7 @@ from hsm.model import After, Assign, Call, Model, When
 from hsm.registry import SignalDeclaration
 from hsm.testing.rewriting import actions_of, parts_of
 from hsm.testing.script import default_of, member_of
-from hsm.types import Boolean, Enumeration, Integer
+from hsm.types import UNITS, Boolean, Enumeration, Integer, Type
 
 _BINARY: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
@@ -72,7 +72,7 @@ class Domains:
                 return [member_of(signal, one) for one in members]
         found = self._comparisons.get(signal.name, [])
         roots = sorted({root for one in found for root in _roots(partial(residue, one))})
-        tried: list[Any] = _around(roots)
+        tried: list[Any] = [_written(one, signal.type) for one in _around(roots)]
         if isinstance(signal.type, Integer):
             around = {math.floor(root) + step for root in roots for step in (-1, 0, 1)}
             tried = sorted(around, key=lambda one: (abs(one), one))
@@ -101,6 +101,13 @@ def expressions_of(model: Model) -> Iterator[Expression]:
                 yield value
             case Call(arguments=arguments):
                 yield from arguments
+
+
+def _written(value: float, kind: Type) -> float:
+    """The value as it will be when it was written down in a scenario and read again."""
+    if kind == UNITS["deg"].quantity:
+        return float(f"{math.degrees(value):.10g}") * UNITS["deg"].factor
+    return float(f"{value:.10g}")
 
 
 def _truth(comparison: Binary, residue: float | None) -> bool | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
 from typing import Any
 
@@ -88,7 +88,7 @@ def generate(
         steps: how many steps to try at most.
     """
     ready = scripted_machine(machine)
-    search = _Search(ready, Explorer(ready, parameters, tick=tick, regions=Regions(ready)), steps)
+    search = _Search(ready, Explorer(ready, parameters, tick=tick, regions=Regions(ready)), parameters, steps)
     search.run()
     writer = Writer(ready.model)
     scenarios: list[Scenario] = []
@@ -117,6 +117,7 @@ class _Search:
 
     machine: Machine
     explorer: Explorer
+    parameters: Mapping[str, Any] | None
     limit: int
     parents: dict[Key, tuple[Key | None, Edge]] = field(default_factory=dict)
     found: dict[Goal, tuple[Key | None, Edge]] = field(default_factory=dict)
@@ -164,15 +165,20 @@ class _Search:
         """Ways that end where what was changed matters, short ones first."""
         if any(("transition", index) not in self.found for index in mutant.transitions):
             return
+        changed = Machine(mutant.model)
+        explorers = (self.explorer, Explorer(changed, self.parameters, regions=Regions(changed)))
         count = 0
         for key, (_, edge) in self.parents.items():
             if mutant.transitions and mutant.state not in edge.target.state.configuration.active:
                 continue
             way = self.way(*self.parents[key])
-            for further in self.explorer.successors(edge.target):
-                if further.fault is None and _matters(mutant, further):
-                    yield [*way, further]
-                    count += 1
+            for explorer in explorers:  # what matters to the changed machine may not matter to this one
+                state = edge.target.state
+                there = replace(state, configuration=explorer.machine.configuration(state.configuration.leaves))
+                for further in explorer.successors(replace(edge.target, state=there)):
+                    if further.fault is None and _matters(mutant, further):
+                        yield [*way, further]
+                        count += 1
             if count >= limit:
                 return
 

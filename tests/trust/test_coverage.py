@@ -1,0 +1,141 @@
+"""Coverage: what counts, how it merges, how it is reported."""
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from hsm.coverage import Coverage
+from hsm.testing.driver import Driver
+from hsm.testing.html import write_html
+from hsm.testing.lcov import cobertura, lcov
+from hsm.testing.measured import Measurements, measured_files
+from hsm.testing.points import Kind, points
+from hsm.testing.running import run_suite
+from hsm.testing.table import coverage_table, missed_lines, ranges
+
+TEXT = """
+state a
+    do rotate(90 deg)
+    when space.left and space.right -> b
+    on done                         -> b
+state b
+    after 2 s                       -> a
+"""
+
+
+def missed(machine, driver, kind):
+    found = points(machine.model, driver.supervisor.coverage)
+    return [one.text for one in found if one.kind is kind and not one.covered]
+
+
+def test_states_transitions_outcomes_and_time_outs(machine_of):
+    machine = machine_of(TEXT)
+    driver = Driver(machine)
+    assert missed(machine, driver, Kind.STATE) == ["b never entered"]
+    driver.step(reports={"rotate": "done"})
+    assert missed(machine, driver, Kind.STATE) == []
+    assert missed(machine, driver, Kind.OUTCOME) == ["rotate in a never reported blocked"]
+    assert missed(machine, driver, Kind.TIME_OUT) == ["b: after 2 s -> a never timed out"]
+    driver.wait(2)
+    assert missed(machine, driver, Kind.TIME_OUT) == []
+
+
+def test_guards_conditions_and_mcdc(machine_of):
+    machine = machine_of(TEXT)
+    driver = Driver(machine)
+    assert len(missed(machine, driver, Kind.GUARD)) == 1  # false was seen
+    driver.step({"space.left": True})
+    assert missed(machine, driver, Kind.CONDITION) == [
+        "a: when space.left and space.right -> b: `space.right` never true"
+    ]
+    assert len(missed(machine, driver, Kind.MCDC)) == 2
+    driver.step({"space.right": True})
+    assert missed(machine, driver, Kind.GUARD) == []
+    assert missed(machine, driver, Kind.CONDITION) == []
+    assert missed(machine, driver, Kind.MCDC) == []
+
+
+def test_mcdc_asks_more_than_each_condition_both_ways(machine_of):
+    machine = machine_of("state a\n    when space.left or space.right -> b\nstate b\n    when space.front -> a\n")
+    driver = Driver(machine)  # false, false
+    driver.step({"space.left": True})  # true, -
+    assert missed(machine, driver, Kind.MCDC) == [
+        "a: when space.left or space.right -> b: `space.right` never decided alone"
+    ]
+
+
+@pytest.fixture
+def measurements(walker):
+    measured = Measurements()
+    for suite in walker.suites:
+        for result in run_suite(suite, walker.machine):
+            measured.add(walker.machine.model, result.coverage)
+    return measured
+
+
+def test_data_files_of_several_processes_merge(measurements, walker, tmp_path):
+    measurements.save(tmp_path, "one")
+    measurements.save(tmp_path, "two")
+    merged = Measurements()
+    assert merged.load(tmp_path, [walker.machine.model]) == []
+    (one,), (both,) = measurements.machines.values(), merged.machines.values()
+    assert both.coverage.states == {state: 2 * count for state, count in one.coverage.states.items()}
+    assert both.coverage.guards == one.coverage.guards
+    assert [Path(file).name for file in measured_files(tmp_path)] == ["walker.maze-machine"]
+
+
+def test_data_of_a_machine_that_has_changed_do_not_count(measurements, walker, tmp_path, machine_of):
+    measurements.save(tmp_path)
+    text = (tmp_path / next(iter(tmp_path.glob("*.json")))).read_text()
+    (next(iter(tmp_path.glob("*.json")))).write_text(text.replace(json.loads(text)["machines"][0]["fingerprint"], "0"))
+    merged = Measurements()
+    assert len(merged.load(tmp_path, [walker.machine.model])) == 1
+    assert not merged.machines
+
+
+def test_the_table_counts_and_names_the_lines_that_were_missed(measurements):
+    head, rule, row = coverage_table(list(measurements.machines.values()))
+    assert head.split()[:3] == ["Machine", "States", "Trans"]
+    assert set(rule) == {"-"}
+    assert "14/14" in row
+    assert row.endswith(", ".join(row.split("%", 1)[1].strip().split(", ")))
+    (machine,) = measurements.machines.values()
+    lines = {int(line.split(":")[1]) for line in missed_lines(machine)}
+    assert lines
+    text = machine.model.files and Path(machine.model.files[0]).read_text().splitlines()
+    assert all(text[line - 1].strip().startswith(("on", "when", "after", "do", "initial")) for line in lines)
+
+
+def test_ranges_join_neighbours():
+    assert ranges([3, 5, 6, 7, 9]) == ["3", "5-7", "9"]
+
+
+def test_lcov_and_cobertura_agree_with_the_points(measurements):
+    machines = list(measurements.machines.values())
+    records = lcov(machines).splitlines()
+    assert records[0] == "TN:"
+    assert records[-1] == "end_of_record"
+    entered = [int(line.split(":")[1].split(",")[0]) for line in records if line.startswith("FNDA")]
+    assert len(entered) == sum(point.kind is Kind.STATE for point in machines[0].points)
+    assert f"BRF:{sum(line.startswith('BRDA') for line in records)}" in records
+    root = ElementTree.fromstring(cobertura(machines))
+    assert root.tag == "coverage"
+    assert 0 < float(root.get("branch-rate")) < 1
+    lines = {int(line.get("number")): int(line.get("hits")) for line in root.iter("line")}
+    assert lines == {int(one[3:].split(",")[0]): int(one.split(",")[1]) for one in records if one.startswith("DA:")}
+
+
+def test_the_html_report_shows_source_counts_and_reasons(measurements, tmp_path):
+    index = write_html(tmp_path / "report", list(measurements.machines.values()))
+    assert "walker.html" in index.read_text()
+    page = (tmp_path / "report" / "walker.html").read_text()
+    assert "property quiet" in page
+    assert "never" in page
+    assert 'class="map"' in page
+
+
+def test_nothing_is_all_covered_and_merges_with_anything():
+    empty = Coverage()
+    assert empty.merge(empty) == Coverage(states={}, transitions={}, guards={}, outcomes={}, history={})

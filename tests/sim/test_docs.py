@@ -54,3 +54,12 @@ def test_every_kind_of_fault_in_the_table_can_be_ordered(line):
     values = {"FIRST,LAST": "-0.1,0.1", "FORWARD,LEFT,TURN": "0.1,0,0", "N": "2", "NAME": "front"}
     details = [f"{key}={values[value]}" for key, value in re.findall(r"`(\w+)=([A-Z,]+)`", keys)]
     assert parse_fault(" ".join([kind, *details])).kind == kind
+
+
+def test_the_options_for_users_of_the_courses_simulator_are_taken(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    section = PAGES["explanation/simulator.md"].partition("## For users")[2].partition("\n## ")[0]
+    options = [word for code in re.findall(r"`(--[^`]+=[^`]+)`", section) for word in code.split()]
+    assert len(options) == 12
+    ended = CliRunner().invoke(app, ["run", "pledge", "--no-picture", "--time-limit", "2", *options])
+    assert "time limit" in ended.output

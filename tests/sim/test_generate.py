@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from sim.formats import read_maze, write_maze
 from sim.free_space import FreeSpace, flood
 from sim.generate import DOOR_AREA, Recipe, generate
+from sim.library import shipped_mazes
 from sim.maze import MazeError
 from sim.picture import save_picture
 from sim.solvability import shortest_way
@@ -127,8 +128,9 @@ def test_a_recipe_that_cannot_be_cooked_is_refused_with_a_reason():
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
 def test_a_picture_is_drawn(suffix, tmp_path):
     path = tmp_path / f"maze{suffix}"
-    save_picture(generate(RECIPES[1], 2), path)
-    assert path.read_bytes().startswith((b"\x89PNG", b"<?xml"))
+    for maze in (generate(RECIPES[1], 2), read_maze(shipped_mazes()["dynamic"])):
+        save_picture(maze, path)
+        assert path.read_bytes().startswith((b"\x89PNG", b"<?xml"))
 
 
 def test_a_picture_of_another_kind_is_refused(tmp_path):

@@ -109,7 +109,7 @@ def minimap_of(sweep: Sweep, aligned: Floats, misalignment: float, settings: Min
         cosine, sine = math.cos(misalignment), math.sin(misalignment)
         x, y = mount.x * cosine + mount.y * sine, mount.y * cosine - mount.x * sine
         directions, distances = _cells(half, settings.cell, x, y)
-        beams, looked_at = _beams(sweep, directions + misalignment)
+        beams, looked_at = _beams(sweep, directions, misalignment)
         shortest = _shortest_of_three(sweep.ranges)
         cells[looked_at & (shortest[beams] > distances + settings.cell / 2)] = Cell.FREE
     grid = np.rint(aligned / settings.cell).astype(np.intp) + half
@@ -118,12 +118,17 @@ def minimap_of(sweep: Sweep, aligned: Floats, misalignment: float, settings: Min
     return Minimap(cells.reshape(count, count), settings.cell)
 
 
-def _beams(sweep: Sweep, directions: Floats) -> tuple[Indices, Mask]:
-    """The beam nearest to each direction, and whether the sensor looks there."""
-    first = float(sweep.fan.angles[0])
-    numbers = np.rint(((directions - first + math.pi / 4) % math.tau - math.pi / 4) / sweep.fan.step)
-    seen = (numbers >= 0) & (numbers < len(sweep.ranges))
-    return np.where(seen, numbers, 0).astype(np.intp), seen
+def _beams(sweep: Sweep, directions: Floats, misalignment: float) -> tuple[Indices, Mask]:
+    """The beam nearest to each direction, given from the walls, and whether the sensor looks there."""
+    turn = math.tau / sweep.fan.step
+    numbers = (directions + (misalignment - float(sweep.fan.angles[0]))) / sweep.fan.step
+    # At most one turn off: the directions are within half a turn, and so are the misalignment and the first beam.
+    numbers[numbers < -0.5] += turn
+    numbers[numbers >= turn - 0.5] -= turn
+    beams = np.rint(numbers).astype(np.intp)
+    seen = (beams >= 0) & (beams < len(sweep.ranges))
+    beams[~seen] = 0
+    return beams, seen
 
 
 def _shortest_of_three(ranges: Floats) -> Floats:

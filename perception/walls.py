@@ -165,10 +165,13 @@ def _outline(footprint: tuple[Point, ...]) -> _Outline:
 
 def _distances(points: Floats, outline: _Outline) -> Floats:
     """Distance of each point from an outline's edges, m."""
-    offsets = points[:, None, :] - outline.corners
-    share = np.clip((offsets * outline.edges).sum(axis=2) / outline.squares, 0.0, 1.0)
-    away = offsets - share[:, :, None] * outline.edges
-    distances: Floats = np.sqrt((away**2).sum(axis=2).min(axis=1))
+    edge_x, edge_y = outline.edges[:, 0], outline.edges[:, 1]
+    x = points[:, 0, None] - outline.corners[:, 0]
+    y = points[:, 1, None] - outline.corners[:, 1]
+    share = np.minimum(np.maximum((x * edge_x + y * edge_y) / outline.squares, 0.0), 1.0)
+    x -= share * edge_x
+    y -= share * edge_y
+    distances: Floats = np.sqrt((x * x + y * y).min(axis=1))
     return distances
 
 

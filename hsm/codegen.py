@@ -18,10 +18,10 @@ from typing import Any
 
 from hsm.decisions import Condition, Constant, Decision, Junction, Negation, Tree, decision_of
 from hsm.diagnostics import Place
-from hsm.evaluation import eager_signals
+from hsm.evaluation import all_signals, eager_signals
 from hsm.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.marks import Marks
-from hsm.model import Action, After, Assign, Call, Model, Raise, State
+from hsm.model import Action, After, Assign, Call, Model, Raise, State, When
 
 NONE = -1
 """What a chain gives when no transition fires."""
@@ -34,10 +34,12 @@ class Chain:
     Attributes:
         candidates: indices of the transitions.
         pick: gives the index of the transition that fires, or ``NONE``; for time-outs it takes the due ones, too.
+        first: the same, for the first look of a step, when no signal was evaluated yet.
     """
 
     candidates: tuple[int, ...]
     pick: Callable[..., int]
+    first: Callable[..., int]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,11 +80,21 @@ _Continuation = Callable[[int, int], None]
 
 @dataclass(slots=True)
 class _Writer:
-    """Lines of Python, each with the place that it stands for, and the signals that the lines so far have fetched."""
+    """Lines of Python, each with the place that it stands for.
+
+    Attributes:
+        lines: the lines.
+        places: where in the machine's file each comes from.
+        known: the signals that have been fetched whenever this line is reached.
+        fresh: whether no signal was evaluated before the first line.
+        seen: the signals that some line so far may have fetched.
+    """
 
     lines: list[str] = field(default_factory=list)
     places: list[Place | None] = field(default_factory=list)
     known: set[int] = field(default_factory=set)
+    fresh: bool = False
+    seen: set[int] = field(default_factory=set)
 
     def add(self, depth: int, line: str, place: Place | None = None) -> None:
         self.lines.append("    " * depth + line)
@@ -127,12 +139,17 @@ class Generator:
         return found
 
     def _make_chain(self, candidates: tuple[int, ...], timed: bool) -> Chain:  # noqa: FBT001
-        writer = _Writer()
+        pick = self._pick(candidates, timed, _Writer())
+        waits = isinstance(self.model.transitions[candidates[0]].trigger, When)
+        return Chain(candidates, pick, self._pick(candidates, timed, _Writer(fresh=True)) if waits else pick)
+
+    def _pick(self, candidates: tuple[int, ...], timed: bool, writer: _Writer) -> Callable[..., int]:  # noqa: FBT001
         writer.add(0, "def pick(f, m, v, c, h, due):" if timed else "def pick(f, m, v, c, h):")
         for index in candidates:
             self._candidate(writer, index, timed)
         writer.add(1, f"return {NONE}")
-        return Chain(candidates, self._function(writer, "pick"))
+        pick: Callable[..., int] = self._function(writer, "pick")
+        return pick
 
     def _candidate(self, writer: _Writer, index: int, timed: bool) -> None:  # noqa: FBT001
         decision = self.decision(index)
@@ -316,9 +333,14 @@ class Generator:
             slot = self.slot(call)
             if slot not in writer.known:
                 key = self._key(slot, call)
-                writer.add(depth, f"if {key} in m: s{slot} = m[{key}]")
-                writer.add(depth, f"else: s{slot} = m[{key}] = {self._ask(call)}")
+                fetch = f"s{slot} = m[{key}] = {self._ask(call)}"
+                if writer.fresh and slot not in writer.seen:
+                    writer.add(depth, fetch)
+                else:
+                    writer.add(depth, f"if {key} in m: s{slot} = m[{key}]")
+                    writer.add(depth, f"else: {fetch}")
                 writer.known.add(slot)
+        writer.seen.update(map(self.slot, all_signals(condition)))
         return self._code(condition, writer.known)
 
     def _inline(self, writer: _Writer, expression: Expression) -> str:

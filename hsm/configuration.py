@@ -46,6 +46,7 @@ class Configuration:
         always: what fires without a trigger.
         after: what time-outs can fire.
         pick_when: the selector's function, or one that gives ``NONE``.
+        pick_first: the same, for a step in which no signal was evaluated yet.
         events: what an event can fire, for the events that were asked for.
         plans: what is done for the transitions that a selector picked.
         moves: those of the plans that do nothing but move, whatever history states remember.
@@ -61,6 +62,7 @@ class Configuration:
         "leaves",
         "machine",
         "moves",
+        "pick_first",
         "pick_when",
         "plans",
         "when",
@@ -74,6 +76,8 @@ class Configuration:
         self.always = self._selector(lambda transition: isinstance(transition.trigger, Always))
         self.after = self._selector(lambda transition: isinstance(transition.trigger, After))
         self.pick_when = self.when.pick if self.when else _nothing
+        single = self.when is not None and len(self.when.chains) == 1
+        self.pick_first = self.when.chains[0].first if self.when and single else self.pick_when
         self._names: frozenset[str] | None = None
         self._activities: tuple[int, ...] | None = None
         self.events: dict[Event, Selector | None] = {}

@@ -107,3 +107,15 @@ def eager_signals(expression: Expression) -> Iterator[SignalValue]:
         case Binary(_, left, right):
             yield from eager_signals(left)
             yield from eager_signals(right)
+
+
+def all_signals(expression: Expression) -> Iterator[SignalValue]:
+    """All signals in an expression."""
+    match expression:
+        case SignalValue():
+            yield expression
+        case Unary(_, operand):
+            yield from all_signals(operand)
+        case Binary(_, left, right):
+            yield from all_signals(left)
+            yield from all_signals(right)

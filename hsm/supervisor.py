@@ -71,6 +71,7 @@ class Supervisor:
         self._running.update((state, _FINISHED) for state in run.finished)
         self._collector = Collector(machine.generator.marks)
         self._hits = self._collector.hits
+        self._taken = self._collector.taken
         self._set_wake()
 
     # What can be seen of a run.
@@ -103,7 +104,9 @@ class Supervisor:
 
     # Steps.
 
-    def step(self, time: float, events: Sequence[str] = (), facts: object = None) -> Macrostep:
+    def step(
+        self, time: float, events: Sequence[str] = (), facts: object = None
+    ) -> Macrostep:
         """Let the machine react to what happened and to what is now.
 
         First the outcomes of activities and the given events, one after the other, then time-outs that are due, then
@@ -129,51 +132,66 @@ class Supervisor:
         # full, with the signals that were evaluated; nothing was changed before.
         state = self._state
         configuration, values, hits = state.configuration, state.values, self._hits
-        looks: list[Look | Plan] = []
+        looks: Sequence[Look | Plan] = ()
         try:
             if events:
-                configuration = self._hear(events, facts, memo, looks)
-            pick = configuration.pick_when  # by a name of its own: looked up as a method it would be slower
+                looks, configuration = self._hear(events, facts, memo)
+                pick = configuration.pick_when
+            else:
+                pick = configuration.pick_first
+            # Functions are called by a name of their own: looked up as methods they would be slower.
             picked = pick(facts, memo, values, configuration.active, hits)
-            if picked != NONE or events:
+            if picked != NONE:
+                plans = []
+                bound = SPIN
                 while picked != NONE:
                     moves = configuration.moves
-                    if picked not in moves or len(looks) > SPIN:
+                    if picked not in moves or not bound:
                         return self._react(time, events, facts, memo)
                     plan = moves[picked]
-                    looks.append(plan)
+                    plans.append(plan)
+                    bound -= 1
                     configuration = plan.target
                     pick = configuration.pick_when
                     picked = pick(facts, memo, values, configuration.active, hits)
+                taken = self._taken
+                for plan in plans:
+                    if plan in taken:
+                        taken[plan] += 1
+                    else:
+                        self._collector.count((plan,))
                 state.configuration = configuration
-                self._collector.count(looks)
+                looks = [*looks, *plans] if looks else plans
         except _Unusual:
             return self._react(time, events, facts, memo)
         except Exception as error:
             return self._react(time, events, facts, memo, error)
+        if events:
+            state.configuration = configuration
+            self._collector.count([look for look in looks if look.__class__ is tuple])
         self._time = time
         step = Macrostep()
         step.evidence = (time, looks, memo, values, state.timers, configuration)
         return step
 
-    def _hear(
-        self, events: Sequence[str], facts: object, memo: dict[Any, Any], looks: list[Look | Plan]
-    ) -> Configuration:
-        """Let events move the machine; where that leads to."""
+    def _hear(self, events: Sequence[str], facts: object, memo: dict[Any, Any]) -> tuple[Sequence[Look], Configuration]:
+        """Let events move the machine: what was looked at, and where that leads to."""
         values, hits = self._state.values, self._hits
         configuration = self._state.configuration
+        looks: list[Look] = []
         for event in events:
+            plan = None
             selector = configuration.events[event] if event in configuration.events else configuration.on(event)
-            picked = selector.pick(facts, memo, values, configuration.active, hits) if selector is not None else NONE
-            if picked == NONE:
-                looks.append((event, configuration, values, NOTHING_DUE, None))
-                continue
-            if picked not in configuration.moves:
-                raise _Unusual
-            plan = configuration.moves[picked]
+            if selector is not None:
+                picked = selector.pick(facts, memo, values, configuration.active, hits)
+                if picked != NONE:
+                    if picked not in configuration.moves:
+                        raise _Unusual
+                    plan = configuration.moves[picked]
             looks.append((event, configuration, values, NOTHING_DUE, plan))
-            configuration = plan.target
-        return configuration
+            if plan is not None:
+                configuration = plan.target
+        return looks, configuration
 
     def _react(
         self,

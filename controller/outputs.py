@@ -14,9 +14,9 @@ from controller.errors import UsageError
 from controller.loop import Tick
 from controller.mission import Mission, Watcher
 from controller.progress import Progress
-from controller.replay import described, keeper
+from controller.replay import described, keeper, reasoned
 from controller.simulation import SimulatedWorld
-from controller.trace import TraceWriter, trace_line
+from controller.trace import TraceWriter
 from transport.recording import Recorder
 
 
@@ -100,7 +100,7 @@ def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Ite
         raise UsageError(f"--live {port}: {error.strerror}", "0 takes any port that is free") from None
 
     def show(tick: Tick) -> None:
-        step = {**trace_line(mission.machine, tick), "doing": tick.doing}
+        step = {**reasoned(mission.machine, tick), "doing": tick.doing}
         page.publish(frame(tick.observation, tick.command, step, world.path[tick.index] if world else None))
 
     with page:

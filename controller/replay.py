@@ -15,7 +15,11 @@ from controller.machines import shipped_machines
 from controller.mission import Ending, Mission, Watcher, drive, prepare
 from controller.profile import Profile
 from controller.trace import trace_line
+from hsm import Machine
 from transport.recording import Recorder, Recording, ReplayRobot
+
+REASONS = "reasons"
+"""Where a recorded step says of each transition that was looked at why it fired or did not."""
 
 
 def described(mission: Mission, machine: str) -> dict[str, str]:
@@ -33,12 +37,18 @@ def described(mission: Mission, machine: str) -> dict[str, str]:
 
 
 def keeper(recorder: Recorder, mission: Mission) -> Watcher:
-    """A watcher of ticks that records them, with what the machine did in each."""
+    """A watcher of ticks that records them, with what the machine did in each and, where something fired, why."""
 
     def keep(tick: Tick) -> None:
-        recorder.record(tick.observation, tick.command, trace_line(mission.machine, tick))
+        recorder.record(tick.observation, tick.command, reasoned(mission.machine, tick))
 
     return keep
+
+
+def reasoned(machine: Machine, tick: Tick) -> dict[str, Any]:
+    """What a trace says of a tick and, where something fired, what became of each transition that was looked at."""
+    reasons = [str(considered) for considered in tick.step.considered] if tick.step else []
+    return trace_line(machine, tick) | ({REASONS: reasons} if reasons else {})
 
 
 def recorded_profile(recording: Recording) -> Profile:
@@ -112,7 +122,8 @@ def replay(
     lines: list[dict[str, Any]] = []
     robot = ReplayRobot(recording)
     ending = drive(mission, robot, robot, [lambda tick: lines.append(trace_line(mission.machine, tick)), *watchers])
-    return ending, first_difference([dict(tick.step) for tick in recording.ticks], lines)
+    recorded = [{name: value for name, value in tick.step.items() if name != REASONS} for tick in recording.ticks]
+    return ending, first_difference(recorded, lines)
 
 
 def first_difference(recorded: Iterable[Mapping[str, Any]], replayed: Iterable[Mapping[str, Any]]) -> Difference | None:

@@ -5,7 +5,8 @@ tick; both are JSON values:
 
     head    {"title", "period", "footprint": [[x, y], ...], "laser": {"angle_min", "step", "x", "y", "heading"},
              "walls": [[x1, y1, x2, y2], ...], "doors": ..., "exits": ...}
-    frame   {"time", "pose": [x, y, heading], "states": [...], "doing", "taken": [...], "twist": [...], "ranges": [...]}
+    frame   {"time", "pose": [x, y, heading], "states": [...], "doing", "taken": [...], "reasons": [...],
+             "twist": [forward, left, turn], "ranges": [...]}
 
 Lengths are metres and angles radians, in the frame of the walls where there are walls and in that of the odometry where
 there are none; ``ranges`` are whole centimetres, negative where a beam hit nothing.
@@ -61,7 +62,7 @@ def frame(observation: Observation, command: Command, step: Mapping[str, Any], p
     Args:
         observation: what the robot sensed.
         command: what it was told.
-        step: ``states``, ``taken`` and, where it is known, ``doing``.
+        step: ``states``, ``taken`` and, where they are known, ``doing`` and ``reasons``.
         pose: where the robot really was, in the frame of the walls; None for the odometry.
     """
     ranges = observation.scan.ranges[::STRIDE]
@@ -73,6 +74,7 @@ def frame(observation: Observation, command: Command, step: Mapping[str, Any], p
         "states": list(step.get("states", ())),
         "doing": step.get("doing", ""),
         "taken": list(step.get("taken", ())),
+        "reasons": list(step.get("reasons", ())),
         "twist": [round(command.twist.forward, 3), round(command.twist.left, 3), round(command.twist.turn, 3)],
         "ranges": np.where(hit, np.round(np.where(hit, ranges, 0.0) * 100), -1).astype(int).tolist(),
     }

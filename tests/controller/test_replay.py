@@ -10,6 +10,7 @@ from controller.outputs import Outputs
 from controller.profile import load_profile
 from controller.replay import Difference, first_difference
 from controller.simulation import SimulatedWorld, find_maze
+from transport.recording import read_recording
 from transport.world import LockstepRobot
 
 
@@ -32,6 +33,12 @@ def test_the_same_machine_gives_the_same_trace_byte_for_byte(finish, recorded, t
     assert (status, err) == (0, "")
     assert out == "pledge on 101 recorded ticks: no difference\n"
     assert (tmp_path / "again.jsonl").read_bytes() == trace.read_bytes()
+
+
+def test_a_recording_says_why_transitions_fired(recorded):
+    steps = [tick.step for tick in read_recording(recorded[0]).ticks]
+    assert all(("reasons" in step) == bool(step["taken"]) for step in steps)
+    assert any(" was true" in reason for step in steps for reason in step.get("reasons", ()))
 
 
 def test_with_another_machine_the_first_difference_is_shown(finish, recorded, tmp_path):

@@ -38,6 +38,8 @@ from transport.world import LockstepRobot  # noqa: E402
 SCAN, ODOMETRY, TWIST = 4060, 724, 52
 OBSERVATION_TAG, COMMAND_TAG = 48, 32
 MAZE = "final_2015"
+STRETCH = 20.0
+"""How long a run is, simulated seconds: short, so that a busy moment of the computer spoils one round only."""
 
 
 def free_endpoint() -> str:
@@ -123,7 +125,7 @@ class PingPong:
 def costs(rounds: int) -> None:
     profile = load_profile()
     maze = find_maze(MAZE)
-    mission = prepare("pledge", profile)
+    mission = prepare("pledge", profile, time_limit=STRETCH)
     bare = PingPong()
     endpoint = free_endpoint()
     with command("sim", MAZE, "--listen", endpoint) as simulator:
@@ -151,17 +153,17 @@ def costs(rounds: int) -> None:
                     work = (worked[2 * index + 1] - worked[2 * index]) / ticks
                     table[name].append((value, work))
     bare.close()
-    print(f"A tick of pledge in {MAZE}, medians of {rounds} runs of about {ticks} ticks\n")
+    print(f"A tick of pledge in {MAZE}, {rounds} rounds of {ticks} ticks: median, and the least disturbed round\n")
     print("| | ms a tick | ticks a second | ms of processor time a tick, both sides |\n|---|---|---|---|")
     for name, values in table.items():
-        wall, work = (statistics.median(column) for column in zip(*values, strict=True))
-        print(f"| {name} | {1e3 * wall:.3f} | {1 / wall:.0f} | {1e3 * work:.3f} |")
-    added = [
-        [(there - here) / ping for here, there, ping in zip(*triple, strict=True)]
-        for triple in zip(*table.values(), strict=True)
-    ]
-    wall, work = (statistics.median(column) for column in zip(*added, strict=True))
-    print(f"\nThe link adds {wall:.2f} bare ping-pongs to a tick, {work:.2f} by processor time (at most 1.5 wanted).\n")
+        walls, works = zip(*values, strict=True)
+        wall, least = statistics.median(walls), min(walls)
+        times = f"{1e3 * statistics.median(works):.3f}, {1e3 * min(works):.3f}"
+        print(f"| {name} | {1e3 * wall:.3f}, {1e3 * least:.3f} | {1 / wall:.0f}, {1 / least:.0f} | {times} |")
+    here, there, ping = ([wall for wall, _ in values] for values in table.values())
+    added = statistics.median((b - a) / c for a, b, c in zip(here, there, ping, strict=True))
+    least = (min(there) - min(here)) / min(ping)
+    print(f"\nThe link adds {added:.2f}, at the least {least:.2f} bare ping-pongs to a tick (at most 1.5 wanted).\n")
 
 
 # What a fault costs
@@ -287,8 +289,10 @@ def faults(count: int) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--rounds", type=int, default=20)
     parser.add_argument("--faults", type=int, default=10)
     asked = parser.parse_args()
-    costs(asked.rounds)
-    faults(asked.faults)
+    if asked.rounds:
+        costs(asked.rounds)
+    if asked.faults:
+        faults(asked.faults)

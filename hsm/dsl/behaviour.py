@@ -65,7 +65,7 @@ class Behaviour:
         return ActivityCall(declared, arguments, self.context.place(call.name, call.closing))
 
     def look_at(self, call: syntax.CallSyntax) -> None:
-        """Look at the arguments of an instance whose machine is not known, so that what they name counts as used."""
+        """Look at the arguments of a call of something that is not known, so that what they name counts as used."""
         for argument in call.arguments:
             self.context.scope.expression(argument.value if isinstance(argument, syntax.Named) else argument)
 
@@ -89,9 +89,8 @@ class Behaviour:
         elif not line.actions:
             hint = "say where it goes: `-> state`, or what it does: `/ action`"
             self.context.add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
-        if trigger is None or (line.guard is not None and guard is None):
-            self.unresolved |= trigger is None and not targets
         if trigger is None:
+            self.unresolved |= not targets
             trigger = On(())
         place = self.context.place(line.keyword, _last_token(line))
         return Transition(len(self.transitions), draft.index, targets, trigger, guard, actions, kind, place)

@@ -27,6 +27,7 @@ class Declarations:
         variables: its variables; those of instances are put behind them.
         events: events that are declared (with their places) or raised.
         heard: events that some transition is on, or may be.
+        raised: events that this file raises, and where first.
     """
 
     context: Context
@@ -34,6 +35,7 @@ class Declarations:
     variables: list[Variable] = field(default_factory=list)
     events: dict[str, Place | None] = field(default_factory=dict)
     heard: set[str] = field(default_factory=set)
+    raised: dict[str, Token] = field(default_factory=dict)
 
     def declare(self) -> None:
         """Give the lines at the top of the file their meaning."""
@@ -107,7 +109,7 @@ class Declarations:
         for action in actions:
             if isinstance(action, syntax.RaiseSyntax):
                 self.events.setdefault(str(action.event), None)
-                self.heard.add(str(action.event))
+                self.raised.setdefault(str(action.event), action.event)
 
     def _gather_outcomes(self, draft: Draft) -> None:
         draft.completions.update(child.name for child in draft.children if child.kind is StateKind.FINAL)
@@ -149,6 +151,9 @@ class Declarations:
             if name not in self.context.scope.used:
                 found.append(("parameter" if declared.constant else "variable", name, declared.place))
         for name, place in self.events.items():
-            if place is not None and name not in self.heard:
+            if place is not None and name not in self.heard and name not in self.raised:
                 found.append(("event", name, place))
+        for name, token in self.raised.items():
+            if name not in self.heard and self.events[name] is None and name not in self.context.library.events:
+                found.append(("raised event", name, self.context.place(token)))
         return found

@@ -158,3 +158,10 @@ def test_suggestions_stop_in_a_file_full_of_unknown_names(library):
     unknown = [one for one in checked.diagnostics if one.code == "E0201"]
     assert len(unknown) == 300
     assert sum(one.suggestion is not None for one in unknown) <= 50
+
+
+def test_an_event_that_is_raised_for_nobody(library):
+    body = "state a\n    on bumped -> e / raise goo\n    on bumped if true -> a\nfinal e\n"
+    assert ("W0604", 3) in found(library, body)
+    assert "W0604" not in dict(found(library, "event goo\n" + body))
+    assert "W0604" not in dict(found(library, body + "on goo -> e\n"))

@@ -8,12 +8,13 @@ from hsm.diagnostics import Diagnostic
 from hsm.dsl.codes import finding
 from hsm.dsl.subject import Subject
 
-_CODES = {"import": "W0601", "parameter": "W0602", "variable": "W0603", "event": "W0604"}
+_CODES = {"import": "W0601", "parameter": "W0602", "variable": "W0603", "event": "W0604", "raised event": "W0604"}
 _WORDS = {
     "import": "machine `{}` is imported, and no state is an instance of it",
     "parameter": "nothing reads parameter `{}`",
     "variable": "nothing reads variable `{}`",
     "event": "event `{}` is declared, and no transition is on it",
+    "raised event": "event `{}` is raised, and neither declared nor is any transition on it",
 }
 
 

@@ -15,6 +15,7 @@ from controller.commands import (
     certificates,
     check,
     diagram,
+    exchange,
     fmt,
     gate,
     lsp,
@@ -83,6 +84,8 @@ app.command("check", rich_help_panel=WRITE)(check.check)
 app.command("fmt", rich_help_panel=WRITE)(fmt.fmt)
 app.command("test", rich_help_panel=WRITE)(test.test)
 app.command("diagram", rich_help_panel=WRITE)(diagram.diagram)
+app.command("import", rich_help_panel=WRITE)(exchange.import_chart)
+app.command("export", rich_help_panel=WRITE)(exchange.export)
 app.command("list", rich_help_panel=WRITE)(list_.listing)
 app.command("lsp", rich_help_panel=WRITE)(lsp.lsp)
 app.add_typer(maze.app, name="maze", rich_help_panel=WORLD)

@@ -11,8 +11,9 @@ from pathlib import Path
 
 from hsm.machine import Machine, build
 from hsm.scxml.reader import read_file, read_text
+from hsm.scxml.writer import write_text
 
-__all__ = ["load", "read_file", "read_text"]
+__all__ = ["load", "read_file", "read_text", "write_text"]
 
 
 def load(path: str | Path) -> Machine:

@@ -1,0 +1,181 @@
+"""From a model to SCXML text.
+
+States, history, transitions, raised and sent events have their counterpart in SCXML. The rest is written so that
+another tool can read what is meant: conditions and assignments as this language's expressions in ``cond`` and ``expr``,
+time-outs as events that are sent with a delay on entry and cancelled on exit, activities as ``invoke`` and one-shot
+actions as elements of a namespace of their own.
+"""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+from hsm.expressions import Literal
+from hsm.model import (
+    Action,
+    After,
+    Assign,
+    Call,
+    Cancel,
+    Model,
+    On,
+    Raise,
+    Send,
+    State,
+    StateKind,
+    Transition,
+    TransitionKind,
+    When,
+)
+from hsm.plans import own_name
+from hsm.scxml.elements import NAMESPACE
+from hsm.topology import HISTORY
+from hsm.wording import activity_text, call_text, expression_text
+
+OWN = "urn:maze-machine"
+"""The namespace of what SCXML has no word for."""
+
+_IN = re.compile(r"\bin\(([\w.-]+)\)")
+
+_TAGS = {
+    StateKind.PARALLEL: "parallel",
+    StateKind.FINAL: "final",
+    StateKind.SHALLOW_HISTORY: "history",
+    StateKind.DEEP_HISTORY: "history",
+}
+
+
+def write_text(model: Model) -> str:
+    """The model as an SCXML document."""
+    root = ElementTree.Element("scxml", {"xmlns": NAMESPACE, "xmlns:maze": OWN, "version": "1.0", "name": model.name})
+    root.set("datamodel", "maze-machine" if model.variables or model.parameters else "null")
+    elements = [root]
+    for state in model.states[1:]:
+        elements.append(ElementTree.SubElement(elements[state.parent], _TAGS.get(state.kind, "state"), id=state.name))
+    _write_data(model, root)
+    for state, element in zip(model.states, elements, strict=True):
+        _write_state(model, state, element)
+    _indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _indent(root: ElementTree.Element) -> None:
+    """Lay the document out; one that is nested too deep for the library stays on one line."""
+    try:
+        ElementTree.indent(root)
+    except RecursionError:
+        return
+
+
+def _write_data(model: Model, root: ElementTree.Element) -> None:
+    if not model.variables and not model.parameters:
+        return
+    data = ElementTree.Element("datamodel")
+    for parameter in model.parameters:
+        value = {} if parameter.required else {"expr": expression_text(Literal(parameter.default, parameter.type))}
+        ElementTree.SubElement(data, "data", {"id": parameter.name, **value})
+    for variable in model.variables:
+        ElementTree.SubElement(data, "data", id=variable.name, expr=expression_text(variable.initial))
+    root.insert(0, data)
+
+
+def _write_state(model: Model, state: State, element: ElementTree.Element) -> None:
+    front: list[ElementTree.Element] = []
+    targets = " ".join(model.states[index].name for index in state.initial)
+    if state.kind in HISTORY:
+        element.set("type", "deep" if state.kind is StateKind.DEEP_HISTORY else "shallow")
+        default = ElementTree.SubElement(element, "transition", target=targets)
+        _write_actions(default, state.initial_actions)
+        return
+    if state.initial_actions:
+        initial = ElementTree.Element("initial")
+        _write_actions(ElementTree.SubElement(initial, "transition", target=targets), state.initial_actions)
+        front.append(initial)
+    elif targets and state.kind is StateKind.COMPOUND:
+        element.set("initial", targets)
+    own = [model.transitions[index] for index in state.transitions]
+    front.extend(_blocks(state, own))
+    if state.activity is not None:
+        call = activity_text(state.activity)
+        front.append(ElementTree.Element("invoke", type=OWN, id=f"{state.name}.activity", src=call))
+    front.extend(_transition(model, state, transition) for transition in own)
+    at = 1 if state.index == 0 and element.find("datamodel") is not None else 0
+    for offset, one in enumerate(front):
+        element.insert(at + offset, one)
+
+
+def _blocks(state: State, own: list[Transition]) -> list[ElementTree.Element]:
+    entry, leave = ElementTree.Element("onentry"), ElementTree.Element("onexit")
+    for transition in own:
+        if isinstance(transition.trigger, After):
+            label = _time_out(state, transition)
+            duration = transition.trigger.duration
+            when = (
+                {"delay": f"{duration.value!r}s"}
+                if isinstance(duration, Literal)
+                else {"delayexpr": expression_text(duration)}
+            )
+            ElementTree.SubElement(entry, "send", {"event": label, "id": label, **when})
+            ElementTree.SubElement(leave, "cancel", sendid=label)
+    _write_actions(entry, state.entry)
+    _write_actions(leave, state.exit)
+    return [block for block in (entry, leave) if len(block)]
+
+
+def _time_out(state: State, transition: Transition) -> str:
+    return f"after.{state.name}.{state.transitions.index(transition.index)}"
+
+
+def _transition(model: Model, state: State, transition: Transition) -> ElementTree.Element:
+    element = ElementTree.Element("transition")
+    match transition.trigger:
+        case On(names):
+            element.set("event", " ".join(dict.fromkeys([*names, *_completions(model, state, names)])))
+        case After():
+            element.set("event", _time_out(state, transition))
+        case _:
+            pass
+    conditions = [transition.trigger.condition] if isinstance(transition.trigger, When) else []
+    conditions += [transition.guard] if transition.guard is not None else []
+    if conditions:
+        texts = [_condition(expression_text(one)) for one in conditions]
+        element.set("cond", texts[0] if len(texts) == 1 else " and ".join(f"({text})" for text in texts))
+    if transition.targets:
+        element.set("target", " ".join(model.states[index].name for index in transition.targets))
+        if transition.kind is TransitionKind.LOCAL and state.kind is StateKind.COMPOUND:
+            element.set("type", "internal")
+    _write_actions(element, transition.actions)
+    return element
+
+
+def _condition(text: str) -> str:
+    return _IN.sub(r"In('\1')", text)
+
+
+def _completions(model: Model, state: State, names: tuple[str, ...]) -> list[str]:
+    """What SCXML calls the completion of a state that these names wait for."""
+    finals = {own_name(model.states[one]) for one in state.children if model.states[one].kind is StateKind.FINAL}
+    complete = (finals or state.kind is StateKind.PARALLEL) and ("done" in names or finals.intersection(names))
+    return [f"done.state.{state.name}"] if complete else []
+
+
+def _write_actions(element: ElementTree.Element, actions: tuple[Action, ...]) -> None:
+    for action in actions:
+        match action:
+            case Raise(event):
+                ElementTree.SubElement(element, "raise", event=event)
+            case Send(event, delay, label):
+                sent = {
+                    "event": event,
+                    **({"delay": f"{delay!r}s"} if delay else {}),
+                    **({"id": label} if label else {}),
+                }
+                ElementTree.SubElement(element, "send", sent)
+            case Cancel(label):
+                ElementTree.SubElement(element, "cancel", sendid=label)
+            case Assign(variable, value):
+                ElementTree.SubElement(element, "assign", location=variable, expr=expression_text(value))
+            case Call(declared, arguments):
+                text = call_text(declared.name, declared.parameters, arguments)
+                ElementTree.SubElement(element, "maze:call", text=text)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 from pydantic import ValidationError
 from zenoh.ext import Int64, z_deserialize, z_serialize
@@ -43,3 +46,13 @@ def test_rmw_zenohs_attachment_is_what_zenoh_itself_serialises() -> None:
     attachment = rmw_attachment(7, 123_456_789_012, gid)
     assert attachment == b"".join(z_serialize(part).to_bytes() for part in parts)
     assert z_deserialize(tuple[str, Int64, str, Int64, str, bytes], z_serialize(parts)) == parts
+
+
+def test_one_module_only_imports_zenoh() -> None:
+    root = Path(__file__).parents[2]
+    rooms = ("hsm", "perception", "skills", "machines", "transport", "sim", "controller", "view")
+    sources = [path for room in rooms for path in (root / room).rglob("*.py")]
+    importing = [
+        path.name for path in sources if re.search(r"^\s*(import|from) zenoh\b", path.read_text(), re.MULTILINE)
+    ]
+    assert importing == ["zenoh_bus.py"]

@@ -1,6 +1,6 @@
 """One scan made ready for use: readings sorted into hits, free beams and unknown ones, hits as points of the robot.
 
-A reading beyond the sensor's range, infinity and a reading below the sensor's shortest range all mean that the beam hit
+A reading at the end of the sensor's range or beyond, infinity and a reading below the sensor's shortest range all mean that the beam hit
 nothing (PICO's sensor reports what it cannot see as a distance near zero). NaN and minus infinity (an object too close
 to be measured, REP 117) mean that nothing is known of the beam.
 """
@@ -112,7 +112,7 @@ class Sweep:
         if geometry.angle_increment < 0:
             ranges = ranges[::-1].copy()
         ranges[ranges == -np.inf] = np.nan
-        ranges[(ranges > reach) | (ranges < geometry.range_min)] = np.inf
+        ranges[(ranges >= reach) | (ranges < geometry.range_min)] = np.inf
         return cls(fan_of(geometry, mount), ranges, reach)
 
     @cached_property

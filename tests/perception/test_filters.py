@@ -50,7 +50,7 @@ def test_a_moving_average_is_a_mean_of_neighbours(values, window):
 
 def test_the_meaning_of_readings():
     geometry = ScanGeometry(8, -1.0, 0.25, 0.01, 10.0)
-    readings = [1.0, 0.005, 0.0, -1.0, 11.0, math.inf, math.nan, -math.inf]
+    readings = [1.0, 0.005, -1.0, 10.0, 11.0, math.inf, math.nan, -math.inf]
     sweep = Sweep.of(Scan(0, geometry, np.array(readings, np.float32)))
     assert sweep.hit.tolist() == [True] + [False] * 7
     assert np.isinf(sweep.ranges).tolist() == [False] + [True] * 5 + [False] * 2

@@ -1,8 +1,8 @@
 """One scan made ready for use: readings sorted into hits, free beams and unknown ones, hits as points of the robot.
 
-A reading at the end of the sensor's range or beyond, infinity and a reading below the sensor's shortest range all mean that the beam hit
-nothing (PICO's sensor reports what it cannot see as a distance near zero). NaN and minus infinity (an object too close
-to be measured, REP 117) mean that nothing is known of the beam.
+A reading at the end of the sensor's range or beyond, infinity and a reading below the sensor's shortest range all mean
+that the beam hit nothing (PICO's sensor reports what it cannot see as a distance near zero). NaN and minus infinity (an
+object too close to be measured, REP 117) mean that nothing is known of the beam.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ class WallSettings(Settings):
 
     distance: Positive = 0.5
     """Distance from the robot's centre to the wall that it follows, where there is room, m."""
-    corridor: Positive = 1.8
+    corridor: Positive = 1.55
     """A passage up to this width is a corridor, in whose middle the robot drives unless it follows a wall, m."""
     keep_off: Positive = 0.4
     """Driving straight on, a wall at a side is kept at least this far from the robot's centre, m."""

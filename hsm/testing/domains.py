@@ -15,6 +15,7 @@ from hsm.registry import SignalDeclaration
 from hsm.testing.rewriting import actions_of, parts_of
 from hsm.testing.script import default_of, member_of
 from hsm.types import UNITS, Boolean, Enumeration, Integer, Type
+from hsm.wording import value_text
 
 _BINARY: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
@@ -105,9 +106,8 @@ def expressions_of(model: Model) -> Iterator[Expression]:
 
 def _written(value: float, kind: Type) -> float:
     """The value as it will be when it was written down in a scenario and read again."""
-    if kind == UNITS["deg"].quantity:
-        return float(f"{math.degrees(value):.10g}") * UNITS["deg"].factor
-    return float(f"{value:.10g}")
+    number, _, unit = value_text(value, kind).partition(" ")
+    return float(number) * (UNITS[unit].factor if unit in UNITS else 1.0)
 
 
 def _truth(comparison: Binary, residue: float | None) -> bool | None:

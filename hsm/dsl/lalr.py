@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from sys import intern
 from typing import Any, TypeAlias
 
 from lark import Lark, Token
@@ -38,13 +39,14 @@ class Table:
         rows: list[Row] = []
         for number in range(len(conf.states)):
             row: Row = {}
-            for kind, (action, target) in conf.states[number].items():
+            for name, (action, target) in conf.states[number].items():
+                kind = intern(str(name))  # some of lark's names are tokens, which are slow to compare
                 if action.name == "Shift":
                     row[kind] = target
                     continue
                 size = len(target.expansion)
                 renames = target.options.expand1 and size == 1 and target.alias is None
-                row[kind] = (size, target.origin.name, None if renames else conf.callbacks[target])
+                row[kind] = (size, intern(str(target.origin.name)), None if renames else conf.callbacks[target])
             rows.append(row)
         return cls(tuple(rows), conf.start_state, conf.end_state)
 

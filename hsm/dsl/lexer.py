@@ -87,7 +87,7 @@ class Lexer:
         if held is not None:
             yield from self._give_up(opened, held, levels)
         for _ in levels[1:]:
-            yield Token.new_borrow_pos("_DEDENT", "", end)
+            yield _block_token("_DEDENT", end)
 
     def _words(self, text: str) -> Iterator[Token]:
         """The tokens of a text as they stand there; what looks blank at its end is no line of its own."""
@@ -129,7 +129,7 @@ class Lexer:
         width = len(newline.value) - newline.value.rindex("\n") - 1
         if width > levels[-1]:
             levels.append(width)
-            yield Token.new_borrow_pos("_INDENT", "", newline)
+            yield _block_token("_INDENT", newline)
             return
         while width < levels[-1]:
             levels.pop()
@@ -137,7 +137,7 @@ class Lexer:
                 self.misfits.append(newline)
                 levels.append(width)
                 return
-            yield Token.new_borrow_pos("_DEDENT", "", newline)
+            yield _block_token("_DEDENT", newline)
 
 
 def _token(kind: str, word: str, line: int, column: int) -> Token:
@@ -149,4 +149,11 @@ def _token(kind: str, word: str, line: int, column: int) -> Token:
     token.column = column
     token.end_column = column + len(word)
     token.start_pos = token.end_pos = None
+    return token
+
+
+def _block_token(kind: str, newline: Token) -> Token:
+    """The beginning or the end of a block, where the line before it ends."""
+    token = _token(kind, "", newline.line or 1, newline.column or 1)
+    token.end_line = newline.end_line
     return token

@@ -104,9 +104,7 @@ class Supervisor:
 
     # Steps.
 
-    def step(
-        self, time: float, events: Sequence[str] = (), facts: object = None
-    ) -> Macrostep:
+    def step(self, time: float, events: Sequence[str] = (), facts: object = None) -> Macrostep:
         """Let the machine react to what happened and to what is now.
 
         First the outcomes of activities and the given events, one after the other, then time-outs that are due, then
@@ -322,9 +320,7 @@ class Supervisor:
 
     def _activity_failed(self, state: int, error: Exception) -> None:
         self._running[state] = _FINISHED
-        call = self.machine.model.states[state].activity
-        assert call is not None, "only states with an activity fail in one"
-        fault = Fault(fault_event(state), f"activity `{call.activity.name}` failed: {error!r}", call.place, error)
+        fault = self._fault_of(state, error)
         if self._state.configuration.on(fault.event) is None:
             raise fault.unhandled(self.machine)
         self._postpone(fault)
@@ -334,10 +330,19 @@ class Supervisor:
         self._set_wake()
 
     def _stop(self, states: Sequence[int] | Mapping[int, Activity]) -> None:
+        """Stop activities; a fault in one of them is seen by the next step, as one in a tick is."""
         for state in tuple(states):
             activity = self._running.pop(state, None)
             if isinstance(activity, Stoppable):
-                activity.stop()
+                try:
+                    activity.stop()
+                except Exception as error:
+                    self._postpone(self._fault_of(state, error))
+
+    def _fault_of(self, state: int, error: Exception) -> Fault:
+        call = self.machine.model.states[state].activity
+        assert call is not None, "only states with an activity fail in one"
+        return Fault(fault_event(state), f"activity `{call.activity.name}` failed: {error!r}", call.place, error)
 
     def _name(self, state: int) -> str:
         return self.machine.model.states[state].name

@@ -199,3 +199,14 @@ def test_a_long_way_is_no_spin():
     states = [state(f"s{n}", when("a", f"s{n + 1}")) for n in range(500)]
     run = start(*states, state("s500"))
     assert len(run.step(1.0, (), facts("a")).microsteps) == 500
+
+
+def test_a_fault_while_an_activity_is_stopped_is_seen_by_the_next_step(monkeypatch):
+    def stop(self):
+        raise BROKEN
+
+    monkeypatch.setattr(Work, "stop", stop)
+    run = start(state("a", state("b", on("go", "c"), activity=doing(1)), state("c"), on("fault", "x")), state("x"))
+    run.act(facts())
+    assert run.step(1.0, ["go"]).entered == ("c",)
+    assert run.step(2.0).entered == ("x",)

@@ -29,7 +29,7 @@ from tests.hsm.charts import (
 )
 from tests.hsm.random_charts import event_lists, shared_models
 
-EXAMPLES = int(os.environ.get("MAZE_MACHINE_EXAMPLES", "40"))
+EXAMPLES = int(os.environ.get("MAZE_MACHINE_EXAMPLES", "100"))
 
 
 @settings(max_examples=EXAMPLES, deadline=None, derandomize=True)

@@ -1,0 +1,40 @@
+"""The tests of the shipped machines reach all that the machines can do, and notice when a machine changes."""
+
+import pytest
+
+from controller.library import robot_library
+from controller.machines import shipped_machines
+from hsm.coverage import Coverage
+from hsm.testing.measured import Measured
+from hsm.testing.mutating import survey
+from hsm.testing.points import Kind
+from hsm.testing.running import run_suite
+from hsm.testing.trial import load_trial
+
+SMALL = ("corridor_2015", "corridor_2017", "door", "watch")
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return robot_library()
+
+
+@pytest.mark.parametrize("name", shipped_machines())
+def test_scenarios_reach_every_state_and_transition_and_nearly_every_outcome_of_guards(name, robot):
+    trial = load_trial(shipped_machines()[name], robot)
+    coverage = Coverage()
+    for suite in trial.suites:
+        for result in run_suite(suite, trial.machine):
+            assert result.failure is None, result.failure.lines()
+            coverage = coverage.merge(result.coverage)
+    measured = Measured(trial.machine.model, coverage)
+    assert measured.share(Kind.STATE) == 100
+    assert measured.share(Kind.TRANSITION) == 100
+    assert measured.share(Kind.GUARD) >= 95
+    assert trial.machine.model.properties
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_scenarios_notice_changes(name, robot):
+    trial = load_trial(shipped_machines()[name], robot)
+    assert survey(trial.machine.model, trial.suites).score >= 90

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from transitions.extensions import HierarchicalMachine
 from transitions.extensions.nesting import NestedState, NestedTransition
 
-from hsm.diagnostics import Diagnostic, MachineError, Place, Severity
+from hsm.codes import finding
+from hsm.diagnostics import Diagnostic, MachineError, Place
 from hsm.model import Action, Cancel, On, Send, State, StateKind, Transition
 from hsm.topology import HISTORY
 
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
 
 DEPTH = 60
 """States nested deeper than this are too much for the recursion in ``transitions``."""
-
-CODE = "E0921"
-"""The code of every finding about what ``transitions`` does not share."""
 
 
 class BackendState(NestedState):
@@ -179,7 +177,7 @@ def _beyond(machine: Machine) -> Iterator[Diagnostic]:
 
 
 def _refusal(reason: str, place: Place | None) -> Diagnostic:
-    return Diagnostic(CODE, Severity.ERROR, f"`transitions` does not share this: {reason}", place)
+    return finding("E0921", place, f"`transitions` does not share this: {reason}")
 
 
 def _state_beyond(machine: Machine, state: State) -> Iterator[str]:

@@ -57,7 +57,7 @@ def listing(
 
 def _rows(subject: Subject) -> Iterable[dict[str, str]]:
     from controller.library import robot_library
-    from hsm.dsl.codes import CODES
+    from hsm.codes import CODES
     from hsm.types import UNITS
 
     match subject:

@@ -9,9 +9,9 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 
+from hsm.codes import finding
 from hsm.diagnostics import Diagnostic, Place, Severity
 from hsm.dsl import syntax
-from hsm.dsl.codes import finding
 
 _ACCEPT = re.compile(r"#\s*accept\s+([WN]\d{4}(?:\s*,\s*[WN]\d{4})*)")
 _CODE = re.compile(r"[WN]\d{4}")

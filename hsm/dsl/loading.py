@@ -10,10 +10,11 @@ from pathlib import Path
 
 from lark import Token
 
+from hsm.codes import finding
 from hsm.diagnostics import Diagnostic, MachineError
 from hsm.dsl import checks, syntax
 from hsm.dsl.acceptance import accepted
-from hsm.dsl.codes import Report, finding
+from hsm.dsl.codes import Report
 from hsm.dsl.compile import Unit, compile_file
 from hsm.dsl.parser import parse
 from hsm.dsl.syntax import place_of

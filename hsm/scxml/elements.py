@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
-from hsm.diagnostics import Diagnostic, MachineError, Place, Severity
+from hsm.codes import finding
+from hsm.diagnostics import MachineError, Place
 
 NAMESPACE = "http://www.w3.org/2005/07/scxml"
 
@@ -73,13 +74,8 @@ def parse(text: str | bytes, file: str) -> Element:
         line = getattr(error, "lineno", 1)
         column = getattr(error, "offset", 0) + 1
         reason = expat.ErrorString(error.code) if isinstance(error, expat.ExpatError) else str(error)
-        finding = Diagnostic(
-            "E0901",
-            Severity.ERROR,
-            f"this is not well-formed XML: {reason}",
-            Place(file, line, column, line, column + 1),
-        )
-        raise MachineError([finding]) from None
+        here = Place(file, line, column, line, column + 1)
+        raise MachineError([finding("E0901", here, f"this is not well-formed XML: {reason}")]) from None
     return top[0]
 
 

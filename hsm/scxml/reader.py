@@ -9,27 +9,13 @@ from difflib import get_close_matches
 from math import isfinite
 from pathlib import Path
 
-from hsm.diagnostics import Diagnostic, MachineError, Place, Related, Severity
+from hsm.codes import finding
+from hsm.diagnostics import Diagnostic, MachineError, Place, Related
 from hsm.expressions import Active, Binary, Expression, Unary
 from hsm.model import Action, Always, Cancel, Model, On, Raise, Send, State, StateKind, Transition, TransitionKind
 from hsm.scxml.conditions import ConditionError, parse_condition
 from hsm.scxml.elements import Element, parse
 from hsm.topology import Topology
-
-CODES = {
-    "E0901": "not well-formed XML",
-    "E0902": "not an SCXML document",
-    "E0903": "an element of SCXML that is not supported",
-    "E0904": "an attribute of SCXML that is not supported",
-    "E0905": "a condition that needs a data model",
-    "E0906": "an unknown state",
-    "E0907": "a name that two states have",
-    "E0908": "an initial state that is not inside its state",
-    "E0909": "a state without what it needs",
-    "E0910": "a value that cannot be read",
-    "E0911": "targets that cannot be active together",
-}
-"""What can be wrong with a chart; the codes of the language go on from here."""
 
 _STATES = ("state", "parallel", "final", "history")
 _SILENT = ("log",)
@@ -49,7 +35,7 @@ def read_file(path: str | Path) -> Model:
         text = Path(path).read_bytes()
     except OSError as error:
         reason = f"{path} cannot be read: {error.strerror or error}"
-        raise MachineError([Diagnostic("E0902", Severity.ERROR, reason)]) from None
+        raise MachineError([finding("E0902", None, reason)]) from None
     return read_text(text, str(path))
 
 
@@ -107,7 +93,7 @@ class _Reader:
     def find(
         self, code: str, message: str, place: Place, suggestion: str | None = None, related: tuple[Related, ...] = ()
     ) -> None:
-        self.findings.append(Diagnostic(code, Severity.ERROR, message, place, suggestion, related))
+        self.findings.append(finding(code, place, message, suggestion, related))
 
     def _number(self, top: Element) -> None:
         """Give every state its index, in document order."""

@@ -6,14 +6,12 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from hsm.diagnostics import Diagnostic, MachineError, Place, Severity
+from hsm.codes import finding
+from hsm.diagnostics import Diagnostic, MachineError, Place
 from hsm.expressions import Active, Binary, Expression, Unary
 from hsm.model import Action, Model, On, Raise, State, StateKind, Transition, TransitionKind
 from hsm.topology import HISTORY
 from hsm.wording import expression_text
-
-CODE = "E0922"
-"""The code of every finding about what the language does not have."""
 
 _WORDS = {"machine", "import", "param", "var", "event", "state", "parallel", "final", "initial", "do", "entry", "exit"}
 _WORDS |= {
@@ -108,7 +106,7 @@ class _Translator:
             yield from transition.actions
 
     def _refuse(self, reason: str, place: Place | None) -> None:
-        self.findings.append(Diagnostic(CODE, Severity.ERROR, f"the language has no counterpart: {reason}", place))
+        self.findings.append(finding("E0922", place, f"the language has no counterpart: {reason}"))
 
     def _state(self, state: State, depth: int) -> Iterator[str]:
         word = {StateKind.PARALLEL: "parallel", StateKind.FINAL: "final"}.get(state.kind, "state")

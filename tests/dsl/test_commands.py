@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from controller.cli import app
 from controller.library import robot_library
 from controller.machines import shipped_machines
-from hsm.dsl.codes import CODES
+from hsm.codes import CODES
 from hsm.types import UNITS
 
 GOOD = "machine good\n\nstate a\n    do rotate(90 deg)\n    on done, blocked -> b\n\nfinal b\n"

@@ -5,14 +5,20 @@ from pathlib import Path
 
 import pytest
 
+from hsm import MachineError, build
+from hsm.codes import CODES
 from hsm.dsl import check_file, check_text
-from hsm.dsl.codes import CODES
 from hsm.dsl.render import as_text
+from hsm.scxml import read_text
+from hsm.scxml.translation import to_machine_text
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "reference" / "diagnostics.md").read_text(encoding="utf-8")
 SECTIONS = {match[1]: match[0] for match in re.finditer(r"### ([EWN]\d{4}): .*?(?=\n##|\Z)", PAGE, re.DOTALL)}
-BLOCK = re.compile(r"```(maze-machine wrong|maze-machine|text)\n(.*?)```", re.DOTALL)
+BLOCK = re.compile(r"```(maze-machine wrong|xml wrong|maze-machine|xml|text)\n(.*?)```", re.DOTALL)
+OF_CHARTS = {code for code in CODES if code.startswith("E090") or code in ("E0910", "E0911", "E0922")}
+OF_ENGINES = {"E0921"}
+OF_FILES = {"E0107"}
 
 
 @pytest.fixture(autouse=True)
@@ -26,7 +32,7 @@ def test_every_code_has_its_section():
         assert section.startswith(f"### {code}: {CODES[code].title}\n")
 
 
-@pytest.mark.parametrize("code", sorted(CODES.keys() - {"E0107"}))
+@pytest.mark.parametrize("code", sorted(CODES.keys() - OF_CHARTS - OF_ENGINES - OF_FILES))
 def test_the_examples_of_a_code(code, library):
     blocks = dict(BLOCK.findall(SECTIONS[code]))
     wrong = check_text(blocks["maze-machine wrong"], library, "example.maze-machine")
@@ -36,6 +42,36 @@ def test_the_examples_of_a_code(code, library):
     right = check_text(blocks["maze-machine"], library, "example.maze-machine")
     assert right.model is not None
     assert right.diagnostics == ()
+
+
+@pytest.mark.parametrize("code", sorted(OF_CHARTS))
+def test_the_charts_of_a_code(code):
+    blocks = dict(BLOCK.findall(SECTIONS[code]))
+    with pytest.raises(MachineError) as raised:
+        use_chart(code, blocks["xml wrong"])
+    assert {found.code for found in raised.value.diagnostics} == {code}
+    assert as_text(raised.value.diagnostics, {"example.scxml": blocks["xml wrong"]}) + "\n" == blocks["text"]
+    use_chart(code, blocks["xml"])
+
+
+def use_chart(code, text):
+    """Read a chart; where the code is about its translation, translate it too."""
+    model = build(read_text(text, "example.scxml")).model
+    if code == "E0922":
+        to_machine_text(model)
+
+
+@pytest.mark.parametrize("code", sorted(OF_ENGINES))
+def test_the_machines_of_a_code(code, library):
+    blocks = dict(BLOCK.findall(SECTIONS[code]))
+    wrong = check_text(blocks["maze-machine wrong"], library, "example.maze-machine")
+    assert wrong.diagnostics == ()
+    with pytest.raises(MachineError) as raised:
+        build(wrong.model).to_transitions(None)
+    assert {found.code for found in raised.value.diagnostics} == {code}
+    assert as_text(raised.value.diagnostics, wrong.sources) + "\n" == blocks["text"]
+    right = check_text(blocks["maze-machine"], library, "example.maze-machine")
+    assert build(right.model).to_transitions(None).active() == {"a"}
 
 
 def test_a_file_that_is_not_there(library):

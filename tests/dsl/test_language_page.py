@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from hsm.codes import CODES
 from hsm.dsl import check_text
-from hsm.dsl.codes import CODES
 from hsm.dsl.format import format_text
 from hsm.dsl.lexer import STATEMENTS
 from hsm.types import QUANTITY_NAMES, UNITS

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from hsm.codes import finding
 from hsm.diagnostics import Diagnostic, Place, Related
-from hsm.dsl.codes import finding
 from hsm.dsl.subject import Subject
 from hsm.model import State, StateKind
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from hsm.codes import finding
 from hsm.diagnostics import Diagnostic
-from hsm.dsl.codes import finding
 from hsm.dsl.subject import Subject
 from hsm.model import Model, State, StateKind, Transition, TransitionKind
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from hsm.codes import finding
 from hsm.diagnostics import Diagnostic, Related
-from hsm.dsl.codes import finding
 from hsm.dsl.linear import form_of
 from hsm.dsl.logic import (
     Formula,

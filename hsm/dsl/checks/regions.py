@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import islice, product
 
+from hsm.codes import finding
 from hsm.diagnostics import Diagnostic, Related
 from hsm.dsl.checks.flow import domain_of
-from hsm.dsl.codes import finding
 from hsm.dsl.logic import Formula, UndecidedError, both, can_hold, formula_of
 from hsm.dsl.subject import Subject
 from hsm.model import Model, On, State, StateKind, Transition, When

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from hsm.codes import finding
 from hsm.diagnostics import Diagnostic, Related
-from hsm.dsl.codes import finding
 from hsm.dsl.logic import Formula, UndecidedError, both, can_hold, case_text, formula_of, models, negation, terms_of
 from hsm.dsl.subject import Subject
 from hsm.model import Assign, Model, State, StateKind, Transition, When

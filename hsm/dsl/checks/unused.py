@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from hsm.codes import finding
 from hsm.diagnostics import Diagnostic
-from hsm.dsl.codes import finding
 from hsm.dsl.subject import Subject
 
 _CODES = {"import": "W0601", "parameter": "W0602", "variable": "W0603", "event": "W0604", "raised event": "W0604"}

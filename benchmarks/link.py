@@ -27,7 +27,7 @@ ROOT = Path(__file__).parents[1]
 sys.path[0:1] = [str(ROOT), str(ROOT / "tests" / "transport")]
 
 import zenoh  # noqa: E402
-from programs import Program, command, toy  # noqa: E402
+from programs import base, command, toy  # noqa: E402
 
 from controller.mission import drive, prepare  # noqa: E402
 from controller.profile import load_profile  # noqa: E402
@@ -169,15 +169,6 @@ def costs(rounds: int) -> None:
 # What a fault costs
 
 
-def moment(robot: Program, moving: int) -> float:
-    """When the robot began (1) or ceased (0) to move."""
-    while True:
-        line = robot.line().split()
-        # Verdicts on episodes are lines too.
-        if len(line) == 2 and int(line[1]) == moving:
-            return float(line[0])
-
-
 def broken_controller(number: signal.Signals) -> Callable[[random.Random], tuple[float, float]]:
     """The controller is killed, frozen or hung; resumed by another one, or by itself."""
 
@@ -186,21 +177,21 @@ def broken_controller(number: signal.Signals) -> Callable[[random.Random], tuple
         with toy("toy_world", endpoint, "realtime") as robot:
             robot.line()
             with toy("toy_controller", endpoint, "1") as controller:
-                moment(robot, 1)
+                base(robot, moving=True)
                 time.sleep(chance.uniform(0.2, 0.6))
                 failed = controller.send(number)
-                stopped = moment(robot, 0)
+                stopped = base(robot, moving=False, after=failed)
                 if number == signal.SIGKILL:
                     controller.end()
                     with toy("toy_controller", endpoint, "1") as heir:
                         restarted = time.monotonic()
                         heir.line()
-                        return stopped - failed, moment(robot, 1) - restarted
+                        return stopped - failed, base(robot, moving=True, after=stopped) - restarted
                 if number == signal.SIGSTOP:
                     remedy = controller.send(signal.SIGCONT)
-                    return stopped - failed, moment(robot, 1) - remedy
+                    return stopped - failed, base(robot, moving=True, after=stopped) - remedy
                 # It hangs for a second and comes back by itself.
-                return stopped - failed, moment(robot, 1) - failed - 1.0
+                return stopped - failed, base(robot, moving=True, after=stopped) - failed - 1.0
 
     return once
 
@@ -215,18 +206,18 @@ def broken_router(number: signal.Signals) -> Callable[[random.Random], tuple[flo
             with toy("toy_world", endpoint, "realtime@router") as robot:
                 robot.line()
                 with toy("toy_controller", endpoint, "1"):
-                    moment(robot, 1)
+                    base(robot, moving=True)
                     time.sleep(chance.uniform(0.2, 0.6))
                     failed = router.send(number)
-                    stopped = moment(robot, 0)
+                    stopped = base(robot, moving=False, after=failed)
                     if number == signal.SIGSTOP:
                         remedy = router.send(signal.SIGCONT)
-                        return stopped - failed, moment(robot, 1) - remedy
+                        return stopped - failed, base(robot, moving=True, after=stopped) - remedy
                     router.end()
                     with command("router", "--listen", endpoint) as again:
                         again.line()
                         remedy = time.monotonic()
-                        return stopped - failed, moment(robot, 1) - remedy
+                        return stopped - failed, base(robot, moving=True, after=stopped) - remedy
 
     return once
 

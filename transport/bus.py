@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Generic, Protocol, TypeVar
+
+from transport.clock import Clock
 
 T = TypeVar("T")
 
@@ -108,7 +109,9 @@ class Bus(Protocol):
         ...
 
 
-def ask_until(bus: Bus, key: str, payload: bytes, timeout: float, *, attempt: float = 0.5) -> bytes | None:
+def ask_until(
+    bus: Bus, key: str, payload: bytes, timeout: float, clock: Clock, *, attempt: float = 0.5
+) -> bytes | None:
     """Ask until somebody answers: a question that leaves before the other side was discovered is lost without a word.
 
     Args:
@@ -116,13 +119,14 @@ def ask_until(bus: Bus, key: str, payload: bytes, timeout: float, *, attempt: fl
         key: whom to ask.
         payload: the question, which must bear being asked twice.
         timeout: when to give up, s.
+        clock: what time is measured on.
         attempt: how long to wait for one answer, s.
     """
-    deadline = time.monotonic() + timeout
-    while (left := deadline - time.monotonic()) > 0:
-        began = time.monotonic()
+    deadline = clock.now() + timeout
+    while (left := deadline - clock.now()) > 0:
+        began = clock.now()
         if (answer := bus.ask(key, payload, min(attempt, left))) is not None:
             return answer
         # Where nobody is known yet, the answer "nobody" comes at once.
-        time.sleep(max(0.0, min(0.02 - (time.monotonic() - began), left)))
+        clock.wait(max(0.0, min(0.02 - (clock.now() - began), left)))
     return None

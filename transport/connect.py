@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 from transport.bus import Bus
-from transport.clock import Clock
+from transport.clock import Clock, MonotonicClock
 from transport.description import RobotDescription
 from transport.driver import RosDriver
 from transport.keys import RobotKeys
@@ -131,15 +131,15 @@ def open_robot(
     Raises:
         LinkError: as :func:`connect_robot`.
     """
-    keys = RobotKeys(description.name, settings)
+    keys, clock = RobotKeys(description.name, settings), clock or MonotonicClock()
     driver: RosDriver | LeasedDriver
     try:
         if settings.gate:
             question = Open(request=secrets.token_hex(8), controller=controller_name(), seed=seed)
-            granted = open_session(bus, keys.namespace, question, settings.connect)
+            granted = open_session(bus, keys.namespace, question, settings.connect, clock)
             if granted.mode == "lockstep":
                 return RemoteLockstep(bus, granted, limit=settings.step)
-            driver = LeasedDriver(bus, keys, question, granted)
+            driver = LeasedDriver(bus, keys, question, granted, clock)
         else:
             driver = RosDriver(bus, keys)
         robot = RealtimeRobot(driver, description, settings, clock)

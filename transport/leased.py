@@ -9,6 +9,7 @@ from contextlib import suppress
 from typing import TypeVar
 
 from transport.bus import Bus, Newest
+from transport.clock import Clock, MonotonicClock
 from transport.codec import CodecError, decode_odometry, decode_scan, encode_twist
 from transport.driver import Sensed
 from transport.envelope import CommandTag, ObservationTag
@@ -34,13 +35,14 @@ class LeasedDriver:
         finished: the referee has ended the episode.
     """
 
-    def __init__(self, bus: Bus, keys: RobotKeys, question: Open, granted: Granted) -> None:
+    def __init__(self, bus: Bus, keys: RobotKeys, question: Open, granted: Granted, clock: Clock | None = None) -> None:
         self.dropped: Counter[str] = Counter()
         self.rejected = 0
         self.stopped = False
         self.refusal = ""
         self.finished = False
         self._bus, self._keys, self._question, self._epoch = bus, keys, question, granted.epoch
+        self._clock = clock or MonotonicClock()
         self._sequence = 0
         self._closed = False
         self._seen: dict[str, tuple[int, int]] = {}
@@ -72,7 +74,7 @@ class LeasedDriver:
         Raises:
             LinkError: the robot's side no longer answers, or has given the lease up.
         """
-        state = ask_state(self._bus, self._keys.namespace, self._epoch, 2.0)
+        state = ask_state(self._bus, self._keys.namespace, self._epoch, 2.0, self._clock)
         if not state.held:
             raise LinkError(f"{self._keys.namespace!r} gave up the episode: {state.reason}")
         return state.report or {}
@@ -85,7 +87,7 @@ class LeasedDriver:
         try:
             # Giving the lease back stops the base; should that not arrive, the dead man does.
             with suppress(LinkError):
-                close_session(self._bus, self._keys.namespace, self._epoch, 1.0)
+                close_session(self._bus, self._keys.namespace, self._epoch, 1.0, self._clock)
         finally:
             self._bus.close()
 

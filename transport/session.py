@@ -11,6 +11,7 @@ from typing import Annotated, Literal, Protocol
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
 
 from transport.bus import Bus, ask_until
+from transport.clock import Clock, MonotonicClock
 from transport.codec import CodecError
 from transport.keys import RobotKeys
 from transport.robot import LinkError
@@ -20,6 +21,7 @@ PROTOCOL = 1
 
 MAX_QUESTION = 4096
 _PAUSE = 0.2
+_MONOTONIC = MonotonicClock()
 
 Mode = Literal["lockstep", "realtime"]
 
@@ -225,8 +227,10 @@ def respond(desk: Desk, payload: bytes) -> tuple[bytes, bool]:
     return answer.model_dump_json().encode(), True
 
 
-def _converse(bus: Bus, robot: str, question: Open | Close | Ask, timeout: float) -> Granted | Refused | State | None:
-    payload = ask_until(bus, RobotKeys(robot).session, question.model_dump_json().encode(), timeout)
+def _converse(
+    bus: Bus, robot: str, question: Open | Close | Ask, timeout: float, clock: Clock
+) -> Granted | Refused | State | None:
+    payload = ask_until(bus, RobotKeys(robot).session, question.model_dump_json().encode(), timeout, clock)
     if payload is None:
         return None
     try:
@@ -239,7 +243,7 @@ def _converse(bus: Bus, robot: str, question: Open | Close | Ask, timeout: float
     return answer
 
 
-def open_session(bus: Bus, robot: str, question: Open, timeout: float) -> Granted:
+def open_session(bus: Bus, robot: str, question: Open, timeout: float, clock: Clock = _MONOTONIC) -> Granted:
     """Take a robot.
 
     A lease whose holder is dead frees after its patience, which is waited for; a holder that lives is not disturbed.
@@ -247,10 +251,10 @@ def open_session(bus: Bus, robot: str, question: Open, timeout: float) -> Grante
     Raises:
         LinkError: nobody answers within ``timeout`` seconds, or the robot is refused.
     """
-    deadline = time.monotonic() + timeout
+    deadline = clock.now() + timeout
     idle: float | None = None
     while True:
-        answer = _converse(bus, robot, question, max(deadline - time.monotonic(), 0.1))
+        answer = _converse(bus, robot, question, max(deadline - clock.now(), 0.1), clock)
         if answer is None:
             raise LinkError(f"no robot named {robot!r} answered within {timeout:g} s")
         if isinstance(answer, Granted):
@@ -258,24 +262,24 @@ def open_session(bus: Bus, robot: str, question: Open, timeout: float) -> Grante
         if not isinstance(answer, Refused):
             raise LinkError("the robot's side answered with something else than a lease")
         alive = idle is not None and answer.idle < idle + _PAUSE / 2
-        if alive or not answer.holder or time.monotonic() >= deadline:
+        if alive or not answer.holder or clock.now() >= deadline:
             raise LinkError(answer.reason)
         idle = answer.idle
-        time.sleep(_PAUSE)
+        clock.wait(_PAUSE)
 
 
-def ask_state(bus: Bus, robot: str, epoch: int, timeout: float) -> State:
+def ask_state(bus: Bus, robot: str, epoch: int, timeout: float, clock: Clock = _MONOTONIC) -> State:
     """How a lease and its episode stand.
 
     Raises:
         LinkError: nobody answers within ``timeout`` seconds.
     """
-    answer = _converse(bus, robot, Ask(epoch=epoch), timeout)
+    answer = _converse(bus, robot, Ask(epoch=epoch), timeout, clock)
     if not isinstance(answer, State):
         raise LinkError(f"{robot!r} no longer answers: it was asked for {timeout:g} s")
     return answer
 
 
-def close_session(bus: Bus, robot: str, epoch: int, timeout: float) -> None:
+def close_session(bus: Bus, robot: str, epoch: int, timeout: float, clock: Clock = _MONOTONIC) -> None:
     """Give a robot back; where nobody answers, its side frees the lease by itself."""
-    _converse(bus, robot, Close(epoch=epoch), timeout)
+    _converse(bus, robot, Close(epoch=epoch), timeout, clock)

@@ -79,6 +79,15 @@ def program(*arguments: str, cwd: Path | None = None) -> Iterator[Program]:
         started.process.stderr.close()
 
 
+def base(robot: Program, moving: bool, after: float = 0.0) -> float:
+    """When a toy's base was told to move, or to stand, first after a moment."""
+    while True:
+        # Verdicts on episodes are lines too.
+        line = robot.line().split()
+        if len(line) == 2 and int(line[1]) == moving and float(line[0]) >= after:
+            return float(line[0])
+
+
 def toy(name: str, *arguments: str) -> object:
     """One of the toy programs beside this file."""
     return program(str(HERE / f"{name}.py"), *arguments)

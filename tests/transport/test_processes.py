@@ -11,16 +11,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from programs import Program, command, toy
-from toy_controller import HANG
+from programs import base, command, toy
 from toy_world import PERIOD, ToyWorld, seen, wander
 
 from transport.settings import LinkSettings
 from transport.world import LockstepRobot
 
 STEPS = 400
-SLACK = 0.25
-"""What a computer that is busy with other tests may add, s."""
+SLACK = 2.0
+"""What a computer that is busy with other tests may add, s; the limit itself is tested on a clock turned by hand."""
 
 
 def expected(seed: int, steps: int = STEPS) -> str:
@@ -91,7 +90,7 @@ def test_a_signal_ends_a_server_at_once_and_frees_its_port(
     with command(*which, "--listen", endpoint) as server:
         server.line()
         server.send(number)
-        assert server.end(10) == status
+        assert server.end() == status
         assert len(server.errors().splitlines()) == 1
     assert is_free(endpoint)
 
@@ -145,40 +144,24 @@ def test_a_killed_and_restarted_simulator_refuses_the_old_run_and_serves_a_new_o
 # Real time: the dead man, whatever happens to the controller
 
 
-def moves(robot: Program) -> float:
-    """When it began to move."""
-    at, moving = robot.line().split()
-    assert moving == "1"
-    return float(at)
-
-
-def stops(robot: Program) -> float:
-    """When it ceased to."""
-    at, moving = robot.line().split()
-    assert moving == "0"
-    return float(at)
-
-
 @pytest.mark.parametrize("fault", ["SIGKILL", "SIGSTOP", "SIGUSR1"])
 def test_the_robot_stops_when_its_controller_is_killed_frozen_or_hung(endpoint: str, fault: str) -> None:
     bound = LinkSettings().dead_man + PERIOD + SLACK
     with toy("toy_world", endpoint, "realtime") as robot:
         robot.line()
         with toy("toy_controller", endpoint, "1") as controller:
-            moves(robot)
-            controller.until("driving")
+            base(robot, moving=True)
             failed = controller.send(signal.Signals[fault])
-            assert stops(robot) - failed <= bound
+            stood = base(robot, moving=False, after=failed)
+            assert stood - failed <= bound
             if fault == "SIGKILL":
                 controller.end()
-                with toy("toy_controller", endpoint, "1") as heir:
-                    heir.until("driving")
-            elif fault == "SIGSTOP":
-                controller.send(signal.SIGCONT)
-                controller.until("driving")
-                assert moves(robot) > failed
+                with toy("toy_controller", endpoint, "1"):
+                    base(robot, moving=True, after=stood)
             else:
-                assert moves(robot) - failed >= HANG - SLACK
+                # One that hangs comes back by itself; to one that runs the signal says nothing.
+                controller.send(signal.SIGCONT)
+                base(robot, moving=True, after=stood)
 
 
 def test_the_robot_stops_when_the_router_dies_and_goes_on_when_it_is_back(endpoint: str) -> None:
@@ -186,28 +169,28 @@ def test_the_robot_stops_when_the_router_dies_and_goes_on_when_it_is_back(endpoi
         router.line()
         with toy("toy_world", endpoint, "realtime@router") as robot:
             robot.line()
-            with toy("toy_controller", endpoint, "1") as controller:
-                moves(robot)
-                controller.until("driving")
+            with toy("toy_controller", endpoint, "1"):
+                base(robot, moving=True)
                 failed = router.send(signal.SIGKILL)
-                assert stops(robot) - failed <= LinkSettings().dead_man + PERIOD + SLACK
+                stood = base(robot, moving=False, after=failed)
+                assert stood - failed <= LinkSettings().dead_man + PERIOD + SLACK
                 router.end()
                 with command("router", "--listen", endpoint) as again:
                     again.line()
-                    assert moves(robot) > failed
+                    base(robot, moving=True, after=stood)
 
 
 def test_a_second_controller_is_told_who_drives_and_disturbs_nobody(endpoint: str) -> None:
     with toy("toy_world", endpoint, "realtime") as robot:
         robot.line()
         with toy("toy_controller", endpoint, "1") as first:
-            moves(robot)
+            base(robot, moving=True)
             with toy("toy_controller", endpoint, "1") as second:
                 assert second.end() == 1
                 assert f"process {first.process.pid}" in second.errors()
-            first.send(signal.SIGTERM)
+            ended = first.send(signal.SIGTERM)
             assert first.end() == 0
-            stops(robot)
+            base(robot, moving=False, after=ended)
 
 
 def test_a_gate_stops_a_driver_that_would_drive_on_for_ever(endpoint: str) -> None:
@@ -218,15 +201,16 @@ def test_a_gate_stops_a_driver_that_would_drive_on_for_ever(endpoint: str) -> No
         with command("gate", inside, "--listen", endpoint, "--set", "robot.name=toy") as gate:
             assert gate.line() == f"toy behind a gate listens at {endpoint}"
             with toy("toy_controller", endpoint, "1") as controller:
-                moves(driver)
+                base(driver, moving=True)
                 failed = controller.send(signal.SIGKILL)
-                assert stops(driver) - failed <= LinkSettings().dead_man + SLACK
+                stood = base(driver, moving=False, after=failed)
+                assert stood - failed <= LinkSettings().dead_man + SLACK
                 controller.end()
             with toy("toy_controller", endpoint, "1"):
-                moves(driver)
-                gate.send(signal.SIGTERM)
+                base(driver, moving=True, after=stood)
+                ended = gate.send(signal.SIGTERM)
                 assert gate.end() == 143
-                stops(driver)
+                base(driver, moving=False, after=ended)
 
 
 def test_a_gate_without_a_driver_says_so(endpoint: str) -> None:

@@ -169,9 +169,9 @@ def test_a_restarted_simulation_is_never_taken_for_the_old_one(rig: Rig) -> None
 def test_a_second_controller_is_refused_and_changes_nothing(rig: Rig) -> None:
     robot = rig.controller()
     drive(robot, 6)
+    rig.clock.others.append(lambda: robot._pace.due() <= 0 and drive(robot, 1))
     with pytest.raises(LinkError, match=r"driven by .*process \d+"):
         rig.controller()
-    drive(robot, 2)
     assert set(rig.driven[-5:]) == {FORWARD}
     assert rig.gate.guard.rejected.total() == 0
 

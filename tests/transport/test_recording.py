@@ -168,7 +168,7 @@ def test_a_stalled_disk_does_not_stall_the_loop(tmp_path: Path, monkeypatch: pyt
     write = recording._TickWriter.write
 
     def stalled(writer: object, tick: object) -> None:
-        assert go_on.wait(30)
+        assert go_on.wait(60)
         write(writer, tick)
 
     monkeypatch.setattr(recording._TickWriter, "write", stalled)

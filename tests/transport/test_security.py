@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import stat
 import threading
-import time
 import tomllib
 from collections import deque
 from collections.abc import Iterator
@@ -30,7 +29,9 @@ ACCESS = Access(
     controllers={"alice": ["pico1"], "bob": ["pico1", "pico2"]},
     watchers={"eve": ["pico1"]},
 )
+PATIENT = LinkSettings(connect=30.0, step=30.0)
 QUICK = LinkSettings(connect=1.0)
+"""For those who are to be turned away."""
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,7 @@ def shown(bus: Bus, name: str) -> Iterator[LockstepServer]:
         yield server
     finally:
         stop.set()
-        thread.join(10)
+        thread.join(60)
 
 
 @contextmanager
@@ -65,9 +66,11 @@ def robot_side(endpoint: str, folder: Path) -> Iterator[LockstepServer]:
         yield server
 
 
-def drive(endpoint: str, robot: str, identity: Identity, seed: int = 1, steps: int = 20) -> list[object]:
+def drive(
+    endpoint: str, robot: str, identity: Identity, *, seed: int = 1, steps: int = 20, settings: LinkSettings = PATIENT
+) -> list[object]:
     description = RobotDescription(name=robot)
-    there = connect_robot(endpoint, description, QUICK, seed=seed, security=identity.dialling())
+    there = connect_robot(endpoint, description, settings, seed=seed, security=identity.dialling())
     rows = []
     for _ in range(steps):
         observation = there.observe()
@@ -95,7 +98,7 @@ def test_another_authoritys_certificate_is_not_let_in(secure: str, folder: Path,
     forged = Identity.at(tmp_path / "other" / "alice")
     (tmp_path / "other" / "ca.pem").write_bytes((folder / "ca.pem").read_bytes())
     with robot_side(secure, folder), pytest.raises(LinkError, match="nobody can be reached"):
-        drive(secure, "pico1", forged)
+        drive(secure, "pico1", forged, settings=QUICK)
 
 
 def test_without_a_certificate_nobody_is_let_in(secure: str, folder: Path) -> None:
@@ -115,7 +118,7 @@ def test_a_robot_that_is_not_the_authoritys_is_not_believed(secure: str, folder:
         shown(bus, "pico1"),
         pytest.raises(LinkError, match="certificate"),
     ):
-        drive(secure, "pico1", alice)
+        drive(secure, "pico1", alice, settings=QUICK)
 
 
 @pytest.mark.parametrize("name", ["pico2", "eve"])
@@ -125,12 +128,12 @@ def test_a_known_participant_without_the_right_can_neither_take_nor_command_nor_
     intruder = Identity.at(folder / name)
     with robot_side(secure, folder) as server:
         with pytest.raises(LinkError, match="no robot named 'pico1' answered"):
-            drive(secure, "pico1", intruder)
+            drive(secure, "pico1", intruder, settings=QUICK)
         with dialling(secure, security=intruder.dialling()) as bus:
             for key in ("pico1/cmd_vel", "pico1/open_door"):
                 bus.publisher(key).put(encode_twist(Twist(0.5)), b"x" * 64)
         assert drive(secure, "pico1", Identity.at(folder / "alice")) == expected()
-        assert server.dropped.total() == 0
+        assert not server.dropped["malformed"]
 
 
 def test_a_watcher_sees_and_no_more(secure: str, folder: Path) -> None:
@@ -138,7 +141,7 @@ def test_a_watcher_sees_and_no_more(secure: str, folder: Path) -> None:
         seen_by_eve: Mailbox[Message] = Mailbox()
         bus.subscribe("pico1/scan", seen_by_eve.put)
         assert drive(secure, "pico1", Identity.at(folder / "alice")) == expected()
-        assert seen_by_eve.take(5.0) is not None
+        assert seen_by_eve.take(60.0) is not None
 
 
 def test_through_a_router_each_drives_only_what_it_may(secure: str, folder: Path) -> None:
@@ -150,7 +153,7 @@ def test_through_a_router_each_drives_only_what_it_may(secure: str, folder: Path
         assert drive(secure, "pico1", Identity.at(folder / "alice"), seed=1) == expected(1)
         assert drive(secure, "pico2", Identity.at(folder / "bob"), seed=2) == expected(2)
         with pytest.raises(LinkError, match="no robot named 'pico2' answered"):
-            drive(secure, "pico2", Identity.at(folder / "alice"))
+            drive(secure, "pico2", Identity.at(folder / "alice"), settings=QUICK)
 
 
 def test_a_robot_cannot_show_itself_as_another(secure: str, folder: Path) -> None:
@@ -159,34 +162,35 @@ def test_a_robot_cannot_show_itself_as_another(secure: str, folder: Path) -> Non
         bus = stack.enter_context(dialling(secure, security=Identity.at(folder / "pico2").dialling()))
         stack.enter_context(shown(bus, "pico1"))
         with pytest.raises(LinkError, match="no robot named 'pico1' answered"):
-            drive(secure, "pico1", Identity.at(folder / "alice"))
+            drive(secure, "pico1", Identity.at(folder / "alice"), settings=QUICK)
 
 
 def test_two_robots_and_two_controllers_on_one_router_do_not_hear_each_other(endpoint: str) -> None:
     rows: dict[str, list[object]] = {}
+    steps: dict[str, object] = {}
 
     def run(name: str, seed: int) -> None:
-        robot = connect_robot(endpoint, RobotDescription(name=name), seed=seed)
+        robot = connect_robot(endpoint, RobotDescription(name=name), PATIENT, seed=seed)
         rows[name] = []
         for _ in range(50):
             observation = robot.observe()
             rows[name].append(seen(observation))
             robot.command(wander(observation))
+        steps[name] = robot.report()["steps"]
         robot.close()
 
     with ExitStack() as stack:
         stack.enter_context(routing(endpoint))
-        servers = []
         for name in ("pico1", "pico2"):
             bus = stack.enter_context(dialling(endpoint))
-            servers.append(stack.enter_context(shown(bus, name)))
+            stack.enter_context(shown(bus, name))
         threads = [threading.Thread(target=run, args=(f"pico{seed}", seed)) for seed in (1, 2)]
         for thread in threads:
             thread.start()
         for thread in threads:
-            thread.join(30)
-        assert [server.dropped.total() for server in servers] == [0, 0]
+            thread.join(60)
     assert rows == {"pico1": expected(1, 50), "pico2": expected(2, 50)}
+    assert steps == {"pico1": 50, "pico2": 50}
 
 
 def test_private_keys_are_for_their_owner_only(folder: Path) -> None:
@@ -216,11 +220,10 @@ def test_a_missing_certificate_and_a_bad_access_file_are_one_message(folder: Pat
 
 def test_handshakes_that_fail_do_not_stop_a_run_under_way(secure: str, folder: Path) -> None:
     with robot_side(secure, folder):
-        stop = time.monotonic() + 30
         done = threading.Event()
 
         def knock() -> None:
-            while not done.is_set() and time.monotonic() < stop:
+            while not done.is_set():
                 with pytest.raises(LinkError):
                     connect_robot(
                         secure,
@@ -231,6 +234,8 @@ def test_handshakes_that_fail_do_not_stop_a_run_under_way(secure: str, folder: P
 
         thread = threading.Thread(target=knock)
         thread.start()
-        assert drive(secure, "pico1", Identity.at(folder / "alice"), steps=100) == expected(steps=100)
-        done.set()
-        thread.join(10)
+        try:
+            assert drive(secure, "pico1", Identity.at(folder / "alice"), steps=100) == expected(steps=100)
+        finally:
+            done.set()
+            thread.join(60)

@@ -87,15 +87,11 @@ def wander(observation: Observation) -> Command:
 
 
 class ToldBase(PacedWorld):
-    """A paced world that tells when it begins and ceases to move: seconds of the monotonic clock, and 1 or 0."""
-
-    _moving = False
+    """A paced world that says with each thing it is told when that was, on the monotonic clock, and whether to move."""
 
     def move(self, twist: Twist) -> None:
         super().move(twist)
-        if self._moving != (twist != STOP):
-            self._moving = not self._moving
-            print(time.monotonic(), int(self._moving), flush=True)
+        print(time.monotonic(), int(twist != STOP), flush=True)
 
 
 def drive_bare(bus: Bus) -> None:

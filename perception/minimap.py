@@ -82,10 +82,10 @@ class Minimap:
 
 @lru_cache(maxsize=8)
 def _cells(half: int, cell: float, x: float, y: float) -> tuple[Floats, Floats]:
-    """Direction and distance of each cell from a sensor at (x, y), flat."""
+    """Direction of each cell from a sensor at (x, y), and the distance of what is just behind it, flat."""
     places = np.arange(-half, half + 1) * cell
     dx, dy = np.meshgrid(places - x, places - y, indexing="ij")
-    return np.arctan2(dy, dx).ravel(), np.hypot(dx, dy).ravel()
+    return np.arctan2(dy, dx).ravel(), np.hypot(dx, dy).ravel() + cell / 2
 
 
 def minimap_of(sweep: Sweep, aligned: Floats, misalignment: float, settings: MinimapSettings) -> Minimap:
@@ -109,29 +109,24 @@ def minimap_of(sweep: Sweep, aligned: Floats, misalignment: float, settings: Min
         cosine, sine = math.cos(misalignment), math.sin(misalignment)
         x, y = mount.x * cosine + mount.y * sine, mount.y * cosine - mount.x * sine
         directions, distances = _cells(half, settings.cell, x, y)
-        beams, looked_at = _beams(sweep, directions, misalignment)
-        shortest = _shortest_of_three(sweep.ranges)
-        cells[looked_at & (shortest[beams] > distances + settings.cell / 2)] = Cell.FREE
-    grid = np.rint(aligned / settings.cell).astype(np.intp) + half
-    inside = ((grid >= 0) & (grid < count)).all(axis=1)
-    cells[grid[inside, 0] * count + grid[inside, 1]] = Cell.OCCUPIED
+        free = _shortest_of_three(sweep.ranges)[_beams(sweep, directions, misalignment)] > distances
+        cells[free] = Cell.FREE
+    rows, columns = (np.rint(aligned.T / settings.cell) + half).astype(np.intp)
+    inside = (rows >= 0) & (rows < count) & (columns >= 0) & (columns < count)
+    cells[rows[inside] * count + columns[inside]] = Cell.OCCUPIED
     return Minimap(cells.reshape(count, count), settings.cell)
 
 
-def _beams(sweep: Sweep, directions: Floats, misalignment: float) -> tuple[Indices, Mask]:
-    """The beam nearest to each direction, given from the walls, and whether the sensor looks there."""
+def _beams(sweep: Sweep, directions: Floats, misalignment: float) -> Indices:
+    """The beam nearest to each direction, given from the walls; one more than the last where the sensor looks not."""
     turn = math.tau / sweep.fan.step
     numbers = (directions + (misalignment - float(sweep.fan.angles[0]))) / sweep.fan.step
-    # At most one turn off: the directions are within half a turn, and so are the misalignment and the first beam.
-    numbers[numbers < -0.5] += turn
-    numbers[numbers >= turn - 0.5] -= turn
-    beams = np.rint(numbers).astype(np.intp)
-    seen = (beams >= 0) & (beams < len(sweep.ranges))
-    beams[~seen] = 0
-    return beams, seen
+    numbers -= turn * np.floor((numbers + 0.5) / turn)
+    return np.minimum(np.rint(numbers), len(sweep.ranges)).astype(np.intp)
 
 
 def _shortest_of_three(ranges: Floats) -> Floats:
-    """Each reading or its neighbours', whichever is shortest; NaN where one of them is."""
-    padded = np.concatenate((ranges[:1], ranges, ranges[-1:]))
-    return np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
+    """Each reading or its neighbours', whichever is shortest; NaN where one of them is, and once more at the end."""
+    padded = np.concatenate((ranges[:1], ranges, ranges[-1:], (math.nan,)))
+    padded[:-3] = np.minimum(np.minimum(padded[:-3], padded[1:-2]), padded[2:-1])
+    return np.concatenate((padded[:-3], padded[-1:]))

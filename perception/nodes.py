@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-import numpy as np
-
 from perception.lines import LinePieces
 from perception.settings import NodeSettings
 from perception.sweep import Floats, Sweep
@@ -94,7 +92,7 @@ def _apart(
     """Of connected nodes closer than a distance keep the first; an end stays an end."""
     kept: list[tuple[int, NodeKind, bool]] = []
     for index, kind, connected in found:
-        if kept and connected and math.dist(points[index], points[kept[-1][0]]) < distance:
+        if kept and connected and math.dist(_point(points, index), _point(points, kept[-1][0])) < distance:
             if kind is NodeKind.END:
                 kept[-1] = (index, kind, kept[-1][2]) if kept[-1][1] is NodeKind.CORNER else kept[-1]
             continue
@@ -105,7 +103,7 @@ def _apart(
 def _numbered(sweep: Sweep, found: Sequence[tuple[int, NodeKind, bool]]) -> tuple[Node, ...]:
     nodes = []
     for number, (index, kind, connected) in enumerate(found):
-        x, y = sweep.points[index].tolist()
+        x, y = _point(sweep.points, index)
         before = (number - 1,) if connected and number else ()
         after = (number + 1,) if number + 1 < len(found) and found[number + 1][2] else ()
         beam = int(sweep.beams[index])
@@ -122,24 +120,32 @@ def is_right_angle(points: Floats, place: tuple[int, int, int], settings: NodeSe
         settings: at which distance the neighbours are taken, and how far their distance may be from Pythagoras'.
     """
     first, middle, last = place
-    corner = points[middle]
+    corner = _point(points, middle)
     before = _beyond(points[max(first, middle - MOST) : middle][::-1], corner, settings.arm)
+    if before is None:
+        return False
     after = _beyond(points[middle + 1 : min(last, middle + MOST) + 1], corner, settings.arm)
-    if before is None or after is None:
+    if after is None:
         return False
     legs = math.dist(before, corner) ** 2 + math.dist(after, corner) ** 2
     return abs(math.dist(before, after) / math.sqrt(legs) - 1.0) <= settings.pythagoras
 
 
-def _beyond(points: Floats, centre: Floats, distance: float) -> Floats | None:
+def _beyond(points: Floats, centre: Point, distance: float) -> Point | None:
     """The mean of the first points that are farther from a centre than a distance; None where there are too few."""
-    away = np.hypot(points[:, 0] - centre[0], points[:, 1] - centre[1]) >= distance
-    start = int(away.argmax()) if len(away) else 0
-    if not len(away) or not away[start]:
+    if not len(points):
         return None
-    few = points[start : start + 5]
-    mean: Floats = few.sum(axis=0) / len(few)
-    return mean
+    dx, dy = points[:, 0] - centre[0], points[:, 1] - centre[1]
+    away = dx * dx + dy * dy >= distance * distance
+    start = int(away.argmax())
+    if not away[start]:
+        return None
+    xs, ys = points[start : start + 5].T.tolist()
+    return (sum(xs) / len(xs), sum(ys) / len(ys))
+
+
+def _point(points: Floats, index: int) -> Point:
+    return (points.item(index, 0), points.item(index, 1))
 
 
 def wall_segments(nodes: Sequence[Node]) -> tuple[WallSegment, ...]:

@@ -74,17 +74,29 @@ class Lines:
         return len(self.p)
 
     def __getitem__(self, index: int) -> Line:
-        (x0, y0), (x1, y1) = self.starts[index].tolist(), self.ends[index].tolist()
-        return Line(float(self.alpha[index]), float(self.p[index]), (x0, y0), (x1, y1), int(self.hits[index]))
+        return self._each[index]
 
     def __iter__(self) -> Iterator[Line]:
-        return (self[index] for index in range(len(self)))
+        return iter(self._each)
+
+    @cached_property
+    def _each(self) -> tuple[Line, ...]:
+        starts, ends = map(tuple, self.starts.tolist()), map(tuple, self.ends.tolist())
+        return tuple(map(Line, self.alpha.tolist(), self.p.tolist(), starts, ends, self.hits.tolist()))
 
     @cached_property
     def lengths(self) -> Floats:
         """From end to end, m, shape (m,)."""
         chords: Floats = self.ends - self.starts
         return np.hypot(chords[:, 0], chords[:, 1])
+
+    @cached_property
+    def nearest(self) -> tuple[Floats, Floats]:
+        """Distance, m, and bearing, rad, of the point of each piece that is nearest to the origin, of shape (m,) each."""
+        chords = self.ends - self.starts
+        share = -(self.starts * chords).sum(axis=1) / np.maximum((chords**2).sum(axis=1), 1e-12)
+        nearest = self.starts + np.minimum(np.maximum(share, 0.0), 1.0)[:, None] * chords
+        return np.hypot(nearest[:, 0], nearest[:, 1]), np.arctan2(nearest[:, 1], nearest[:, 0])
 
 
 @dataclass(frozen=True, eq=False)

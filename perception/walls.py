@@ -48,17 +48,13 @@ def nearest_wall(lines: Lines, side: float, settings: WallSettings) -> Wall:
     """
     if not len(lines):
         return NO_WALL
-    chords = lines.ends - lines.starts
-    share = np.clip(-(lines.starts * chords).sum(axis=1) / np.maximum((chords**2).sum(axis=1), 1e-12), 0.0, 1.0)
-    nearest = lines.starts + share[:, None] * chords
-    bearings = np.arctan2(nearest[:, 1], nearest[:, 0])
+    distances, bearings = lines.nearest
     off = np.abs((bearings - side + math.pi) % math.tau - math.pi)
-    fitting = np.flatnonzero((off <= settings.half_angle) & (lines.lengths >= settings.min_length))
-    if not len(fitting):
+    fitting = (off <= settings.half_angle) & (lines.lengths >= settings.min_length)
+    best = int(np.where(fitting, distances, math.inf).argmin())
+    if not fitting[best]:
         return NO_WALL
-    distances = np.hypot(nearest[fitting, 0], nearest[fitting, 1])
-    best = int(np.argmin(distances))
-    direction = float(lines.alpha[fitting[best]]) + math.pi / 2
+    direction = float(lines.alpha[best]) + math.pi / 2
     return Wall(float(distances[best]), math.remainder(direction, math.pi))
 
 
@@ -130,9 +126,9 @@ def clearance_of(points: Floats, footprint: tuple[Point, ...]) -> float:
     x, y = points[:, 0], points[:, 1]
     beside = np.maximum(np.abs(x - outline.centre[0]) - outline.half_size[0], 0.0)
     before = np.maximum(np.abs(y - outline.centre[1]) - outline.half_size[1], 0.0)
-    at_least = np.hypot(beside, before)
-    shortest = float(at_least.min())
-    near = points[at_least <= shortest + outline.notch]
+    squares = beside * beside + before * before
+    shortest = math.sqrt(squares.min())
+    near = points[squares <= (shortest + outline.notch) ** 2]
     if shortest == 0.0 and _inside(near, outline.corners).any():
         return 0.0
     return float(_distances(near, outline).min())

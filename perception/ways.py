@@ -55,7 +55,19 @@ UNSEEN = Way()
 CLOSED = Way(known=True)
 
 
-NO_WALLS: Floats = np.empty((3, 0))
+@dataclass(frozen=True, slots=True)
+class Flank:
+    """A wall along x.
+
+    Attributes:
+        level: its y, m.
+        low: lowest x, m.
+        high: highest x, m.
+    """
+
+    level: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +97,7 @@ class Surroundings:
         ends: where each beam ends, m, shape (2, n); at the sensor where nothing is known of the beam.
         hit: whether it ends at something.
         origin: the sensor's place, m.
-        starts: first ends of the walls, m, shape (2, m).
+        starts: first ends of the walls, x and y, m, of length m each.
         stops: their other ends.
     """
 
@@ -94,8 +106,8 @@ class Surroundings:
     ends: Floats
     hit: Mask
     origin: tuple[float, float]
-    starts: Floats
-    stops: Floats
+    starts: list[list[float]]
+    stops: list[list[float]]
 
     @classmethod
     def of(cls, sweep: Sweep, lines: Lines, misalignment: float) -> Surroundings:
@@ -113,13 +125,14 @@ class Surroundings:
         np.multiply(ranges, sines, out=ends[1])
         if x or y:
             ends += [[x], [y]]
-        return cls(cosines, sines, ends, sweep.hit, (x, y), turn @ lines.starts.T, turn @ lines.ends.T)
+        starts, stops = (turn @ lines.starts.T).tolist(), (turn @ lines.ends.T).tolist()
+        return cls(cosines, sines, ends, sweep.hit, (x, y), starts, stops)
 
     def left(self) -> View:
         """The view to the left: y to the left, x ahead."""
         (x, y), (origin_x, origin_y) = self.ends, self.origin
         beams = _towards(self.sines)
-        walls = _walls(self.starts[0], self.stops[0], self.starts[1], self.stops[1])
+        walls = self._flanks(1.0)
         cotangent = self.cosines[beams] / self.sines[beams]
         return View(cotangent, x[beams], y[beams], self.hit[beams], (origin_x, origin_y), walls)
 
@@ -127,7 +140,7 @@ class Surroundings:
         """The view to the right: y to the right, x ahead."""
         (x, y), (origin_x, origin_y) = self.ends, self.origin
         beams = _towards(-self.sines)
-        walls = _walls(self.starts[0], self.stops[0], -self.starts[1], -self.stops[1])
+        walls = self._flanks(-1.0)
         # Mirrored, the beams come in the other order.
         cotangent = -self.cosines[beams][::-1] / self.sines[beams][::-1]
         return View(cotangent, x[beams][::-1], -y[beams][::-1], self.hit[beams][::-1], (origin_x, -origin_y), walls)
@@ -137,12 +150,21 @@ class Surroundings:
         (x, y), (origin_x, origin_y) = self.ends, self.origin
         beams = _towards(self.cosines)
         cotangent = -self.sines[beams] / self.cosines[beams]
-        return View(cotangent, -y[beams], x[beams], self.hit[beams], (-origin_y, origin_x), NO_WALLS)
+        return View(cotangent, -y[beams], x[beams], self.hit[beams], (-origin_y, origin_x), [])
+
+    def _flanks(self, side: float) -> list[Flank]:
+        """The walls that run along x, at the left for side 1, at the right for side -1."""
+        flanks = []
+        for x0, x1, y0, y1 in zip(self.starts[0], self.stops[0], self.starts[1], self.stops[1], strict=True):
+            level = side * (y0 + y1) / 2
+            if level > 0 and abs(y1 - y0) <= 0.3 * abs(x1 - x0):
+                flanks.append(Flank(level, min(x0, x1), max(x0, x1)))
+        return flanks
 
 
 def _towards(component: Floats) -> slice | Indices:
     """The beams that lead to one side, in order; a slice where they follow each other, which saves copies."""
-    beams = np.flatnonzero(component > 0.03)
+    beams = (component > 0.03).nonzero()[0]
     if len(beams) == 0 or int(beams[-1]) - int(beams[0]) == len(beams) - 1:
         return slice(int(beams[0]), int(beams[-1]) + 1) if len(beams) else slice(0)
     # The beams of a sensor that looks all round begin somewhere within the half.
@@ -159,7 +181,7 @@ class View:
         y: the same along y.
         hit: whether it ends at something.
         origin: the sensor's place, m.
-        walls: level y, lowest x and highest x of walls along x, shape (3, m).
+        walls: the walls along x.
     """
 
     cotangent: Floats
@@ -167,7 +189,7 @@ class View:
     y: Floats
     hit: Mask
     origin: tuple[float, float]
-    walls: Floats
+    walls: list[Flank]
 
     def crossing(self, level: float, beam: int) -> float:
         """Where a beam crosses a line along x, m."""
@@ -181,15 +203,14 @@ class View:
     def is_empty(self, half_angle: float, distance: float) -> bool:
         """Whether nothing is seen within an angle of the y axis up to a distance; two bad beams do not count."""
         within = np.abs(self.cotangent) <= math.tan(half_angle)
-        near = np.hypot(self.x[within], self.y[within]) < distance
-        return bool(within.any()) and int(np.count_nonzero(near)) <= 2
+        x, y = self.x[within], self.y[within]
+        return bool(len(x)) and int(np.count_nonzero(x * x + y * y < distance * distance)) <= 2
 
     def wall(self, settings: JunctionSettings) -> float:
         """Distance to the nearest wall of the corridor beside the robot or ahead of it, m; NaN where there is none."""
-        level, low, high = self.walls
-        of_corridor = (low <= settings.ahead + settings.max_width) & (high >= -settings.behind)
-        levels = level[of_corridor & (level <= settings.max_wall)]
-        return float(levels.min()) if len(levels) else math.nan
+        front = settings.ahead + settings.max_width
+        of_corridor = (wall.level for wall in self.walls if wall.low <= front and wall.high >= -settings.behind)
+        return min((level for level in of_corridor if level <= settings.max_wall), default=math.nan)
 
     def gaps(self, level: float, limit: float = math.inf) -> list[Gap]:
         """The free stretches of a line along x up to x = ``limit``, from low x to high.
@@ -199,7 +220,7 @@ class View:
         beyond = self.y > level
         if limit < math.inf:
             beyond &= self.cotangent * (level - self.origin[1]) <= limit - self.origin[0]
-        edges = (np.flatnonzero(beyond[1:] != beyond[:-1]) + 1).tolist()
+        edges = ((beyond[1:] != beyond[:-1]).nonzero()[0] + 1).tolist()
         if len(beyond) and beyond[0]:
             edges.insert(0, 0)
         if len(beyond) and beyond[-1]:
@@ -229,13 +250,6 @@ class View:
         before = slice(max(gap.first - 3, 0), gap.first)
         wall = self.hit[before] & (self.y[before] > level - 0.1)
         return float(self.x[before][wall].min(initial=math.inf))
-
-
-def _walls(first_x: Floats, last_x: Floats, first_y: Floats, last_y: Floats) -> Floats:
-    """Level, lowest x and highest x of the walls that run along x on the side of positive y."""
-    level = (first_y + last_y) / 2
-    chosen = (np.abs(last_y - first_y) <= 0.3 * np.abs(last_x - first_x)) & (level > 0)
-    return np.array((level, np.minimum(first_x, last_x), np.maximum(first_x, last_x)))[:, chosen]
 
 
 def _fifth(values: Floats) -> float:
@@ -320,9 +334,11 @@ class Fitting:
 
     def _outer_wall(self, gap: Gap, level: float) -> float:
         """The outer one of the two walls between which a gap is: they may be offset."""
-        walls, low, high = self.view.walls
-        beside = np.minimum(np.abs(high - gap.low), np.abs(low - gap.high)) <= self.settings.box_reach
-        return float(walls[beside & (walls <= level + self.settings.max_offset)].max(initial=level))
+        reach, highest = self.settings.box_reach, level + self.settings.max_offset
+        for wall in self.view.walls:
+            if min(abs(wall.high - gap.low), abs(wall.low - gap.high)) <= reach and wall.level <= highest:
+                level = max(level, wall.level)
+        return level
 
     def _way(self, gap: Gap, free: Gap, level: float, edges: Way) -> Way:
         """The way behind a gap into which the box fits, unless it may only be a wall that stands back."""

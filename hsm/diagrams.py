@@ -7,8 +7,10 @@ transitions; a transition says trigger, guard and actions; time-outs are dashed.
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Callable, Mapping
+from itertools import cycle
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -27,14 +29,19 @@ if TYPE_CHECKING:
 FORMATS = ("svg", "png", "dot", "mmd")
 """What a diagram can be written as: pictures, Graphviz's language, Mermaid's language."""
 
-WIDTH = 34
-"""Longer lines are broken, where there is a blank, after so many characters."""
+WIDTH = 28
+"""Longer lines at transitions are broken, before `if`, `and`, `or` and `/` rather than elsewhere."""
+
+WIDTH_IN_STATES = 36
+"""Longer lines in states are broken likewise."""
 
 DEPTH = 60
 """States nested deeper than this are not drawn."""
 
 _ENTITIES = {"#": "#35;", ";": "#59;", "<": "#lt;", ">": "#gt;", '"': "#quot;", ":": "#58;"}
 _FONT = "Helvetica"
+_BREAKS = re.compile(r" (?=(?:if|and|or|/) )")
+_INKS = ("#1f4e79", "#8a3b12", "#2e6b34", "#6a3d7c", "#6e5600", "#8c2346", "#00636b", "#444444")
 _STYLES: dict[str, dict[str, dict[str, str]]] = {
     "node": {
         "default": {"style": "rounded,filled", "shape": "box", "fillcolor": "white", "color": "#333333"},
@@ -142,7 +149,7 @@ def _config(model: Model, join: Callable[[list[str]], str], clean: Callable[[str
         {
             "source": _path(model, transition.source),
             "dest": _path(model, target),
-            "trigger": join([clean(line) for line in _wrapped(_transition_text(transition))]) or " ",
+            "trigger": join([clean(line) for line in _wrapped(_transition_text(transition), WIDTH)]) or " ",
         }
         for transition in model.transitions
         for target in transition.targets
@@ -173,13 +180,13 @@ def _lines(model: Model, state: State) -> list[str]:
         return ["H*" if state.kind is StateKind.DEEP_HISTORY else "H"]
     lines = [own_name(state) + (f" = {state.instance}" if state.instance else "")]
     if state.activity is not None:
-        lines += _wrapped(f"do {activity_text(state.activity)}")
+        lines += _wrapped(f"do {activity_text(state.activity)}", WIDTH_IN_STATES)
     for word, actions in (("entry", state.entry), ("exit", state.exit)):
         if actions:
-            lines += _wrapped(f"{word} / {', '.join(map(action_text, actions))}")
+            lines += _wrapped(f"{word} / {', '.join(map(action_text, actions))}", WIDTH_IN_STATES)
     for index in state.transitions:
         if not model.transitions[index].targets:
-            lines += _wrapped(_transition_text(model.transitions[index]))
+            lines += _wrapped(_transition_text(model.transitions[index]), WIDTH_IN_STATES)
     return lines
 
 
@@ -190,8 +197,14 @@ def _transition_text(transition: Transition) -> str:
     return text.strip()
 
 
-def _wrapped(text: str) -> list[str]:
-    return textwrap.wrap(text, WIDTH, break_long_words=False, break_on_hyphens=False)
+def _wrapped(text: str, width: int) -> list[str]:
+    lines: list[str] = []
+    for part in _BREAKS.split(text):
+        if lines and len(lines[-1]) + 1 + len(part) <= width:
+            lines[-1] += f" {part}"
+        else:
+            lines += textwrap.wrap(part, width, break_long_words=False, break_on_hyphens=False)
+    return lines
 
 
 class _Picture(NestedGraph):
@@ -200,14 +213,16 @@ class _Picture(NestedGraph):
     def __init__(self, model: Model, fills: Mapping[str, str]) -> None:
         self._model = model
         self._fills = fills
+        self._inks = dict(zip(sorted({one.source for one in model.transitions}), cycle(_INKS), strict=False))
         attributes = {
             "directed": True,
             "strict": False,
             "compound": True,
-            "rankdir": "LR",
+            "rankdir": "TB",
+            "bgcolor": "white",
             "fontname": _FONT,
-            "nodesep": "0.35",
-            "ranksep": "0.45",
+            "nodesep": "0.25",
+            "ranksep": "0.35",
         }
         config = _config(model, r"\l".join, str)
         super().__init__(_adapter(model, config, _STYLES, attributes))
@@ -221,6 +236,8 @@ class _Picture(NestedGraph):
         for state in self._model.states[1:]:
             if not state.children:
                 self._shape(state)
+            elif state.kind is StateKind.PARALLEL:
+                graph.get_node(self._anchor(state.index)).attr.update(style="invis")
         for state in self._model.states:
             self._mark_initial(state)
         self._mark_machine()
@@ -265,11 +282,14 @@ class _Picture(NestedGraph):
         """Draw each transition by itself: labels stay apart, and time-outs have a style of their own."""
         for transition in self._model.transitions:
             if transition.source:
-                self._edge(self._anchor(transition.source), transition)
+                self._edge(self._tail(transition), transition)
 
     def _edge(self, source: str, transition: Transition) -> None:
-        label = "".join(rf"{line}\l" for line in _wrapped(_transition_text(transition)))
-        style = {"style": "dashed"} if isinstance(transition.trigger, After) else {}
+        label = "".join(rf"{line}\l" for line in _wrapped(_transition_text(transition), WIDTH))
+        ink = self._inks[transition.source]
+        style = {"color": ink, "fontcolor": ink}
+        if isinstance(transition.trigger, After):
+            style["style"] = "dashed"
         states = self._model.states
         for target in transition.targets:
             ends = self._head(target)
@@ -284,6 +304,15 @@ class _Picture(NestedGraph):
 
     def _anchor(self, index: int) -> str:
         return _path(self._model, index)
+
+    def _tail(self, transition: Transition) -> str:
+        """Where a transition starts: at the last state inside, so that what comes after a state lies below it."""
+        states = self._model.states
+        source = states[transition.source]
+        leaves = [one.index for one in states[source.index + 1 : source.last + 1] if not one.children]
+        within = any(source.index <= target <= source.last for target in transition.targets)
+        outward = [one for one in leaves if states[one].kind not in HISTORY]
+        return self._anchor(outward[-1] if outward and not within else source.index)
 
     def _head(self, index: int) -> dict[str, str]:
         """An arrow to a state with states in it ends at its border."""

@@ -5,6 +5,7 @@ It stands in front of a simulator, or, as ``maze-machine gate``, in front of a d
 
 from __future__ import annotations
 
+import math
 import secrets
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
@@ -99,7 +100,7 @@ class Gate:
         bus.serve(keys.session, self._inbox.put)
 
     def episodes(
-        self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1
+        self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1, forsaken: float = math.inf
     ) -> Iterator[Mapping[str, object]]:
         """Work; yields the referee's verdict on each episode that was given back or given up.
 
@@ -108,11 +109,15 @@ class Gate:
         Args:
             stop: says when to end; asked at least every ``heartbeat`` seconds.
             heartbeat: s.
+            forsaken: an episode is given up when its controller was not heard for so long, s; by default only when
+                another one wants the robot, so that one that was held up may come back.
         """
         try:
             item: Message | Request | None = None
             while not stop():
                 item = self._inbox.take(min(self.pump(item), heartbeat))
+                if item is None and self._granted is not None and self.guard.lease.idle > forsaken:
+                    self._give_up()
                 while self._reports:
                     yield self._reports.pop(0)
         finally:
@@ -157,10 +162,7 @@ class Gate:
         """A controller gives the robot back."""
         if question.epoch != self.guard.lease.epoch:
             return State(held=False, reason="another controller took the robot")
-        self.guard.release()
-        self._granted = None
-        self._move()
-        self._end()
+        self._give_up()
         return State(held=False, reason="given back")
 
     def state(self, question: Ask) -> State:
@@ -170,6 +172,12 @@ class Gate:
         report = self._base.report()
         parts = {"held": True, "sequence": self._sequence, "report": None if report is None else dict(report)}
         return State.model_validate(parts)
+
+    def _give_up(self) -> None:
+        self.guard.release()
+        self._granted = None
+        self._move()
+        self._end()
 
     def _end(self) -> None:
         if (report := self._base.report()) is not None:

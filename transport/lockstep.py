@@ -6,6 +6,7 @@ a repeat from what it sent before and drops the rest; the controller asks again 
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
@@ -75,13 +76,15 @@ class LockstepServer:
         bus.serve(keys.session, self._inbox.put)
 
     def episodes(
-        self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1
+        self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1, forsaken: float = math.inf
     ) -> Iterator[Mapping[str, object]]:
         """Answer controllers; yields the referee's verdict on each episode that was given back or given up.
 
         Args:
             stop: says when to end; asked at least every ``heartbeat`` seconds.
             heartbeat: s.
+            forsaken: an episode is given up when its controller was not heard for so long, s; by default only when
+                another one wants the robot, so that one that was held up may come back.
         """
         while not stop():
             item = self._inbox.take(heartbeat)
@@ -91,6 +94,9 @@ class LockstepServer:
                 answer, understood = respond(self, item.payload)
                 self.dropped.update([] if understood else ["malformed question"])
                 item.reply(answer)
+            elif self._world is not None and self._lease.idle > forsaken:
+                self._lease.release()
+                self._end()
             while self._reports:
                 yield self._reports.pop(0)
 

@@ -44,7 +44,9 @@ def sim(
         float | None,
         typer.Option(min=0.01, metavar="MULTIPLE", help="Keep to this multiple of real time. Default: no waiting."),
     ] = None,
-    once: Annotated[bool, typer.Option("--once", help="End after one episode.")] = False,
+    once: Annotated[
+        bool, typer.Option("--once", help="End after one episode, also when its controller has died.")
+    ] = False,
     identity: Annotated[
         Path | None,
         typer.Option(
@@ -59,6 +61,8 @@ def sim(
 
     Example: `maze-machine sim final_2015 --listen tcp/127.0.0.1:7447`
     """
+    from math import inf
+
     from controller.network import joined
     from controller.profile import load_profile
     from controller.simulation import SimulatedWorld, find_maze
@@ -84,7 +88,8 @@ def sim(
             server = LockstepServer(bus, description.name, description.period, begin)
         place = f"dials {connect}" if connect else f"listens at {listen}"
         print(f"{description.name} in {drawn.name} {place}", flush=True)
-        for report in server.episodes():
+        patience = profile.link.silence if realtime else profile.link.step
+        for report in server.episodes(forsaken=patience if once else inf):
             print(f"seed {report['seed']}: {report['line']}", flush=True)
             if once:
                 return

@@ -95,6 +95,18 @@ def test_a_signal_ends_a_server_at_once_and_frees_its_port(
     assert is_free(endpoint)
 
 
+@pytest.mark.parametrize("time", [[], ["--realtime"]])
+def test_a_simulator_for_one_episode_ends_also_when_its_controller_was_killed(endpoint: str, time: list[str]) -> None:
+    limits = ["--set", "link.step=1", "--set", "link.silence=1"]
+    with command("sim", "corridor", "--listen", endpoint, "--once", *time, *limits, "--set", "robot.name=toy") as sim:
+        sim.line()
+        with toy("toy_controller", endpoint, "3", "1000000") as controller:
+            controller.until("driving")
+            controller.send(signal.SIGKILL)
+            assert sim.line().startswith("seed 3: ")
+            assert sim.end() == 0
+
+
 # Lockstep: faults at random times
 
 

@@ -52,6 +52,7 @@ class Ending:
         duration: time on the robot's clock, s.
         elapsed: time on the wall clock, s.
         report: the referee's verdict, of JSON values; empty where there is no referee.
+        limited: whether the mission's time limit ended it.
     """
 
     outcome: str | None
@@ -60,6 +61,7 @@ class Ending:
     duration: float
     elapsed: float
     report: Mapping[str, Any]
+    limited: bool = False
 
 
 def prepare(
@@ -88,7 +90,13 @@ def prepare(
     return Mission(machine, profile, values, time_limit)
 
 
-def drive(mission: Mission, robot: Robot, referee: Refereed | None = None, watchers: Sequence[Watcher] = ()) -> Ending:
+def drive(
+    mission: Mission,
+    robot: Robot,
+    referee: Refereed | None = None,
+    watchers: Sequence[Watcher] = (),
+    perception: Perception | None = None,
+) -> Ending:
     """Run a mission on a robot to its end; the robot is stopped and let go, whatever happens.
 
     Args:
@@ -96,6 +104,7 @@ def drive(mission: Mission, robot: Robot, referee: Refereed | None = None, watch
         robot: the robot.
         referee: who may end the run and knows the verdict: a simulated robot itself, or nobody.
         watchers: called with each tick, after its command has been sent.
+        perception: what sees for the mission, where it shall remember something from before; else a fresh one.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
@@ -103,9 +112,10 @@ def drive(mission: Mission, robot: Robot, referee: Refereed | None = None, watch
     """
     began = perf_counter()
     first = last = None
+    limited = False
     reason = "the machine ended"
     with closing(robot):
-        perception = Perception(mission.profile.robot, mission.profile.perception)
+        perception = perception or Perception(mission.profile.robot, mission.profile.perception)
         chain = MotionChain(mission.profile.robot, mission.profile.skills)
         for tick in ticks(robot, mission.machine, mission.parameters, perception, chain):
             first, last = first or tick, tick
@@ -114,10 +124,12 @@ def drive(mission: Mission, robot: Robot, referee: Refereed | None = None, watch
             if referee is not None and referee.finished:
                 reason = "the referee ended the run"
                 break
-            if mission.time_limit is not None and tick.time - first.time >= mission.time_limit:
+            limited = mission.time_limit is not None and tick.time - first.time >= mission.time_limit
+            if limited:
                 reason = f"the time limit of {mission.time_limit:g} s was reached"
                 break
         report = {} if referee is None else dict(referee.report())
     assert first is not None
     assert last is not None
-    return Ending(last.outcome, reason, last.index + 1, last.time - first.time, perf_counter() - began, report)
+    elapsed = perf_counter() - began
+    return Ending(last.outcome, reason, last.index + 1, last.time - first.time, elapsed, report, limited)

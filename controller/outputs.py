@@ -22,7 +22,7 @@ from transport.recording import Recorder
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """What was asked for.
+    """What was asked for of one attempt.
 
     Attributes:
         trace: file for the trace.
@@ -33,6 +33,11 @@ class Outputs:
     trace: Path | None = None
     recording: Path | None = None
     live: int | None = None
+
+    def of_attempt(self, number: int) -> Outputs:
+        """The same for an attempt; each after the first has files of its own, such as ``trace-2.jsonl``."""
+        trace, recording = (file and numbered(file, number) for file in (self.trace, self.recording))
+        return Outputs(trace, recording, self.live)
 
     @property
     def files(self) -> dict[str, Path]:
@@ -73,6 +78,11 @@ class Outputs:
             yield found
 
 
+def numbered(file: Path, attempt: int) -> Path:
+    """A file's name for an attempt: the same for the first one, with ``-2`` for the second."""
+    return file if attempt == 1 else file.with_stem(f"{file.stem}-{attempt}")
+
+
 def _tell_lost(recorder: Recorder) -> None:
     if recorder.lost:
         print(f"the recording lacks {recorder.lost} ticks: the disk was too slow for it", file=sys.stderr)
@@ -101,7 +111,7 @@ def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Ite
 
     def show(tick: Tick) -> None:
         step = {**reasoned(mission.machine, tick), "doing": tick.doing}
-        page.publish(frame(tick.observation, tick.command, step, world.path[tick.index] if world else None))
+        page.publish(frame(tick.observation, tick.command, step, world.pose(tick.index) if world else None))
 
     with page:
         print(f"live page: {page.address}", file=sys.stderr, flush=True)

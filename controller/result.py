@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,8 +17,9 @@ class Result:
     Attributes:
         machine: the machine's name.
         parameters: the machine's parameters, SI units.
-        ending: how it ended.
+        ending: how it, or its last attempt, ended.
         files: what was written, by kind (``picture``, ``trace``, ``recording``).
+        attempts: the referee's verdict on each attempt, in order; empty where only one was to be made.
         link: what was counted on the link to the robot: overruns, dropped messages and the like.
     """
 
@@ -27,6 +28,7 @@ class Result:
     ending: Ending
     files: Mapping[str, Path] = field(default_factory=dict)
     link: Mapping[str, int] = field(default_factory=dict)
+    attempts: Sequence[Mapping[str, Any]] = ()
 
     @property
     def solved(self) -> bool:
@@ -46,6 +48,7 @@ class Result:
             "ticks": ending.ticks,
             "duration": ending.duration,
             "verdict": dict(ending.report) or None,
+            "attempts": [dict(attempt) for attempt in self.attempts],
             "link": dict(self.link),
             "files": {kind: str(path) for kind, path in self.files.items()},
         }
@@ -63,10 +66,10 @@ class Result:
     def lines(self) -> list[str]:
         """The result for a person."""
         report = self.ending.report
-        told: dict[str, object] = {}
+        told: dict[str, object] = {f"attempt {one['attempt']}": one["line"] for one in self.attempts}
         if report:
             clearance = report["clearance"]
-            told = {
+            told |= {
                 "time": f"{report['time']:.1f} s",
                 "path length": f"{report['path_length']:.2f} m",
                 "smallest distance to a wall": "none was near" if clearance is None else f"{clearance:.3f} m",

@@ -16,7 +16,7 @@ from sim.settings import SimulatorSettings
 from sim.simulation import Simulation
 from transport.clock import Pace
 from transport.description import RobotDescription
-from transport.messages import Command, Observation, Pose
+from transport.messages import STOP, Command, Observation, Pose
 
 
 def maze_file(name: str) -> Path:
@@ -55,7 +55,7 @@ def find_maze(name: str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cel
 
 
 class SimulatedWorld:
-    """One episode in a simulation: ``transport.world.World`` for a single robot."""
+    """One episode in a simulation, of one attempt or several: ``transport.world.World`` for a single robot."""
 
     def __init__(
         self,
@@ -68,6 +68,7 @@ class SimulatedWorld:
         """Args: the maze, the robot, the run, the simulator's settings, and a beat to keep; None not to wait."""
         self._simulation = Simulation(maze, robot, seed, settings)
         self._pace = pace
+        self._began = 0
 
     @property
     def maze(self) -> Maze:
@@ -81,13 +82,17 @@ class SimulatedWorld:
 
     @property
     def finished(self) -> bool:
-        """Whether the referee has ended the episode."""
+        """Whether the referee has ended the attempt."""
         return self._simulation.finished()
 
     @property
     def path(self) -> Sequence[Pose]:
-        """Where the robot really was at each tick, in the maze's frame."""
-        return self._simulation.path()
+        """Where the robot really was at each tick of the present attempt, in the maze's frame."""
+        return self._simulation.path()[self._began :]
+
+    def pose(self, tick: int) -> Pose:
+        """Where the robot really was at a tick of the present attempt, in the maze's frame."""
+        return self._simulation.path()[self._began + tick]
 
     def step(self, command: Command) -> Observation:
         """Carry out a command for one period."""
@@ -104,10 +109,31 @@ class SimulatedWorld:
             **as_report(self._simulation.verdict()),
         }
 
+    def attempts(self) -> list[Mapping[str, object]]:
+        """The referee's verdict on each attempt so far, in order, of JSON values."""
+        return [as_report(verdict) for verdict in self._simulation.verdicts()]
+
+    def try_again(self) -> bool:
+        """Begin the next attempt at the start, if the rules grant one; time runs on.
+
+        A robot that is still inside stands there until the referee has ended its attempt.
+
+        Returns:
+            Whether they did.
+        """
+        while not self.finished:
+            self.step(Command(STOP))
+        began = len(self._simulation.path())
+        granted = self._simulation.try_again()
+        if granted:
+            self._began = began
+        return granted
+
 
 def as_report(verdict: Verdict) -> dict[str, object]:
     """A verdict as JSON values; lengths in m, times in s."""
     return {
+        "attempt": verdict.attempt,
         "escaped": verdict.escaped,
         "outcome": verdict.outcome.value,
         "reason": verdict.reason,

@@ -213,10 +213,13 @@ def turned(points: Floats, angle: float) -> Floats:
 class Perception:
     """Perception of one robot during one run: makes the facts of each tick and keeps the world model up to date."""
 
-    def __init__(self, robot: RobotDescription, settings: PerceptionSettings | None = None) -> None:
+    def __init__(
+        self, robot: RobotDescription, settings: PerceptionSettings | None = None, world: WorldModel | None = None
+    ) -> None:
+        """Args: the robot, the thresholds, and what it shall know before the run; by default nothing."""
         self.robot = robot
         self.settings = settings or PerceptionSettings()
-        self.world = WorldModel(self.settings)
+        self.world = world or WorldModel(self.settings)
 
     def facts(self, observation: Observation) -> Facts:
         """The facts of the next tick; called once a tick, in order."""

@@ -42,6 +42,7 @@ class Marks:
 
     Attributes:
         tolerance: two places nearer to each other than this are the same one, m.
+        known: the junctions of an earlier run from the same start that led out; their marks are not changed.
         places: the junctions in the order in which they were found.
         here: the junction that the robot has come to last, or None.
         new: whether it had never been there before.
@@ -49,6 +50,7 @@ class Marks:
     """
 
     tolerance: float
+    known: tuple[MarkedPlace, ...] = ()
     places: list[MarkedPlace] = field(default_factory=list)
     here: MarkedPlace | None = None
     new: bool = False

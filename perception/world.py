@@ -89,6 +89,15 @@ class WorldModel:
     def __post_init__(self) -> None:
         self.marks = Marks(self.settings.marks.same_place)
 
+    def from_the_start(self) -> WorldModel:
+        """The world model of a robot that begins again where the run began, roughly as it stood there.
+
+        It knows the junctions of this run; all else is as new, for doors have shut again.
+        """
+        again = WorldModel(self.settings)
+        again.marks = Marks(self.marks.tolerance, known=tuple(self.marks.places))
+        return again
+
     def move(self, odometry: Odometry) -> None:
         """Dead reckoning: take in the newest odometry."""
         before, after = self._odometry, odometry.pose

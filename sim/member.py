@@ -134,6 +134,7 @@ class Member:
         self.path.append(pose)
         self._obeyed, self._door = Command(STOP), None
         self._pending.clear()
+        self._odometry.stand()
         self.referee = Referee(self._maze, self._settings.rules, pose, time, self.referee.attempt + 1)
 
 

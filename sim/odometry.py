@@ -81,6 +81,10 @@ class WheelOdometry:
         """Be moved at once, in the robot's own frame, metres and radians: a fault, not a motion."""
         self._pose = moved(self._pose, jump)
 
+    def stand(self) -> None:
+        """Tell of a robot that stands, having been carried somewhere without its wheels turning."""
+        self._twist = STOP
+
     def count(self, motion: Twist, duration: float, time: float) -> None:
         """Add a motion.
 

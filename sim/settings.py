@@ -52,6 +52,8 @@ class Rules(Settings):
     """The course simulator's door: it opens when the robot's origin is within a metre, moving or not."""
     attempts: Annotated[int, Field(ge=1)] = 2
     """How many attempts there are within the maze's time limit."""
+    practice: bool = False
+    """Whether there is another attempt after a success too, which the challenge does not grant."""
     contact_fails: bool = True
     """Whether a touched wall fails the attempt."""
 

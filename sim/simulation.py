@@ -156,12 +156,14 @@ class Simulation:
         A robot that is alone in its world finds the doors shut and the objects where they began.
 
         Returns:
-            Whether there is another attempt; there is none after a success, nor when attempts or time are used up.
+            Whether there is another attempt; there is none after a success, unless it is practice, nor when attempts or
+            time are used up.
         """
         member = self._member(name)
         verdict = member.referee.verdict
         spent = member.referee.attempt >= self.settings.rules.attempts
-        if spent or verdict.outcome in (Outcome.RUNNING, Outcome.ESCAPED, Outcome.OUT_OF_TIME):
+        final = verdict.escaped and not self.settings.rules.practice
+        if spent or final or verdict.outcome in (Outcome.RUNNING, Outcome.OUT_OF_TIME):
             return False
         member.try_again(self.time, self.world)
         if len(self._members) == 1:

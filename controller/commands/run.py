@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,6 +13,9 @@ from controller.completion import complete_machine, complete_maze, complete_prof
 from controller.errors import ExitStatus, UsageError
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from controller.mission import Watcher
     from controller.profile import Profile
     from transport.lockstep import RemoteLockstep
     from transport.realtime import RealtimeRobot
@@ -79,6 +82,23 @@ def run(
     time_limit: Annotated[
         float | None, typer.Option(min=0, metavar="SECONDS", help="End the run after so much of the robot's time.")
     ] = None,
+    attempts: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            max=2,
+            help="How many attempts to make within the maze's time limit. Another one begins at the start, with a "
+            "fresh machine, after one that has failed.",
+        ),
+    ] = 1,
+    practice: Annotated[
+        bool,
+        typer.Option(
+            "--practice",
+            help="Make two attempts, the second one after a success too, which the rules do not grant: what the "
+            "first has learned of the maze is known in it.",
+        ),
+    ] = False,
     trace: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write states, poses and commands as JSON lines.")
     ] = None,
@@ -100,11 +120,15 @@ def run(
     """Run a machine on a robot until the machine, the referee or a limit ends it.
 
     Without `--connect` a simulator is started in the same process. The exit status is 0 only if the robot is out of the
-    maze by the rules.
+    maze by the rules, in the last attempt if there are two. Files of a second attempt have `-2` in their names.
 
     Example: `maze-machine run pledge`
 
     Example: `maze-machine run my.maze-machine --maze maze.pgm --seed 3 --param "cruise=0.3 m/s"`
+
+    Example: `maze-machine run pledge --attempts 2`
+
+    Example: `maze-machine run tremaux --practice`
 
     Example: `maze-machine run pledge --live 8000 --speed 4`
 
@@ -112,39 +136,56 @@ def run(
     """
     from json import dumps
 
-    from controller.mission import drive, prepare
-    from controller.outputs import Outputs
+    from controller.attempts import attempts as attempts_of
+    from controller.mission import prepare
+    from controller.outputs import Outputs, numbered
     from controller.parameters import split_setting
     from controller.profile import load_profile
     from controller.result import Result
     from controller.simulation import SimulatedWorld, find_maze
     from controller.simulator_settings import pace, simulator_settings
-    from controller.trail import TrailKeeper
     from transport.world import LockstepRobot
 
     if connect is not None:
         refuse_with_connect({"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed})
+        if attempts > 1 or practice:
+            raise UsageError("attempts over a link are made one by one", "give the command again for another one")
+    if practice and record is not None:
+        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
     if picture is not None and picture.suffix not in PICTURES:
         raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
     profile = load_profile(robot, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit)
     world = None
     if connect is None:
-        simulator = simulator_settings(simulate or (), fault or ())
+        rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
+        simulator = simulator_settings(rules, fault or ())
         world = SimulatedWorld(
             find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0, simulator, pace(profile.robot.period, speed)
         )
-    outputs, trail = Outputs(trace, record, live), TrailKeeper()
-    files = outputs.files
-    with outputs.watchers(mission, machine, world) as watchers:
-        driven = LockstepRobot(world) if world else reached(str(connect), identity, profile, seed)
-        ending = drive(mission, driven, driven, [trail, *watchers])
-    result = Result(mission.machine.name, mission.parameters, ending, files, link_counts(driven))
-    if not no_picture:
-        from controller.picture import save_run
+    outputs = Outputs(trace, record, live)
 
-        files["picture"] = picture or default_picture(mission.machine.name, ending.report)
-        save_run(files["picture"], world, trail, result.line)
+    def take_hold() -> LockstepRobot | RemoteLockstep | RealtimeRobot:
+        return LockstepRobot(world) if world else reached(str(connect), identity, profile, seed)
+
+    def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
+        return outputs.of_attempt(number).watchers(mission, machine, world)
+
+    most = 2 if practice else attempts
+    begin_again = (lambda: False) if world is None else world.try_again
+    files: dict[str, Path] = {}
+    for attempt in attempts_of(mission, take_hold, watchers, most, begin_again):
+        number, ending = attempt.number, attempt.ending
+        nth = "" if number == 1 else f" {number}"
+        files |= {kind + nth: file for kind, file in outputs.of_attempt(number).files.items()}
+        told = [] if world is None or most == 1 else world.attempts()
+        result = Result(mission.machine.name, mission.parameters, ending, files, link_counts(attempt.robot), told)
+        if not no_picture:
+            from controller.picture import save_run
+
+            shown = numbered(picture or default_picture(mission.machine.name, ending.report), number)
+            save_run(shown, world, attempt.trail, result.line)
+            files["picture" + nth] = shown
     print(dumps(result.as_json()) if json else "\n".join(result.lines()))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
 
@@ -173,7 +214,7 @@ def reached(endpoint: str, identity: Path | None, profile: Profile, seed: int | 
     return connect_robot(endpoint, profile.robot, profile.link, seed=seed, security=security)
 
 
-def link_counts(robot: LockstepRobot | RemoteLockstep | RealtimeRobot) -> dict[str, int]:
+def link_counts(robot: object) -> dict[str, int]:
     """What was counted on the link to a robot, by what it is called."""
     named = {"overruns": "overruns", "reconnects": "reconnects", "resent": "steps asked for again"}
     counts = {words: int(getattr(robot, name)) for name, words in named.items() if hasattr(robot, name)}

@@ -84,6 +84,15 @@ class Newest(Protocol):
 class Bus(Protocol):
     """One participant's access to a network."""
 
+    @property
+    def identity(self) -> str:
+        """A name that no other participant has."""
+        ...
+
+    def announce(self, token: str) -> None:
+        """Have others know a token for as long as this participant is there."""
+        ...
+
     def publisher(self, key: str, *, urgent: bool = False) -> Publisher:
         """A sender on ``key``; an urgent one's messages are not batched with others."""
         ...

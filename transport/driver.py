@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import secrets
-import time
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from threading import Thread
 from typing import Protocol, TypeVar
 
-from transport.bus import Bus, Newest
+from transport.bus import Bus, Newest, Publisher
 from transport.codec import (
     CodecError,
     decode_door_reply,
@@ -19,7 +17,7 @@ from transport.codec import (
     encode_empty,
     encode_twist,
 )
-from transport.envelope import rmw_attachment
+from transport.ros_graph import RosGraph, RosSender
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply, Odometry, Scan, Twist
 
@@ -82,10 +80,15 @@ class RosDriver:
         self.stopped = self.finished = False
         self._bus = bus
         self._scan, self._odometry = bus.newest(keys.scan), bus.newest(keys.odometry)
-        self._publisher = bus.publisher(keys.command, urgent=True)
-        self._bell = Bell(bus, keys)
-        self._gid = secrets.token_bytes(16) if keys.settings.keys == "rmw_zenoh" else b""
-        self._sent = 0
+        self._publisher: Publisher = bus.publisher(keys.command, urgent=True)
+        bell: Publisher | None = bus.publisher(keys.door) if keys.settings.door_call == "message" else None
+        if keys.settings.keys == "rmw_zenoh":
+            graph = RosGraph(bus, keys)
+            graph.subscriber(keys.scan)
+            graph.subscriber(keys.odometry)
+            self._publisher = RosSender(self._publisher, graph.publisher(keys.command))
+            bell = bell and RosSender(bell, graph.publisher(keys.door))
+        self._bell = Bell(bus, keys.door, bell)
         self._closed = False
 
     def sense(self) -> Sensed:
@@ -102,10 +105,7 @@ class RosDriver:
 
     def move(self, twist: Twist) -> None:
         """Send a velocity."""
-        self._sent += 1
-        # A bridge wants no attachment; rmw_zenoh drops messages without its own.
-        attachment = rmw_attachment(self._sent, time.time_ns(), self._gid) if self._gid else b""
-        self._publisher.put(encode_twist(twist), attachment)
+        self._publisher.put(encode_twist(twist))
 
     def ring(self) -> None:
         """Ask for the door; its answer comes with a later observation."""
@@ -136,11 +136,16 @@ class RosDriver:
 
 
 class Bell:
-    """The door bell of a ROS 2 robot; a call must not hold up the loop, so it is made from a thread of its own."""
+    """The door bell of a ROS 2 robot; a call must not hold up the loop, so it is made from a thread of its own.
 
-    def __init__(self, bus: Bus, keys: RobotKeys) -> None:
-        self._bus, self._key = bus, keys.door
-        self._publisher = bus.publisher(keys.door) if keys.settings.door_call == "message" else None
+    Args:
+        bus: where a service answers.
+        key: the service.
+        publisher: rings by a plain message instead, for robots that know only that.
+    """
+
+    def __init__(self, bus: Bus, key: str, publisher: Publisher | None) -> None:
+        self._bus, self._key, self._publisher = bus, key, publisher
         self._answers: deque[DoorReply] = deque(maxlen=1)
         self._call: Thread | None = None
 

@@ -116,20 +116,6 @@ class ObservationTag:
         return cls(epoch, sequence, stamp, instance, rejected, rings, finished, stopped, door)
 
 
-def rmw_attachment(sequence: int, time: int, gid: bytes) -> bytes:
-    """What rmw_zenoh expects to ride with a message, in zenoh's own serialisation.
-
-    Args:
-        sequence: number of the message, from 1.
-        time: when it was sent, ns.
-        gid: 16 bytes that name the sender.
-    """
-    number, moment = struct.pack("<q", sequence), struct.pack("<q", time)
-    parts = (b"sequence_number", b"source_timestamp", b"source_gid", gid)
-    first, second, third, last = (bytes((len(part),)) + part for part in parts)
-    return first + number + second + moment + third + last
-
-
 def is_tagged(attachment: bytes) -> bool:
     """Whether an attachment is long enough to be one of an observation; another program's rarely is."""
     return len(attachment) >= _OBSERVATION.size

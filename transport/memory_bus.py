@@ -26,11 +26,13 @@ class MemoryNetwork:
 
     Attributes:
         fault: what happens to a message on its way; may be exchanged at any time.
+        tokens: what those who are there have announced.
     """
 
     def __init__(self, fault: Fault = faultless, clock: Clock | None = None) -> None:
         self.fault = fault
         self.clock = clock or MonotonicClock()
+        self.tokens: set[str] = set()
         self._subscribers: dict[str, list[Callable[[Message], None]]] = defaultdict(list)
         self._servers: dict[str, list[Callable[[Request], None]]] = defaultdict(list)
 
@@ -64,8 +66,14 @@ class MemoryBus:
 
     def __init__(self, network: MemoryNetwork) -> None:
         self._network = network
+        self.identity = f"{id(self):x}"
         self._leave: list[Callable[[], None]] = []
         self._closed = False
+
+    def announce(self, token: str) -> None:
+        """Add a token to the network's until this bus is closed."""
+        self._network.tokens.add(token)
+        self._leave.append(lambda: self._network.tokens.discard(token))
 
     def publisher(self, key: str, *, urgent: bool = False) -> MemoryPublisher:
         """A sender on ``key``; in memory every message is urgent."""

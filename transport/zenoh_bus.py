@@ -84,6 +84,15 @@ class ZenohBus:
         # Zenoh undeclares what nobody holds.
         self._declared: list[object] = []
 
+    @property
+    def identity(self) -> str:
+        """The session's identifier."""
+        return str(self._session.zid())
+
+    def announce(self, token: str) -> None:
+        """Declare a liveliness token; it goes with the session, and comes again with a connection that was lost."""
+        self._declared.append(self._session.liveliness().declare_token(token))
+
     def publisher(self, key: str, *, urgent: bool = False) -> ZenohPublisher:
         """A sender on ``key``; it drops rather than waits behind a reader that has stopped."""
         return ZenohPublisher(

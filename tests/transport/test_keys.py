@@ -6,11 +6,16 @@ import re
 from pathlib import Path
 
 import pytest
+import zenoh
 from pydantic import ValidationError
 from zenoh.ext import Int64, z_deserialize, z_serialize
 
-from transport.envelope import rmw_attachment
+from transport.bus import Mailbox, Message
+from transport.connect import dialling, listening
+from transport.driver import RosDriver
+from transport.ros_graph import rmw_attachment, sender_id
 from transport.keys import RobotKeys
+from transport.messages import STOP
 from transport.settings import LinkSettings
 
 RMW = LinkSettings(gate=False, keys="rmw_zenoh", door_call="message", domain=3)
@@ -42,10 +47,41 @@ def test_rmw_zenoh_goes_with_bare_drivers_only() -> None:
 
 def test_rmw_zenohs_attachment_is_what_zenoh_itself_serialises() -> None:
     gid = bytes(range(16))
-    parts = ("sequence_number", Int64(7), "source_timestamp", Int64(123_456_789_012), "source_gid", gid)
+    parts = (Int64(7), Int64(123_456_789_012), gid)
     attachment = rmw_attachment(7, 123_456_789_012, gid)
-    assert attachment == b"".join(z_serialize(part).to_bytes() for part in parts)
-    assert z_deserialize(tuple[str, Int64, str, Int64, str, bytes], z_serialize(parts)) == parts
+    assert len(attachment) == 33
+    assert attachment == z_serialize(parts).to_bytes()
+    assert z_deserialize(tuple[Int64, Int64, bytes], z_serialize(parts)) == parts
+
+
+def test_rmw_zenohs_programs_see_a_node_its_topics_and_who_sends(endpoint: str) -> None:
+    config = zenoh.Config()
+    config.insert_json5("mode", '"client"')
+    config.insert_json5("connect/endpoints", f'["{endpoint}"]')
+    with listening(endpoint) as robot, zenoh.open(config) as graph:
+        told: Mailbox[Message] = Mailbox()
+        keys = RobotKeys("pico1", RMW)
+        robot.subscribe(keys.command, told.put)
+        with dialling(endpoint) as bus:
+            node = f"@ros2_lv/3/{bus.identity}/0/{{}}/%/%pico1/maze_machine"
+            twist = "geometry_msgs::msg::dds_::Twist_/" + keys.command.rpartition("/")[2]
+            command = node.format("3/MP") + f"/%pico1%cmd_vel/{twist}/::,1:,:,:,,"
+            driver = RosDriver(bus, keys)
+            while not (message := told.take(0.02)):  # until the two have discovered each other
+                driver.move(STOP)
+            assert message.attachment[-16:] == sender_id(command)
+            tokens = {str(reply.ok.key_expr) for reply in graph.liveliness().get("@ros2_lv/3/**")}
+            assert {node.format("0/NN"), command} < tokens
+            subscribers = {token.split("/")[9] for token in tokens if "/MS/" in token}
+            assert subscribers == {"%pico1%scan", "%pico1%odom"}
+            assert len(tokens) == 5
+        while list(graph.liveliness().get("@ros2_lv/3/**")):
+            pass
+
+
+def test_a_sender_is_named_by_the_hash_of_its_token() -> None:
+    # The two halves of XXH3-128 of nothing, by its specification: 99aa06d3014798d8 and 6001c324468d497f.
+    assert sender_id("") == bytes.fromhex("99aa06d3014798d86001c324468d497f")[::-1]
 
 
 def test_one_module_only_imports_zenoh() -> None:

@@ -1,0 +1,88 @@
+"""How a program becomes known in the ROS graph of rmw_zenoh: liveliness tokens under ``@ros2_lv/``.
+
+A token is a key that is there for as long as the session of whoever declared it. It reads
+``@ros2_lv/DOMAIN/SESSION/NODE/ENTITY/KIND/ENCLAVE/NAMESPACE/NAME``, and for a publisher or subscriber further
+``/TOPIC/TYPE/HASH/QUALITY``; ROS names bear ``%`` for ``/`` in it. ``docs/reference/link.md`` says more.
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+
+import xxhash
+
+from transport.bus import Bus, Publisher
+from transport.keys import RobotKeys
+
+NODE = "maze_machine"
+"""The name of a controller's node, in the robot's namespace."""
+
+# Only what differs from the default (reliable, volatile, keep the last 42) is named: the newest one only; best effort.
+_COMMANDS, _SENSORS = "::,1:,:,:,,", "2::,1:,:,:,,"
+
+
+class RosGraph:
+    """A node as the programs of rmw_zenoh know it."""
+
+    def __init__(self, bus: Bus, keys: RobotKeys) -> None:
+        self._bus, self._entities = bus, 0
+        self._domain, self._namespace = keys.settings.domain, f"/{keys.namespace}"
+        self._announce("NN")
+
+    def subscriber(self, key: str) -> None:
+        """The node listens on a key."""
+        self._announce("MS", key, _SENSORS)
+
+    def publisher(self, key: str) -> bytes:
+        """The node speaks on a key; the answer are the 16 bytes that name the publisher in its messages."""
+        return sender_id(self._announce("MP", key, _COMMANDS))
+
+    def _announce(self, kind: str, key: str = "", quality: str = "") -> str:
+        node = (self._bus.identity, "0", str(self._entities), kind, _mangled("/"), _mangled(self._namespace), NODE)
+        self._entities += 1
+        parts = ["@ros2_lv", str(self._domain), *node]
+        if key:
+            _domain, *topic, dds_type, type_hash = key.split("/")
+            parts += [_mangled("/" + "/".join(topic)), dds_type, type_hash, quality]
+        token = "/".join(parts)
+        self._bus.announce(token)
+        return token
+
+
+class RosSender:
+    """A publisher whose messages bear what rmw_zenoh expects of them.
+
+    Args:
+        publisher: sends on the topic's key.
+        gid: 16 bytes that name the sender.
+    """
+
+    def __init__(self, publisher: Publisher, gid: bytes) -> None:
+        self._publisher, self._gid, self._sent = publisher, gid, 0
+
+    def put(self, payload: bytes, attachment: bytes = b"") -> None:
+        """Send a message; its attachment is made here."""
+        del attachment
+        self._sent += 1
+        self._publisher.put(payload, rmw_attachment(self._sent, time.time_ns(), self._gid))
+
+
+def rmw_attachment(sequence: int, sent: int, gid: bytes) -> bytes:
+    """What rides with a message of rmw_zenoh 0.6 or later (Jazzy, Kilted, Rolling), in zenoh's own serialisation.
+
+    Args:
+        sequence: number of the message, from 1.
+        sent: when it was sent, ns.
+        gid: 16 bytes that name the sender.
+    """
+    return struct.pack("<qqB", sequence, sent, len(gid)) + gid
+
+
+def sender_id(token: str) -> bytes:
+    """The 16 bytes that name a publisher: XXH3-128 of its token, the low half first."""
+    return xxhash.xxh3_128(token.encode()).intdigest().to_bytes(16, "little")
+
+
+def _mangled(name: str) -> str:
+    return name.replace("/", "%")

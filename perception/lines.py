@@ -92,7 +92,7 @@ class Lines:
 
     @cached_property
     def nearest(self) -> tuple[Floats, Floats]:
-        """Distance, m, and bearing, rad, of the point of each piece that is nearest to the origin, of shape (m,) each."""
+        """Distance, m, and bearing, rad, of each piece's nearest point to the origin, shape (m,) each."""
         chords = self.ends - self.starts
         share = -(self.starts * chords).sum(axis=1) / np.maximum((chords**2).sum(axis=1), 1e-12)
         nearest = self.starts + np.minimum(np.maximum(share, 0.0), 1.0)[:, None] * chords

@@ -152,7 +152,7 @@ def find_lines(sweep: Sweep, pieces: LinePieces, settings: LineSettings) -> Line
     # The points at a split belong to both sides or, at a jump, to neither for sure: the fit leaves them out.
     firsts, lasts = firsts + 1, lasts - 1
     points = sweep.points
-    sums = _sums(points, sweep.ranges[sweep.beams] ** 2, firsts, lasts)
+    sums = _sums(points, sweep.distances**2, firsts, lasts)
     merged = _merged(sums, firsts, lasts, settings)
     return _chosen(_fit(points, *merged), settings)
 
@@ -162,13 +162,14 @@ def _runs(sweep: Sweep, settings: LineSettings) -> list[tuple[int, int]]:
 
     On a wall at distance d, neighbouring hits at range r are ``r^2 step / d`` apart.
     """
-    points, beams = sweep.points, sweep.beams
-    x, y = points[:, 0], points[:, 1]
-    dx, dy = x[1:] - x[:-1], y[1:] - y[:-1]
-    ranges = sweep.ranges[beams]
+    columns, beams, ranges = sweep.points.T, sweep.beams, sweep.distances
+    steps = columns[:, 1:] - columns[:, :-1]
+    steps *= steps
     apart = np.minimum(ranges[1:], ranges[:-1]) ** 2 * (sweep.fan.step / settings.nearest) + settings.jump
-    cut = (dx * dx + dy * dy > apart * apart) | (beams[1:] - beams[:-1] > settings.max_missing + 1)
-    lasts = [*np.flatnonzero(cut).tolist(), len(points) - 1]
+    cut = steps[0] + steps[1] > apart * apart
+    if len(beams) < len(sweep.ranges):
+        cut |= beams[1:] - beams[:-1] > settings.max_missing + 1
+    lasts = [*cut.nonzero()[0].tolist(), len(beams) - 1]
     return list(zip([0, *(last + 1 for last in lasts[:-1])], lasts, strict=True))
 
 
@@ -187,7 +188,7 @@ def split_at_end_points(
         First and last index of each piece, in order; neighbours share the point between them.
     """
     x, y = points[:, 0], points[:, 1]
-    away, work = np.empty(len(points)), np.empty(len(points))
+    away, work = np.empty((2, len(points)))
     waiting = runs[::-1]
     pieces: list[tuple[int, int]] = []
     while waiting:
@@ -200,15 +201,16 @@ def split_at_end_points(
         if norm < 1e-9:
             dx, norm = 1.0, 1.0
         normal_x, normal_y = dy / norm, -dx / norm
-        signed = np.multiply(x[first:last], normal_x, out=away[first:last])
-        signed += np.multiply(y[first:last], normal_y, out=work[first:last])
-        signed -= normal_x * x0 + normal_y * y0
-        high, low = int(signed.argmax()), int(signed.argmin())
-        farthest = high if signed.item(high) >= -signed.item(low) else low
-        if abs(signed.item(farthest)) <= tolerance:
+        across = np.multiply(x[first:last], normal_x, out=away[first:last])
+        across += np.multiply(y[first:last], normal_y, out=work[first:last])
+        chord = normal_x * x0 + normal_y * y0
+        highest, lowest = int(across.argmax()), int(across.argmin())
+        above, below = across.item(highest) - chord, chord - across.item(lowest)
+        if max(above, below) <= tolerance:
             pieces.append((first, last))
         else:
-            waiting += [(first + farthest, last), (first, first + farthest)]
+            farthest = first + (highest if above >= below else lowest)
+            waiting += [(farthest, last), (first, farthest)]
     return pieces
 
 
@@ -249,8 +251,9 @@ def _merged(sums: Floats, firsts: Indices, lasts: Indices, settings: LineSetting
     """
     while len(firsts) > 1:
         joined = firsts[1:] - lasts[:-1] == 2
-        own = _deviation(sums)
-        excess = _deviation(sums[:, 1:] + sums[:, :-1]) - 1.2 * np.maximum(own[1:], own[:-1])
+        deviations = _deviation(np.concatenate((sums, sums[:, 1:] + sums[:, :-1]), axis=1))
+        own, of_pairs = deviations[: len(firsts)], deviations[len(firsts) :]
+        excess = of_pairs - 1.2 * np.maximum(own[1:], own[:-1])
         excess[~joined] = math.inf
         best = int(excess.argmin())
         if excess[best] > settings.merge:
@@ -270,11 +273,12 @@ def _fit(points: Floats, sums: Floats, firsts: Indices, lasts: Indices) -> Lines
     cosine, sine, p = cosine * sign, sine * sign, np.abs(p)
     along = np.hypot(cxx - cyy, 2 * cxy)
     across = np.maximum((cxx + cyy - along) / 2, 0.0)
+    starts, ends = _onto(points[np.array((firsts, lasts))], cosine, sine, p)
     return Lines(
         alpha=np.arctan2(sine, cosine),
         p=p,
-        starts=_onto(points[firsts], cosine, sine, p),
-        ends=_onto(points[lasts], cosine, sine, p),
+        starts=starts,
+        ends=ends,
         hits=lasts - firsts + 1,
         information=(along + across) / np.maximum(p, 0.02) ** 2,
         residual=np.sqrt(across / sums[0]),
@@ -282,9 +286,10 @@ def _fit(points: Floats, sums: Floats, firsts: Indices, lasts: Indices) -> Lines
 
 
 def _onto(points: Floats, cosine: Floats, sine: Floats, p: Floats) -> Floats:
-    away = points[:, 0] * cosine + points[:, 1] * sine - p
-    points[:, 0] -= away * cosine
-    points[:, 1] -= away * sine
+    x, y = points[..., 0], points[..., 1]
+    away = x * cosine + y * sine - p
+    x -= away * cosine
+    y -= away * sine
     return points
 
 

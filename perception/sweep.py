@@ -123,13 +123,17 @@ class Sweep:
     @cached_property
     def beams(self) -> Indices:
         """The beams that hit something, shape (k,)."""
-        return np.flatnonzero(self.hit)
+        return self.hit.nonzero()[0]
+
+    @cached_property
+    def distances(self) -> Floats:
+        """The readings of the beams that hit something, m, shape (k,)."""
+        return self.ranges[self.beams]
 
     @cached_property
     def points(self) -> Floats:
         """The hits in the robot's frame, m, shape (k, 2), counter-clockwise as the sensor sees them."""
-        beams = self.beams
-        ranges = self.ranges[beams]
+        beams, ranges = self.beams, self.distances
         # The columns lie apart in memory: most uses want all x or all y.
         columns = np.empty((2, len(beams)))
         np.multiply(ranges, self.fan.cosines[beams], out=columns[0])

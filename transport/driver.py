@@ -17,9 +17,9 @@ from transport.codec import (
     encode_empty,
     encode_twist,
 )
-from transport.ros_graph import RosGraph, RosSender
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply, Odometry, Scan, Twist
+from transport.ros_graph import RosGraph, RosSender
 
 T = TypeVar("T")
 

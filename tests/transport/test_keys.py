@@ -13,9 +13,9 @@ from zenoh.ext import Int64, z_deserialize, z_serialize
 from transport.bus import Mailbox, Message
 from transport.connect import dialling, listening
 from transport.driver import RosDriver
-from transport.ros_graph import rmw_attachment, sender_id
 from transport.keys import RobotKeys
 from transport.messages import STOP
+from transport.ros_graph import rmw_attachment, sender_id
 from transport.settings import LinkSettings
 
 RMW = LinkSettings(gate=False, keys="rmw_zenoh", door_call="message", domain=3)

@@ -8,6 +8,7 @@ import signal
 import socket
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -153,6 +154,34 @@ def test_a_killed_and_restarted_simulator_refuses_the_old_run_and_serves_a_new_o
                     assert heir.line() == expected(2)
 
 
+def test_a_router_that_was_restarted_loses_no_step(endpoint: str) -> None:
+    with command("router", "--listen", endpoint) as router:
+        router.line()
+        with toy("toy_world", endpoint, "lockstep@router") as sim:
+            sim.line()
+            with toy("toy_controller", endpoint, "1", str(STEPS)) as controller:
+                controller.until("driving")
+                router.send(signal.SIGKILL)
+                router.end()
+                with command("router", "--listen", endpoint) as again:
+                    again.line()
+                    assert controller.line() == expected(1)
+
+
+@pytest.mark.parametrize("frozen", [False, True])
+def test_one_who_looks_on_and_cannot_keep_up_disturbs_no_step(endpoint: str, frozen: bool) -> None:
+    with toy("toy_world", endpoint, "lockstep") as sim:
+        sim.line()
+        with toy("toy_watcher", endpoint) as watcher:
+            watcher.until("ready")
+            with toy("toy_controller", endpoint, "1", str(STEPS)) as controller:
+                watcher.until("watching")
+                if frozen:
+                    watcher.send(signal.SIGSTOP)
+                controller.until("driving")
+                assert controller.line() == expected(1)
+
+
 # Real time: the dead man, whatever happens to the controller
 
 
@@ -229,3 +258,52 @@ def test_a_gate_without_a_driver_says_so(endpoint: str) -> None:
     with command("gate", endpoint, "--set", "link.connect=0.3") as gate:
         assert gate.end() == 4
         assert f"nobody can be reached at {endpoint}" in gate.errors()
+
+
+# Real time: what a controller does whose robot is gone
+
+
+def test_a_frozen_robots_side_is_noticed_and_driven_on_when_it_is_back(endpoint: str) -> None:
+    with toy("toy_world", endpoint, "realtime") as robot:
+        robot.line()
+        with toy("toy_controller", endpoint, "1") as controller:
+            base(robot, moving=True)
+            robot.send(signal.SIGSTOP)
+            controller.until("stale")
+            back = robot.send(signal.SIGCONT)
+            stood = base(robot, moving=False, after=back)
+            base(robot, moving=True, after=stood)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_run_whose_robot_is_gone_ends_with_one_line_and_status_4(endpoint: str, number: signal.Signals) -> None:
+    with toy("toy_world", endpoint, "realtime") as robot:
+        robot.line()
+        limits = ["--set", "robot.name=toy", "--set", "link.silence=1", "--no-picture"]
+        with command("run", "pledge", "--connect", endpoint, *limits) as run:
+            base(robot, moving=True)
+            robot.send(number)
+            assert run.end() == 4
+            assert run.errors().splitlines() == ["maze-machine: 'toy' has not been heard for 1 s"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_gate_that_failed_is_taken_again_when_it_is_back(endpoint: str, number: signal.Signals) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        inside = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+    guarded = ["gate", inside, "--listen", endpoint, "--set", "robot.name=toy"]
+    with toy("toy_world", inside, "guarded") as driver, ExitStack() as stack:
+        driver.line()
+        gate = stack.enter_context(command(*guarded))
+        gate.line()
+        controller = stack.enter_context(toy("toy_controller", endpoint, "1"))
+        base(driver, moving=True)
+        failed = gate.send(number)
+        stood = base(driver, moving=False, after=failed)
+        controller.until("stale")
+        if number == signal.SIGSTOP:
+            gate.send(signal.SIGCONT)
+        else:
+            gate.end()
+            stack.enter_context(command(*guarded)).line()
+        base(driver, moving=True, after=stood)

@@ -1,8 +1,8 @@
 """A controller that drives the toy until it is ended: ``toy_controller.py ENDPOINT SEED [STEPS]``.
 
-In lockstep it prints a digest of all that it saw and did after STEPS. In real time it prints ``driving`` and
-``stopped`` as these begin, and takes a stopped robot again; on SIGUSR1 it hangs for a while, with the interpreter
-locked.
+In lockstep it prints a digest of all that it saw and did after STEPS. In real time it prints ``driving``,
+``stopped`` and ``stale`` as these begin, and takes a stopped robot again; on SIGUSR1 it hangs for a while, with the
+interpreter locked.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from transport.realtime import RealtimeRobot
 from transport.settings import LinkSettings
 
 HANG = 1.0
+STALE = LinkSettings().stale
 
 
 def hang(*_: object) -> None:
@@ -45,10 +46,11 @@ def drive(robot: RealtimeRobot) -> None:
     was = None
     while True:
         observation = robot.observe()
-        stopped = observation.link.stopped
-        if stopped != was:
-            was = stopped
-            print("stopped" if stopped else "driving", flush=True)
+        link, stopped = observation.link, observation.link.stopped
+        now = "stale" if link.scan_age > STALE else "stopped" if stopped else "driving"
+        if now != was:
+            was = now
+            print(now, flush=True)
         robot.command(Command(STOP if stopped else Twist(0.1, 0.0, 0.0), answers=observation.stamp))
 
 

@@ -1,7 +1,7 @@
 """A world small enough to reason about, and a program that shows it on a network: ``toy_world.py ENDPOINT MODE``.
 
 MODE is ``lockstep`` or ``realtime``, with ``@router`` behind it to dial a router instead of listening, or ``bare``:
-a ROS 2 driver named ``base`` that obeys whoever speaks.
+a ROS 2 driver named ``base`` that obeys whoever speaks, or ``guarded``: the same with a command time-out of its own.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from transport.settings import LinkSettings
 
 GEOMETRY = Laser().geometry()
 PERIOD = 0.1
+TIMEOUTS = {"bare": math.inf, "guarded": 0.3}
 
 
 class ToyWorld:
@@ -94,17 +95,21 @@ class ToldBase(PacedWorld):
         print(time.monotonic(), int(twist != STOP), flush=True)
 
 
-def drive_bare(bus: Bus) -> None:
-    """Publish what is sensed and do what is said, ten times a second."""
+def drive_bare(bus: Bus, timeout: float) -> None:
+    """Publish what is sensed and do what is said, ten times a second; stand when nothing was said for too long."""
     keys = RobotKeys("base", LinkSettings(gate=False))
     told: Mailbox[Message] = Mailbox()
     bus.subscribe(keys.command, told.put)
     odometry, scan = bus.publisher(keys.odometry), bus.publisher(keys.scan)
     base, pace = ToldBase(lambda seed: ToyWorld(seed, 10**6), PERIOD), Pace(PERIOD, MonotonicClock())
     base.begin(Open(request="", controller=""))
+    heard = time.monotonic()
     while True:
         if (message := told.take(max(0.001, pace.due()))) is not None:
+            heard = time.monotonic()
             base.move(decode_twist(message.payload))
+        elif time.monotonic() - heard > timeout:
+            base.move(STOP)
         if pace.due() <= 0:
             pace.beat()
             if (observation := base.sense()) is not None:
@@ -117,9 +122,9 @@ def main() -> None:
     endpoint, mode = sys.argv[1:3]
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     with (dialling if mode.endswith("@router") else listening)(endpoint) as bus:
-        if mode == "bare":
+        if mode in TIMEOUTS:
             print("ready", flush=True)
-            drive_bare(bus)
+            drive_bare(bus, TIMEOUTS[mode])
         if mode.startswith("lockstep"):
             server = LockstepServer(bus, "toy", PERIOD, lambda seed: ToyWorld(seed, 1000), patience=0.5)
         else:

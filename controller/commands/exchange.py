@@ -28,7 +28,7 @@ def import_chart(
 ) -> None:
     """Turn a statechart in SCXML into a .maze-machine file.
 
-    What the language has no counterpart for is refused by name; the exit status is 3 then.
+    What the language has no counterpart for is refused by name, with its place; the exit status is 3 then.
 
     Example: `maze-machine import lift.scxml -o lift.maze-machine`
     """
@@ -53,7 +53,8 @@ def export(
 ) -> None:
     """Write a machine for other tools.
 
-    SCXML has no word for signals, activities and units: they stand in it as this language writes them.
+    States, history, events, time-outs and outcomes are SCXML's own. It has no word for signals, activities and units:
+    they stand in it as this language writes them, so that only a machine without them can be imported again.
 
     Example: `maze-machine export pledge --to scxml -o pledge.scxml`
     """

@@ -2,13 +2,15 @@
 
 States, history, transitions, raised and sent events have their counterpart in SCXML. The rest is written so that
 another tool can read what is meant: conditions and assignments as this language's expressions in ``cond`` and ``expr``,
-time-outs as events that are sent with a delay on entry and cancelled on exit, activities as ``invoke`` and one-shot
-actions as elements of a namespace of their own.
+time-outs as events that are sent with a delay on entry and cancelled on exit, outcomes as completions under the
+condition that their final state is reached, activities as ``invoke`` and one-shot actions as elements of a namespace of
+their own.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from xml.etree import ElementTree
 
 from hsm.expressions import Literal
@@ -99,7 +101,8 @@ def _write_state(model: Model, state: State, element: ElementTree.Element) -> No
     if state.activity is not None:
         call = activity_text(state.activity)
         front.append(ElementTree.Element("invoke", type=OWN, id=f"{state.name}.activity", src=call))
-    front.extend(_transition(model, state, transition) for transition in own)
+    for transition in own:
+        front.extend(_transition(model, state, transition))
     at = 1 if state.index == 0 and element.find("datamodel") is not None else 0
     for offset, one in enumerate(front):
         element.insert(at + offset, one)
@@ -127,20 +130,31 @@ def _time_out(state: State, transition: Transition) -> str:
     return f"after.{state.name}.{state.transitions.index(transition.index)}"
 
 
-def _transition(model: Model, state: State, transition: Transition) -> ElementTree.Element:
-    element = ElementTree.Element("transition")
-    match transition.trigger:
-        case On(names):
-            element.set("event", " ".join(dict.fromkeys([*names, *_completions(model, state, names)])))
-        case After():
-            element.set("event", _time_out(state, transition))
-        case _:
-            pass
+def _transition(model: Model, state: State, transition: Transition) -> Iterator[ElementTree.Element]:
+    """A transition; one that waits for outcomes of its state waits for the completion besides."""
     conditions = [transition.trigger.condition] if isinstance(transition.trigger, When) else []
     conditions += [transition.guard] if transition.guard is not None else []
+    texts = [_condition(expression_text(one)) for one in conditions]
+    match transition.trigger:
+        case On(names):
+            yield _element(model, state, transition, " ".join(dict.fromkeys(names)), texts)
+            for event, condition in _completion(model, state, transition.trigger):
+                yield _element(model, state, transition, event, [*condition, *texts])
+        case After():
+            yield _element(model, state, transition, _time_out(state, transition), texts)
+        case _:
+            yield _element(model, state, transition, "", texts)
+
+
+def _element(
+    model: Model, state: State, transition: Transition, event: str, conditions: list[str]
+) -> ElementTree.Element:
+    element = ElementTree.Element("transition")
+    if event:
+        element.set("event", event)
     if conditions:
-        texts = [_condition(expression_text(one)) for one in conditions]
-        element.set("cond", texts[0] if len(texts) == 1 else " and ".join(f"({text})" for text in texts))
+        joined = " and ".join(f"({text})" for text in conditions)
+        element.set("cond", joined if len(conditions) > 1 else conditions[0])
     if transition.targets:
         element.set("target", " ".join(model.states[index].name for index in transition.targets))
         if transition.kind is TransitionKind.LOCAL and state.kind is StateKind.COMPOUND:
@@ -153,11 +167,17 @@ def _condition(text: str) -> str:
     return _IN.sub(r"In('\1')", text)
 
 
-def _completions(model: Model, state: State, names: tuple[str, ...]) -> list[str]:
-    """What SCXML calls the completion of a state that these names wait for."""
-    finals = {own_name(model.states[one]) for one in state.children if model.states[one].kind is StateKind.FINAL}
-    complete = (finals or state.kind is StateKind.PARALLEL) and ("done" in names or finals.intersection(names))
-    return [f"done.state.{state.name}"] if complete else []
+def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, list[str]]]:
+    """What SCXML calls the outcomes that a trigger waits for: the state's completion, in one of its final states."""
+    if trigger.prefix:
+        return  # it was read from SCXML and bears its names already
+    finals = [model.states[one] for one in state.children if model.states[one].kind is StateKind.FINAL]
+    meant = [one for one in finals if own_name(one) in trigger.names]
+    if "done" in trigger.names and (finals or state.kind is StateKind.PARALLEL):
+        yield f"done.state.{state.name}", []
+    elif meant:
+        reached = " or ".join(f"In('{one.name}')" for one in meant)
+        yield f"done.state.{state.name}", [] if len(meant) == len(finals) else [reached]
 
 
 def _write_actions(element: ElementTree.Element, actions: tuple[Action, ...]) -> None:

@@ -62,12 +62,31 @@ def test_a_machine_of_this_language_as_scxml():
         '<send event="after.b.0" id="after.b.0" delay="2.5s" />',
         '<cancel sendid="after.b.0" />',
         'cond="x &lt; 0.5"',
-        'event="done done.state.a"',
+        '<transition event="done" target="c" type="internal">',
+        '<transition event="done.state.a" target="c" type="internal">',
         '<assign location="n" expr="n + 1" />',
         '<maze:call text="note(4)" />',
         'src="work(number = 7)"',
     ):
         assert words in text
+
+
+def test_outcomes_are_told_apart_by_the_final_state_that_is_reached():
+    text = write_text(
+        model(
+            state("a", state("b"), final("well"), final("ill"), on("well", "c"), on("ill", "d"), on("e", "b")),
+            state("c"),
+            state("d"),
+        )
+    )
+    for final_state, target in (("well", "c"), ("ill", "d")):
+        assert f'<transition event="done.state.a" cond="In(\'{final_state}\')" target="{target}"' in text
+    assert text.count("done.state") == 2
+
+
+def test_names_of_a_chart_are_no_outcomes():
+    chart = '<scxml><state id="a"><transition event="f" target="b"/><final id="f"/></state><final id="b"/></scxml>'
+    assert "done.state" not in write_text(read_text(chart))
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import Any, NamedTuple, cast
 
 from hsm import Machine, Macrostep, Supervisor
+from hsm.monitoring import Monitor, Violation
 from perception import Perception
 from skills.chain import MotionChain
 from transport.messages import Command, Observation, Pose, Twist
@@ -40,6 +41,7 @@ class Tick:
         doing: name of the first state whose activity asked for something; where none did, of the first innermost one.
         outcome: how the machine ended, or None while it runs.
         command: what the robot was told.
+        violations: properties of the machine that do not hold, and did before.
         phases: where the time went.
     """
 
@@ -50,6 +52,7 @@ class Tick:
     doing: str
     outcome: str | None
     command: Command
+    violations: tuple[Violation, ...]
     phases: Phases
 
     @property
@@ -91,6 +94,7 @@ def ticks(
         prepared = perf_counter()
         if supervisor is None:  # coordinate
             supervisor = machine.start(parameters, facts=facts, time=observation.time)
+            monitor = Monitor(supervisor)
         step = supervisor.step(observation.time, facts=facts)
         coordinated = perf_counter()
         effects = supervisor.act(facts)  # act
@@ -102,10 +106,11 @@ def ticks(
         phases = Phases(
             observed - began, prepared - observed, coordinated - prepared, acted - coordinated, commanded - acted
         )
+        violations = monitor.look(facts)
         active = tuple(sorted(supervisor.configuration, key=machine.indices.__getitem__))
         innermost = (name for name in active if not machine.model.states[machine.indices[name]].children)
         doing = next((state for state, _ in effects), None) or next(innermost, "")
-        yield Tick(index, observation, step, active, doing, supervisor.outcome, command, phases)  # log
+        yield Tick(index, observation, step, active, doing, supervisor.outcome, command, violations, phases)  # log
         if supervisor.outcome is not None:
             return
 

@@ -53,6 +53,7 @@ class Ending:
         elapsed: time on the wall clock, s.
         report: the referee's verdict, of JSON values; empty where there is no referee.
         limited: whether the mission's time limit ended it.
+        violations: properties of the machine that did not hold, in words, with time and place.
     """
 
     outcome: str | None
@@ -62,6 +63,7 @@ class Ending:
     elapsed: float
     report: Mapping[str, Any]
     limited: bool = False
+    violations: tuple[str, ...] = ()
 
 
 def prepare(
@@ -112,6 +114,7 @@ def drive(
     """
     began = perf_counter()
     first = last = None
+    violations: list[str] = []
     limited = False
     reason = "the machine ended"
     with closing(robot):
@@ -119,6 +122,7 @@ def drive(
         chain = MotionChain(mission.profile.robot, mission.profile.skills)
         for tick in ticks(robot, mission.machine, mission.parameters, perception, chain):
             first, last = first or tick, tick
+            violations.extend(map(str, tick.violations))
             for watch in watchers:
                 watch(tick)
             if referee is not None and referee.finished:
@@ -132,4 +136,5 @@ def drive(
     assert first is not None
     assert last is not None
     elapsed = perf_counter() - began
-    return Ending(last.outcome, reason, last.index + 1, last.time - first.time, elapsed, report, limited)
+    duration = last.time - first.time
+    return Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations))

@@ -49,6 +49,7 @@ class Result:
             "duration": ending.duration,
             "verdict": dict(ending.report) or None,
             "attempts": [dict(attempt) for attempt in self.attempts],
+            "violations": list(ending.violations),
             "link": dict(self.link),
             "files": {kind: str(path) for kind, path in self.files.items()},
         }
@@ -76,4 +77,5 @@ class Result:
                 "doors opened": ", ".join(report["doors_opened"]) or "none",
             }
         counted = {name: count for name, count in self.link.items() if count}
-        return [self.line, *(f"  {name:<28} {value}" for name, value in (told | counted | dict(self.files)).items())]
+        told |= counted | dict(self.files)
+        return [self.line, *(f"  {name:<28} {value}" for name, value in told.items()), *self.ending.violations]

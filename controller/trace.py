@@ -7,7 +7,7 @@ The first line names the machine and its parameters, each further one tells a ti
 
 ``stamp`` is the observation's time in ns; ``pose`` is odometry, in metres and radians; ``twist`` is the command, in m/s
 and rad/s. Floats are written so that reading them back gives the same bits. Where the machine has ended, ``outcome``
-names its final state.
+names its final state; ``violated`` names properties of the machine that do not hold from this tick on.
 """
 
 from __future__ import annotations
@@ -41,6 +41,8 @@ def trace_line(machine: Machine, tick: Tick) -> dict[str, Any]:
     }
     if tick.outcome is not None:
         line["outcome"] = tick.outcome
+    if tick.violations:
+        line["violated"] = [violation.property.name for violation in tick.violations]
     return line
 
 

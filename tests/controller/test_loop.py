@@ -12,6 +12,8 @@ import hsm
 from controller.loop import merged
 from controller.mission import Mission, drive
 from controller.profile import load_profile
+from controller.result import Result
+from controller.trace import trace_line
 from hsm.registry import Library, Outcome
 from hsm.types import Speed
 from transport.description import Laser
@@ -111,6 +113,22 @@ def test_an_outcome_is_seen_one_tick_after_it_was_reported(tmp_path):
     drive(mission(tmp_path, GOING), robot, watchers=[seen.append])
     assert [tick.configuration for tick in seen] == [("going",)] * 6 + [("over",)]
     assert seen[-1].step.transitions[0].place.line == 6
+
+
+def test_properties_are_watched_and_told_once(tmp_path):
+    held = "property driving : never in(over) and doing(go)\n"
+    broken = "property short : after in(going), in(over) within 300 ms\n"
+    text = GOING.replace("initial", held + broken + "initial", 1)
+    lines, ours = [], mission(tmp_path, text)
+    ending = drive(ours, Recorder(), watchers=[lambda tick: lines.append(trace_line(ours.machine, tick))])
+    assert [(k, line["violated"]) for k, line in enumerate(lines) if "violated" in line] == [(3, ["short"])]
+    (told,) = ending.violations
+    assert "test.maze-machine:4:" in told
+    assert "property short is violated at 0.3 s in going" in told
+    result = Result("test", {}, ending)
+    assert told in result.lines()
+    assert result.as_json()["violations"] == [told]
+    assert drive(mission(tmp_path, GOING), Recorder()).violations == ()
 
 
 def test_parameters_reach_the_activity_and_limits_the_command(tmp_path):

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from transport.description import Point
 from transport.messages import Pose
 
 
@@ -47,6 +48,7 @@ class Marks:
         here: the junction that the robot has come to last, or None.
         new: whether it had never been there before.
         heading: the quarter in which the robot came there: 0 along +x, 1 along +y, and so on.
+        recognised: the known junction that it is, if it is one and new in this run.
     """
 
     tolerance: float
@@ -55,6 +57,8 @@ class Marks:
     here: MarkedPlace | None = None
     new: bool = False
     heading: int = 0
+    recognised: MarkedPlace | None = None
+    _shift: Point = (0.0, 0.0)
 
     def arrive(self, pose: Pose) -> None:
         """The robot has come to a junction: find it again or note it, and mark the way by which the robot came.
@@ -70,6 +74,31 @@ class Marks:
         self.here = near
         self.heading = round(pose.heading / (math.pi / 2)) % 4
         self.mark(Direction.BACK)
+        self.recognised = self._recognised(pose) if self.new else None
+
+    def _recognised(self, pose: Pose) -> MarkedPlace | None:
+        """The known junction at a pose; how far the two lie apart is allowed for at the next one."""
+        at = (pose.x + self._shift[0], pose.y + self._shift[1])
+        near = min(self.known, key=lambda place: math.dist((place.x, place.y), at), default=None)
+        if near is None or math.dist((near.x, near.y), at) > self.tolerance:
+            return None
+        self._shift = (near.x - pose.x, near.y - pose.y)
+        return near
+
+    def leads_out(self, direction: Direction) -> bool:
+        """Whether an earlier run has shown that this way of the junction, new in this run, leads out.
+
+        Tremaux's rules leave one mark at the ways from the start to where the run ended, and two or none at all others.
+        So it is the only way with one mark beside the one by which the robot came; where there is none and the robot
+        came by a way with two, everything ahead has been seen, and the way is back.
+        """
+        if self.recognised is None:
+            return False
+        came = self._quarter(Direction.BACK)
+        onward = [quarter for quarter in range(4) if quarter != came and self.recognised.marks[quarter] == 1]
+        if direction is Direction.BACK:
+            return not onward and self.recognised.marks[came] > 1
+        return onward == [self._quarter(direction)]
 
     def mark(self, direction: Direction) -> None:
         """Mark a way of the junction where the robot is, as seen when it arrived; nothing if there is none."""

@@ -25,6 +25,12 @@ def junction_marks(facts: Facts, way: Direction) -> int:
     return facts.world.marks.count(way)
 
 
+@LIBRARY.signal("junction.leads_out")
+def junction_leads_out(facts: Facts, way: Direction) -> bool:
+    """Whether this way of a junction, first come to in this run, is known to lead out; it is from an attempt before."""
+    return facts.world.marks.leads_out(way)
+
+
 @LIBRARY.signal("junction.new")
 def junction_new(facts: Facts) -> bool:
     """Whether the robot has come to this junction for the first time; false before any."""

@@ -26,6 +26,15 @@ final gave_up
 """
 
 
+BRANCH = """\
+limit 300
+start 0.5 0.5 90
+wall  0 0  1 0  1 2  3 2  3 5                 # a way to the right, and round a bend the exit
+wall  2 5  2 3  1 3  1 8  0 8  0 0            # straight on a dead end
+exit  3 5  2 5
+"""
+
+
 @pytest.fixture
 def made(tmp_path):
     """Make attempts: each with its ticks, and the referee's verdicts."""
@@ -109,6 +118,29 @@ def test_one_seed_gives_the_same_ticks_in_both_attempts(made, seed):
     once = told()
     assert once == told()
     assert once[0] != once[1], "noise goes on, it does not begin anew"
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_in_practice_tremaux_explores_first_and_then_drives_straight_out(made, tmp_path, seed):
+    maze = tmp_path / "branch.maze"
+    maze.write_text(BRANCH)
+    found, verdicts = made("tremaux", str(maze), rules=["rules.practice=true"], seed=seed)
+    explored, direct = (verdict["path_length"] for verdict in verdicts)
+    assert [(verdict["escaped"], verdict["contacts"]) for verdict in verdicts] == [(True, []), (True, [])]
+    assert explored > 14
+    assert direct < 8
+    doing = [{tick.doing for tick in ticks} for _, ticks, _ in found]
+    assert ["turn_180" in states for states in doing] == [True, False]
+
+
+def test_what_a_failed_attempt_has_seen_is_forgotten(made, tmp_path):
+    maze = tmp_path / "branch.maze"
+    maze.write_text(BRANCH)
+    # By then it has come back from the dead end.
+    found, verdicts = made("tremaux", str(maze), faults=["command_lost at=25 lasts=20"], rules=["rules.practice=true"])
+    assert [verdict["outcome"] for verdict in verdicts] == ["touched something", "escaped"]
+    doing = [{tick.doing for tick in ticks} for _, ticks, _ in found]
+    assert ["turn_180" in states for states in doing] == [True, True]
 
 
 def test_the_command_makes_two_attempts_with_files_for_each(finish, tmp_path):

@@ -18,7 +18,7 @@ from perception.compass import UNKNOWN, Compass
 from perception.settings import HoughSettings
 from perception.sweep import Floats
 
-BLOCK = 12
+BLOCK = 18
 """So many alphas are voted for at a time: what that needs stays in the processor's cache."""
 
 
@@ -90,9 +90,9 @@ def hough_space(points: Floats, settings: HoughSettings) -> HoughSpace:
     for first in range(0, len(votes), BLOCK):
         rows = votes[first : first + BLOCK]
         # Single precision is fine enough for a cell, and its numbers become whole ones many at once.
-        cells = (grid.transform[first : first + BLOCK] @ columns).astype(np.int32)
+        cells = (grid.transform[first : first + BLOCK] @ columns).astype(np.int32).ravel()
         cells -= first * count
-        rows[:] = np.bincount(cells.ravel(), minlength=rows.size).reshape(rows.shape)
+        rows.ravel()[:] = np.bincount(cells, minlength=rows.size)
     return HoughSpace(votes, grid.alphas, grid.ps, hits)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
 from types import SimpleNamespace
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 FORMATS = ("svg", "png", "dot", "mmd")
 """What a diagram can be written as: pictures, Graphviz's language, Mermaid's language."""
 
-WIDTH = 28
+WIDTH = 32
 """Longer lines at transitions are broken, before `if`, `and`, `or` and `/` rather than elsewhere."""
 
 WIDTH_IN_STATES = 36
@@ -207,6 +207,20 @@ def _wrapped(text: str, width: int) -> list[str]:
     return lines
 
 
+def _paragraph(text: str) -> str:
+    """A transition's text in a label; what goes on in another line is indented."""
+    first, *rest = _wrapped(text, WIDTH) or [""]
+    return "".join(rf"{line}\l" for line in (first, *(f"   {line}" for line in rest)))
+
+
+def _bundles(transitions: Iterable[Transition]) -> Iterable[list[Transition]]:
+    """Transitions with the same ends and the same style, together."""
+    found: dict[tuple[int, tuple[int, ...], bool], list[Transition]] = {}
+    for one in transitions:
+        found.setdefault((one.source, one.targets, isinstance(one.trigger, After)), []).append(one)
+    return found.values()
+
+
 class _Picture(NestedGraph):
     """A Graphviz picture: the nested graph of ``transitions``, with what statecharts have beyond it."""
 
@@ -272,20 +286,20 @@ class _Picture(NestedGraph):
             return
         graph = self.fsm_graph
         graph.add_node("machine", shape="note", style="filled", fillcolor="#fffbe6", label=self._label(root))
-        for index in root.transitions:
-            self._edge("machine", self._model.transitions[index])
+        for bundle in _bundles(self._model.transitions[index] for index in root.transitions):
+            self._edge("machine", bundle)
 
     def _label(self, state: State) -> str:
         return "".join(rf"{line}\l" for line in _lines(self._model, state))
 
     def _add_edges(self, _transitions: Any, _container: Any) -> None:
-        """Draw each transition by itself: labels stay apart, and time-outs have a style of their own."""
-        for transition in self._model.transitions:
-            if transition.source:
-                self._edge(self._tail(transition), transition)
+        """Draw the transitions from one state to another as one line with a text for each; time-outs are apart."""
+        for bundle in _bundles(one for one in self._model.transitions if one.source):
+            self._edge(self._tail(bundle[0]), bundle)
 
-    def _edge(self, source: str, transition: Transition) -> None:
-        label = "".join(rf"{line}\l" for line in _wrapped(_transition_text(transition), WIDTH))
+    def _edge(self, source: str, bundle: Sequence[Transition]) -> None:
+        transition = bundle[0]
+        label = "".join(_paragraph(_transition_text(one)) for one in bundle)
         ink = self._inks[transition.source]
         style = {"color": ink, "fontcolor": ink}
         if isinstance(transition.trigger, After):

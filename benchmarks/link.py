@@ -2,7 +2,8 @@
 
 The first table compares a tick of the pledge machine with the real simulator in one process and over the loopback with
 a bare Zenoh ping-pong of the same messages; all in one run, interleaved, medians of the rounds. The second breaks
-things at random moments and measures how long the robot moves on, and how long it takes until it moves again.
+things at random moments and measures how long the robot moves on, and how long it takes until it moves again. The third
+says what readers cost that cannot keep up.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -257,13 +259,108 @@ def frozen_simulator(chance: random.Random) -> tuple[float, float]:
             return 0.0, time.monotonic() - remedy
 
 
+def noticed_silence(chance: random.Random) -> tuple[float, float]:
+    """The robot's side is frozen: the time until its controller sees that the data are stale."""
+    endpoint = free_endpoint()
+    with toy("toy_world", endpoint, "realtime") as robot:
+        robot.line()
+        with toy("toy_controller", endpoint, "1") as controller:
+            base(robot, moving=True)
+            time.sleep(chance.uniform(0.2, 0.6))
+            failed = robot.send(signal.SIGSTOP)
+            controller.until("stale")
+            return 0.0, time.monotonic() - failed
+
+
+def broken_gate(number: signal.Signals) -> Callable[[random.Random], tuple[float, float]]:
+    """The gate fails: its driver stops by itself, and the controller takes the robot again when the gate is back."""
+
+    def once(chance: random.Random) -> tuple[float, float]:
+        inside, endpoint = free_endpoint(), free_endpoint()
+        guarded = ["gate", inside, "--listen", endpoint, "--set", "robot.name=toy"]
+        with toy("toy_world", inside, "guarded") as driver, ExitStack() as stack:
+            driver.line()
+            gate = stack.enter_context(command(*guarded))
+            gate.line()
+            stack.enter_context(toy("toy_controller", endpoint, "1"))
+            base(driver, moving=True)
+            time.sleep(chance.uniform(0.2, 0.6))
+            failed = gate.send(number)
+            stopped = base(driver, moving=False, after=failed)
+            if number == signal.SIGSTOP:
+                remedy = gate.send(signal.SIGCONT)
+            else:
+                gate.end()
+                stack.enter_context(command(*guarded)).line()
+                remedy = time.monotonic()
+            return stopped - failed, base(driver, moving=True, after=stopped) - remedy
+
+    return once
+
+
+def broken_network(chance: random.Random) -> tuple[float, float]:
+    """The router between a simulator in lockstep and its controller is restarted: the time until the same end."""
+    endpoint = free_endpoint()
+    with command("router", "--listen", endpoint) as router:
+        router.line()
+        with toy("toy_world", endpoint, "lockstep@router") as simulator:
+            simulator.line()
+            with toy("toy_controller", endpoint, "1", "600") as undisturbed:
+                undisturbed.until("driving")
+                expected = undisturbed.line()
+                undisturbed.end()
+            with toy("toy_controller", endpoint, "1", "600") as controller:
+                controller.until("driving")
+                time.sleep(chance.uniform(0.0, 0.1))
+                router.send(signal.SIGKILL)
+                router.end()
+                with command("router", "--listen", endpoint) as again:
+                    again.line()
+                    remedy = time.monotonic()
+                    assert controller.line() == expected
+                    return 0.0, time.monotonic() - remedy
+
+
+def watched(kind: str) -> float:
+    """Milliseconds a step in lockstep, of 1000, while somebody looks on: ``nobody``, ``slow`` or ``frozen``."""
+    endpoint = free_endpoint()
+    with toy("toy_world", endpoint, "lockstep") as simulator, ExitStack() as stack:
+        simulator.line()
+        watcher = stack.enter_context(toy("toy_watcher", endpoint)) if kind != "nobody" else None
+        if watcher is not None:
+            watcher.until("ready")
+        controller = stack.enter_context(toy("toy_controller", endpoint, "1", "1000"))
+        if watcher is not None:
+            watcher.until("watching")
+            if kind == "frozen":
+                watcher.send(signal.SIGSTOP)
+        controller.until("driving")
+        began = time.monotonic()
+        controller.line()
+        return time.monotonic() - began
+
+
+def readers(count: int) -> None:
+    """Print what readers cost that cannot keep up."""
+    print("\nA step in lockstep while somebody looks on who cannot keep up; ms, median and largest of the runs\n")
+    print("| who looks on | a step |\n|---|---|")
+    kinds = {"nobody": "nobody", "slow": "takes twenty messages a second", "frozen": "frozen (SIGSTOP)"}
+    for kind, name in kinds.items():
+        times = [watched(kind) for _ in range(count)]
+        print(f"| {name} | {statistics.median(times):.2f}, {max(times):.2f} |", flush=True)
+
+
 FAULTS: dict[str, Callable[[random.Random], tuple[float, float]]] = {
     "controller killed (SIGKILL), another one started (its start included)": broken_controller(signal.SIGKILL),
     "controller frozen (SIGSTOP), then continued": broken_controller(signal.SIGSTOP),
     "controller hung with the interpreter locked, for 1 s": broken_controller(signal.SIGUSR1),
     "router killed, then started again": broken_router(signal.SIGKILL),
     "router frozen, then continued": broken_router(signal.SIGSTOP),
+    "robot's side frozen: data known to be stale": noticed_silence,
+    "gate killed, then started again; its driver stops by itself after 0.3 s": broken_gate(signal.SIGKILL),
+    "gate frozen, then continued; its driver likewise": broken_gate(signal.SIGSTOP),
     "lockstep: simulator killed and started again, run refused": broken_simulator,
+    "lockstep: router killed and started again, to the same end (600 steps)": broken_network,
     "lockstep: simulator frozen, then continued to the same end (600 steps)": frozen_simulator,
 }
 
@@ -287,3 +384,4 @@ if __name__ == "__main__":
         costs(asked.rounds)
     if asked.faults:
         faults(asked.faults)
+        readers(asked.faults)

@@ -19,6 +19,8 @@ from transport.robot import LinkError
 
 Role = Literal["peer", "client", "router"]
 
+_HANDSHAKE = 1.0
+"""How long one attempt to connect may take, s. A session that is closed waits for it where the other side is frozen."""
 _RETRY = {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 2}
 
 
@@ -54,7 +56,7 @@ def session_settings(
         "scouting/delay": 0,
         # No gain at these sizes, and a killed process leaves its files behind.
         "transport/shared_memory/enabled": False,
-        "transport/unicast/open_timeout": round(1000 * wait),
+        "transport/unicast/open_timeout": round(1000 * min(wait, _HANDSHAKE)),
         "transport/link/tx/lease": round(1000 * lease),
         **(security or {}),
     }

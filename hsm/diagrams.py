@@ -2,7 +2,8 @@
 
 States lie within states; regions of a parallel state have a dashed border; history is a circle with an H (H* where it
 is deep); final states have a double border. A state says what it does, what it runs on entry and exit, and its internal
-transitions; a transition says trigger, guard and actions; time-outs are dashed.
+transitions; a transition says trigger, guard and actions; time-outs are dashed. In pictures the transitions of a state
+and their texts share a colour; those with the same ends share the line.
 """
 
 from __future__ import annotations

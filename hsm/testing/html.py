@@ -1,16 +1,15 @@
-"""Coverage to look at: each machine's source with what was missed, and how often each state was entered."""
+"""Coverage to look at: each machine's source with what was missed, and its diagram with what was entered most."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
-from math import log1p
 from pathlib import Path
 
+from hsm.testing.heat import heat_map
 from hsm.testing.measured import Measured
 from hsm.testing.points import Kind, Point, share
 from hsm.testing.table import COLUMNS
-from hsm.topology import HISTORY
 
 _STYLE = """
 :root { color-scheme: light dark; --good: #2a7d4f22; --bad: #c0392b33; --part: #c8a02b33; --line: #8884; }
@@ -26,8 +25,10 @@ pre { margin: 0; font: 13px/1.45 ui-monospace, monospace; }
 .bad { background: var(--bad); }
 .part { background: var(--part); }
 .source .why { color: #c0392b; padding-left: 9.6rem; white-space: pre-wrap; font-size: 12px; }
+.map svg { max-width: 100%; height: auto; background: white; }
 .map, .map .state { display: flex; flex-wrap: wrap; gap: .5rem; align-items: flex-start; }
 .map .state { border: 1px solid var(--line); border-radius: .5rem; padding: .3rem .6rem; }
+.map .never { border-style: dashed; }
 """
 
 
@@ -60,7 +61,7 @@ def _machine_page(machine: Measured) -> str:
     parts = [
         f'<p><a href="index.html">All machines</a></p><h1>{escape(machine.model.name)}</h1>',
         f"<table><tr><th>Machine</th>{heads}<th>Cover</th></tr>{_row(escape(machine.file), points)}</table>",
-        _heat_map(machine),
+        heat_map(machine),
     ]
     for file in machine.model.files:
         path = Path(file)
@@ -102,29 +103,6 @@ def _source(text: str, points: Sequence[Point]) -> str:
         )
         rows.extend(f'<pre class="why">{escape(one.text)}</pre>' for one in missed)
     return f'<div class="source">{"".join(rows)}</div>'
-
-
-def _heat_map(machine: Measured) -> str:
-    """The states within one another, the warmer the more often they were entered."""
-    counts = machine.coverage.states
-    hottest = max(counts.values(), default=1)
-    states = machine.model.states
-    parts: list[str] = []
-    open_until: list[int] = []
-    for state in states[1:]:
-        while open_until and state.index > open_until[-1]:
-            open_until.pop()
-            parts.append("</div>")
-        if state.kind in HISTORY:
-            continue
-        count = counts.get(state.index, 0)
-        heat = log1p(count) / log1p(hottest)
-        color = f"hsl({210 - 200 * heat:.0f} 75% 55% / {0.15 + 0.35 * heat:.2f})" if count else "transparent"
-        name = escape(state.name.rpartition(".")[2])
-        style = f"background: {color}{'' if count else '; border-style: dashed'}"
-        parts.append(f'<div class="state" style="{style}"><b>{name}</b> {count}&times;')
-        open_until.append(state.last)
-    return f'<h2>Entered</h2><div class="map">{"".join(parts)}{"</div>" * len(open_until)}</div>'
 
 
 def _page(title: str, body: str) -> str:

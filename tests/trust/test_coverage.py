@@ -7,7 +7,9 @@ from xml.etree import ElementTree
 import pytest
 
 from hsm.coverage import Coverage
+from hsm.diagrams import DiagramError
 from hsm.testing.driver import Driver
+from hsm.testing.heat import fills_of, heat_map
 from hsm.testing.html import write_html
 from hsm.testing.lcov import cobertura, lcov
 from hsm.testing.measured import Measurements, measured_files
@@ -133,7 +135,24 @@ def test_the_html_report_shows_source_counts_and_reasons(measurements, tmp_path)
     page = (tmp_path / "report" / "walker.html").read_text()
     assert "property quiet" in page
     assert "never" in page
-    assert 'class="map"' in page
+    assert page.count("<svg") == 1
+    (machine,) = measurements.machines.values()
+    fills = fills_of(machine)
+    assert all(f'fill="{colour}"' in page for colour in fills.values())
+    assert len(set(fills.values())) > 1
+    assert set(fills) <= {state.name for state in machine.model.states if not state.children}
+
+
+def test_the_heat_map_is_boxes_where_no_diagram_can_be_drawn(measurements, monkeypatch):
+    def missing(*_):
+        raise DiagramError("no Graphviz")
+
+    monkeypatch.setattr("hsm.testing.heat.render", missing)
+    (machine,) = measurements.machines.values()
+    page = heat_map(machine)
+    assert "<svg" not in page
+    assert page.count('class="state') == page.count("</div>") - 1
+    assert all(f"background: {colour}" in page for colour in fills_of(machine).values())
 
 
 def test_nothing_is_all_covered_and_merges_with_anything():

@@ -35,6 +35,19 @@ class Selector:
     pick: Callable[..., Picked]
 
 
+class Unusual(Exception):  # noqa: N818 - not an error
+    """There is more to do than to move."""
+
+
+class Moves(dict[Picked, Plan]):
+    """Plans that do nothing but move; asked for any other, it raises ``Unusual``."""
+
+    __slots__ = ()
+
+    def __missing__(self, picked: Picked) -> Plan:
+        raise Unusual
+
+
 class Configuration:
     """The active states of a machine; made once for each combination that occurs, shared by all runs.
 
@@ -49,7 +62,8 @@ class Configuration:
         pick_first: the same, for a step in which no signal was evaluated yet.
         events: what an event can fire, for the events that were asked for.
         plans: what is done for the transitions that a selector picked.
-        moves: those of the plans that do nothing but move, whatever history states remember.
+        moves: those of the plans that do nothing but move, whatever history states remember; ``Unusual`` is raised for
+            all others.
     """
 
     __slots__ = (
@@ -82,7 +96,7 @@ class Configuration:
         self._activities: tuple[int, ...] | None = None
         self.events: dict[Event, Selector | None] = {}
         self.plans: dict[Any, Plan] = {}
-        self.moves: dict[Picked, Plan] = {}
+        self.moves: dict[Picked, Plan] = Moves()
 
     @property
     def states(self) -> tuple[int, ...]:

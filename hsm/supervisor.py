@@ -9,14 +9,14 @@ from types import MappingProxyType
 from typing import Any
 
 from hsm.codegen import NONE
-from hsm.configuration import Configuration
+from hsm.configuration import Configuration, Unusual
 from hsm.coverage import Collector, Coverage
 from hsm.events import Scoped
 from hsm.machine import Machine
 from hsm.macrostep import NOTHING_DUE, Look, Macrostep
 from hsm.model import ActivityCall
 from hsm.plans import Plan
-from hsm.reaction import SPIN, Fault, Reaction, RunState, fault_event
+from hsm.reaction import Fault, Reaction, RunState, fault_event
 from hsm.registry import Activity, Outcome, Stoppable
 from hsm.snapshots import Run, carry_over, to_json
 from hsm.wording import activity_text
@@ -27,10 +27,6 @@ _FINISHED: Any = object()
 def _same(one: ActivityCall | None, other: ActivityCall | None) -> bool:
     """Whether two states do the same, wherever that is written."""
     return one is not None and other is not None and activity_text(one) == activity_text(other)
-
-
-class _Unusual(Exception):  # noqa: N818 - not an error
-    """There is more to a step than moving."""
 
 
 class Supervisor:
@@ -140,27 +136,18 @@ class Supervisor:
             # Functions are called by a name of their own: looked up as methods they would be slower.
             picked = pick(facts, memo, values, configuration.active, hits)
             if picked != NONE:
-                plans = []
-                bound = SPIN
-                while picked != NONE:
-                    moves = configuration.moves
-                    if picked not in moves or not bound:
-                        return self._react(time, events, facts, memo)
-                    plan = moves[picked]
-                    plans.append(plan)
-                    bound -= 1
-                    configuration = plan.target
-                    pick = configuration.pick_when
-                    picked = pick(facts, memo, values, configuration.active, hits)
-                taken = self._taken
-                for plan in plans:
-                    if plan in taken:
-                        taken[plan] += 1
-                    else:
-                        self._collector.count((plan,))
+                plan = configuration.moves[picked]
+                configuration = plan.target
+                pick = configuration.pick_when
+                if pick(facts, memo, values, configuration.active, hits) != NONE:
+                    return self._react(time, events, facts, memo)  # one after the other: seldom
+                try:
+                    self._taken[plan] += 1
+                except KeyError:
+                    self._collector.count((plan,))
                 state.configuration = configuration
-                looks = [*looks, *plans] if looks else plans
-        except _Unusual:
+                looks = [*looks, plan] if looks else (plan,)
+        except Unusual:
             return self._react(time, events, facts, memo)
         except Exception as error:
             return self._react(time, events, facts, memo, error)
@@ -183,8 +170,6 @@ class Supervisor:
             if selector is not None:
                 picked = selector.pick(facts, memo, values, configuration.active, hits)
                 if picked != NONE:
-                    if picked not in configuration.moves:
-                        raise _Unusual
                     plan = configuration.moves[picked]
             looks.append((event, configuration, values, NOTHING_DUE, plan))
             if plan is not None:

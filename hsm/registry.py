@@ -22,6 +22,7 @@ import inspect
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import Path
 from typing import Any, Protocol, TypeVar, get_type_hints, runtime_checkable
 
 from hsm.types import Enumeration, Type, type_of
@@ -118,7 +119,17 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 
 @dataclass(slots=True)
 class Library:
-    """A named set of declarations; filled by decorators when a robot's modules are imported, then only read."""
+    """A named set of declarations; filled by decorators when a robot's modules are imported, then only read.
+
+    Attributes:
+        name: for messages.
+        signals: the signals, by name.
+        activities: the activities, by name.
+        actions: the one-shot actions, by name.
+        events: the events that may come from outside, by name.
+        enumerations: the enumerations that any of them uses, by name.
+        folders: where machines lie that any machine may import by name, if there is none beside it.
+    """
 
     name: str
     signals: dict[str, SignalDeclaration] = field(default_factory=dict)
@@ -126,6 +137,7 @@ class Library:
     actions: dict[str, ActionDeclaration] = field(default_factory=dict)
     events: dict[str, EventDeclaration] = field(default_factory=dict)
     enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
+    folders: list[Path] = field(default_factory=list)
 
     def signal(self, name: str) -> Callable[[_F], _F]:
         """Declare a function of the facts (its first argument) as a signal."""

@@ -161,8 +161,14 @@ class _Loader:
         self.units[path] = unit
         return unit
 
+    def _find(self, name: str, beside: Path) -> Path:
+        """Where an imported machine lies: beside the file, else in a folder of the library."""
+        relative = Path(*name.split(".")).with_suffix(SUFFIX)
+        paths = [folder / relative for folder in (beside, *self.library.folders)]
+        return next((path for path in paths if path.is_file()), paths[0])
+
     def _import(self, name: Token, report: Report) -> Unit | None:
-        path = Path(report.file).parent.joinpath(*name.split(".")).with_suffix(SUFFIX)
+        path = self._find(name, Path(report.file).parent)
         key = path.resolve()
         place = place_of(report.file, name)
         if key in self.open_files:

@@ -33,6 +33,22 @@ def test_the_pledge_machine_is_read_with_its_door(library):
     assert [(one.name, one.default) for one in model.parameters] == [("cruise", 0.5), ("patience", 5.0)]
 
 
+def test_an_import_is_looked_for_beside_the_file_and_then_in_the_librarys_folders(library, tmp_path):
+    shipped, mine = tmp_path / "shipped", tmp_path / "mine"
+    for folder, final in ((shipped, "shut"), (mine, "ajar")):
+        folder.mkdir()
+        (folder / "door.maze-machine").write_text(f"machine door\ninitial {final}\nfinal {final}\n")
+    importer = mine / "m.maze-machine"
+    importer.write_text("machine m\nimport door\ninitial a\nstate a = door()\n    on done -> over\nfinal over\n")
+    library.folders.append(shipped)
+    assert "a.ajar" in {state.name for state in load_model(importer, library).states}
+    (mine / "door.maze-machine").unlink()
+    assert "a.shut" in {state.name for state in load_model(importer, library).states}
+    library.folders.clear()
+    with pytest.raises(MachineError, match="E0208"):
+        load_model(importer, library)
+
+
 def test_all_faults_are_told_at_once(library):
     text = "machine m\nstate a\n    on done ->\n    do rotat(5 deg)\nstate b\n    when nonsense -> c\n    on x -> a\n"
     with pytest.raises(MachineError) as caught:

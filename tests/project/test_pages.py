@@ -67,3 +67,24 @@ def alike(expected, shown):
     return doctest.OutputChecker().check_output(
         expected.strip(), shown.strip(), doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
     )
+
+
+def test_the_readme_shows_how_to_change_a_machine(tmp_path):
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (lines,) = re.findall(r"^## Change it\n\n```sh\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)
+    script = lines.replace(".venv/bin", str(Path(sys.executable).parent)).replace("machines/", f"{SHIPPED}/")
+    done = subprocess.run(
+        ["bash", "-euo", "pipefail", "-c", script],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "my in final of 2015, seed 0: out of the maze" in done.stdout
+    changed = set((tmp_path / "my.maze-machine").read_text().splitlines()) - set(
+        (SHIPPED / "pledge.maze-machine").read_text().splitlines()
+    )
+    assert changed == {"machine my", "param cruise : speed = 0.3 m/s"}

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from hsm.diagnostics import Diagnostic, Severity
 from hsm.dsl import checks, syntax
 from hsm.dsl.behaviour import Behaviour
-from hsm.dsl.codes import Report
 from hsm.dsl.context import Context
 from hsm.dsl.declarations import Declarations
 from hsm.dsl.instances import Graft, graft
 from hsm.dsl.outline import HISTORY, Draft, outline
 from hsm.dsl.properties import compile_properties
+from hsm.dsl.report import Report
 from hsm.dsl.subject import PSEUDO, Subject
 from hsm.dsl.typing import Scope
 from hsm.model import Action, Model, State, StateKind, Variable

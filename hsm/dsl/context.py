@@ -8,8 +8,8 @@ from lark import Token
 
 from hsm.diagnostics import Place
 from hsm.dsl import syntax
-from hsm.dsl.codes import Report
 from hsm.dsl.outline import Outline
+from hsm.dsl.report import Report
 from hsm.dsl.syntax import place_of
 from hsm.dsl.typing import Scope
 from hsm.registry import Library

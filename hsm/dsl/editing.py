@@ -15,12 +15,12 @@ from lark import Token
 
 from hsm.diagnostics import Place
 from hsm.dsl import syntax
-from hsm.dsl.codes import Report
 from hsm.dsl.describe import first_line, holds_text, outcomes_text, signature, type_text
 from hsm.dsl.lexer import STATEMENTS
 from hsm.dsl.loading import SUFFIX
 from hsm.dsl.outline import HISTORY, Outline, outline
 from hsm.dsl.parser import parse
+from hsm.dsl.report import Report
 from hsm.dsl.syntax import place_of
 from hsm.dsl.typing import FUNCTIONS
 from hsm.model import StateKind

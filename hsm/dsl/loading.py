@@ -14,9 +14,9 @@ from hsm.codes import finding
 from hsm.diagnostics import Diagnostic, MachineError
 from hsm.dsl import checks, syntax
 from hsm.dsl.acceptance import accepted
-from hsm.dsl.codes import Report
 from hsm.dsl.compile import Unit, compile_file
 from hsm.dsl.parser import parse
+from hsm.dsl.report import Report
 from hsm.dsl.syntax import place_of
 from hsm.model import Model
 from hsm.registry import Library

@@ -9,7 +9,7 @@ from lark import Token
 
 from hsm.diagnostics import Related
 from hsm.dsl import syntax
-from hsm.dsl.codes import Report
+from hsm.dsl.report import Report
 from hsm.dsl.syntax import place_of
 from hsm.model import Model, StateKind
 

@@ -12,9 +12,9 @@ from lark import Lark, Token
 
 from hsm.diagnostics import Diagnostic, Place
 from hsm.dsl import syntax
-from hsm.dsl.codes import Report
 from hsm.dsl.lalr import Parser, Table
 from hsm.dsl.lexer import Lexer
+from hsm.dsl.report import Report
 from hsm.dsl.syntax import depth_of, place_of
 from hsm.dsl.syntax_errors import report_line
 from hsm.model import StateKind

@@ -8,7 +8,7 @@ from functools import reduce
 from lark import Token
 
 from hsm.dsl import syntax
-from hsm.dsl.codes import Report
+from hsm.dsl.report import Report
 from hsm.dsl.syntax import first_token, last_token, place_of
 from hsm.dsl.typing import Scope
 from hsm.expressions import Active, Binary, Expression, Literal

@@ -8,8 +8,8 @@ from collections.abc import Set
 from lark import Token
 
 from hsm.diagnostics import Place
-from hsm.dsl.codes import Report
 from hsm.dsl.lexer import STATEMENTS
+from hsm.dsl.report import Report
 
 _WORDS = {
     "NAME": "a name",

@@ -13,7 +13,7 @@ from lark import Token
 
 from hsm.diagnostics import Place, Related
 from hsm.dsl import syntax
-from hsm.dsl.codes import Report
+from hsm.dsl.report import Report
 from hsm.dsl.syntax import DEEPEST_EXPRESSION, depth_of, first_token, last_token, place_of
 from hsm.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.registry import Library, Parameter

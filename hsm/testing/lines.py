@@ -16,8 +16,8 @@ from lark.exceptions import UnexpectedInput
 
 from hsm.diagnostics import Place
 from hsm.dsl import syntax
-from hsm.dsl.codes import Report
 from hsm.dsl.parser import _Builder as Builder
+from hsm.dsl.report import Report
 from hsm.dsl.syntax import place_of
 
 _WORDS = {

@@ -11,7 +11,7 @@ from lark import Token
 
 from hsm.diagnostics import Diagnostic, MachineError, Place, Severity
 from hsm.dsl import syntax
-from hsm.dsl.codes import Report
+from hsm.dsl.report import Report
 from hsm.dsl.syntax import first_token, last_token, place_of
 from hsm.dsl.typing import Declared, Scope
 from hsm.expressions import Literal

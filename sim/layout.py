@@ -135,7 +135,7 @@ class Layout:
         self.exit = cell, side
 
     def add_doors(self, count: int, apart: float) -> None:
-        """Close bridges of the way out by doors, each in a dead end with a wall beside it to slide along.
+        """Close bridges of the way out by doors, each at the end of a dead end with a wall beside it to slide along.
 
         Args:
             count: how many.
@@ -155,9 +155,11 @@ class Layout:
         for dead_end in self.steps_from(self.start):
             if dead_end in used or dead_end in (self.start, self.exit[0]):
                 continue
-            if len(self.joined(dead_end)) != 2:
+            ways = self.joined(dead_end)
+            # In line, so that the door ends the way and has the walls of the way at both of its sides.
+            if len(ways) != 2 or (ways[0][0] != ways[1][0] and ways[0][1] != ways[1][1]):
                 continue
-            for behind in self.joined(dead_end):
+            for behind in ways:
                 if behind in used:
                     continue
                 middle = ((dead_end[0] + behind[0]) / 2, (dead_end[1] + behind[1]) / 2)

@@ -1,0 +1,246 @@
+"""What the shipped machines can do: hundreds of mazes and corridors drawn by seed, and the contest mazes.
+
+    python benchmarks/machines.py draw FOLDER [--count N] [--first SEED]    draw the mazes and the corridors
+    python benchmarks/machines.py run FOLDER [SET ...] [--count N] [--workers N]
+    python benchmarks/machines.py show FOLDER                               the tables of what has been run
+
+`draw` varies all that the generator offers by seed: cells, corridors' width, loops, islands, open spaces, dead ends,
+doors, skew, offset. A maze with a passage narrower than 0.6 m is drawn again. `run` is `maze-machine sweep` over the
+sets below; a set is a results file in the folder, and one that was interrupted goes on where it was. With `--count`
+only the first N mazes of each set are taken. Laser noise, odometry drift and the referee are on; time limits are lifted
+to those of `SETS`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import median, quantiles
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from controller.campaign import Record, Results, Setup, jobs_of
+from controller.workers import on_cores
+from sim.corridors import corridor, random_corridor
+from sim.formats import write_maze
+from sim.generate import Recipe, generate
+from sim.geometry import distances
+from sim.maze import Maze, MazeError
+from sim.solvability import shortest_way
+
+DATA = Path(__file__).parents[1].parent / "shared" / "data" / "mazes"
+NARROWEST = 0.6
+"""A maze has no passage narrower than this, m."""
+WIDE = 0.8
+"""From this width on a robot has to keep its distance to the walls, m."""
+CRUISE = 0.5
+"""The robot's speed, m/s."""
+SOLVERS = ("pledge", "pledge_smooth", "tremaux")
+CORRIDORS = ("corridor_2015", "corridor_2017")
+OTHERS = ("right_hand", "right_hand_loop", "random_mouse")
+
+
+@dataclass(frozen=True)
+class Set:
+    """Machines to be driven through mazes.
+
+    Attributes:
+        machines: their names.
+        mazes: a folder in the folder of the benchmark, or else files.
+        seeds: how many.
+        time_limit: s; None for the mazes' own.
+        count: how many mazes; None for all.
+    """
+
+    machines: Sequence[str]
+    mazes: str | tuple[str, ...]
+    seeds: int = 1
+    time_limit: float | None = None
+    count: int | None = None
+
+
+SETS = {
+    "mazes": Set(SOLVERS, "mazes", time_limit=7200.0),
+    "corridors": Set(CORRIDORS, "corridors"),
+    "contest": Set(SOLVERS, (str(DATA / "micromouse"),), time_limit=36000.0),
+    "challenge": Set(SOLVERS, ("final_2015", str(DATA / "emc" / "heightmap_maze_legacy.pgm")), seeds=10),
+    "others": Set(OTHERS, "mazes", time_limit=600.0, count=60),
+}
+
+
+def recipe_of(generator: np.random.Generator) -> Recipe:
+    """Draw what a maze shall be like."""
+    doors = int(generator.choice(3, p=(0.4, 0.5, 0.1)))
+    corridor = round(float(generator.uniform(0.65, 1.5 if doors else 1.8)), 2)
+    crooked, shifted = generator.random(2) < 0.6
+    return Recipe(
+        columns=int(generator.integers(3, 10)),
+        rows=int(generator.integers(3, 9)),
+        corridor=corridor,
+        loops=int(generator.integers(0, 4)),
+        islands=int(generator.choice(3, p=(0.5, 0.35, 0.15))),
+        open_spaces=int(generator.choice(3, p=(0.5, 0.35, 0.15))),
+        dead_ends=round(float(generator.random()), 2),
+        doors=doors,
+        skew=round(float(generator.uniform(0, 4)), 1) if crooked else 0.0,
+        offset=round(float(generator.uniform(0, min(0.2, corridor / 4))), 3) if shifted else 0.0,
+    )
+
+
+def random_maze(seed: int) -> Maze:
+    """The maze of a seed: recipes are drawn until one can be built without a passage too narrow."""
+    generator = np.random.Generator(np.random.PCG64(seed))
+    while True:
+        try:
+            maze = generate(recipe_of(generator), seed)
+        except MazeError:  # too many islands, doors or open spaces for so few cells
+            continue
+        if narrowest(maze) >= NARROWEST:
+            return replace(maze, time_limit=math.inf)
+
+
+def narrowest(maze: Maze) -> float:
+    """Width of a maze's narrowest passage, m: from an end of a wall to the next wall that it does not touch."""
+    away = distances(maze.walls.reshape(-1, 2), maze.walls)
+    return float(away[away > 1e-3].min())
+
+
+def draw(folder: Path, count: int, first: int) -> None:
+    """Write the mazes and the corridors of the seeds, and beside them how narrow and how long each is."""
+    known = {}
+    for kind in ("mazes", "corridors"):
+        (folder / kind).mkdir(parents=True, exist_ok=True)
+        for seed in range(first, first + count):
+            if kind == "mazes":
+                maze = random_maze(seed)
+                width = narrowest(maze)
+            else:
+                wanted = random_corridor(seed)
+                maze = corridor(wanted, f"corridor {seed}")
+                width = min(wanted.width, wanted.opening)
+            file = folder / kind / f"{seed:04}.maze"
+            write_maze(maze, file)
+            known[str(file)] = {"narrowest": round(width, 3), "way": shortest_way(maze)}
+    (folder / "known.json").write_text(json.dumps(known, indent=1))
+
+
+def run(folder: Path, names: Iterable[str], count: int | None, workers: int) -> None:
+    """Do what is still to be done of some sets."""
+    for name in names:
+        chosen = SETS[name]
+        if isinstance(chosen.mazes, str):
+            least = min(one for one in (count, chosen.count, len(known(folder))) if one is not None)
+            mazes: Sequence[str] = [str(file) for file in sorted((folder / chosen.mazes).iterdir())[:least]]
+        else:
+            mazes = chosen.mazes
+        setup = Setup(time_limit=chosen.time_limit)
+        results = Results(folder / f"{name}.jsonl", setup, jobs_of(chosen.machines, mazes, chosen.seeds))
+        # Maze by maze, so that what there is after an interruption can be compared.
+        todo = sorted(results.open_jobs, key=lambda job: (job.maze, job.seed))
+        print(f"{name}: {len(todo)} runs", flush=True)
+        for record in on_cores(setup, todo, workers):
+            results.add(record)
+            if not record["solved"] and name != "others":
+                print(f"  {record}", flush=True)
+        results.write()
+
+
+def known(folder: Path) -> dict[str, dict[str, float]]:
+    """What is known of the mazes drawn: `narrowest` and `way`, m."""
+    file = folder / "known.json"
+    return json.loads(file.read_text()) if file.exists() else {}
+
+
+def records_of(file: Path) -> list[Record]:
+    """The runs of a results file."""
+    return [json.loads(line) for line in file.read_text().splitlines()[1:]]
+
+
+def show(folder: Path) -> None:
+    """Print all tables as Markdown."""
+    sizes = known(folder)
+    for name in SETS:
+        file = folder / f"{name}.jsonl"
+        if not file.exists():
+            continue
+        records = records_of(file)
+        print(f"\n### {name}\n")
+        refused = sorted({Path(one["maze"]).stem for one in records if "refused" in one})
+        if refused:
+            print(f"No way out: {', '.join(refused)}.\n")
+        table(name, [one for one in records if "refused" not in one], sizes)
+        if name in {"contest", "mazes"}:
+            faster([one for one in records if one["solved"]])
+
+
+def table(name: str, records: Sequence[Record], sizes: dict[str, dict[str, float]]) -> None:
+    """One line a machine."""
+    corridors = name == "corridors"
+    wide = [f"clearance from {WIDE} m on"]
+    heads = ["machine", "runs", "out", "touched", "clearance", *wide, "median time", "90%"]
+    heads += ["time / (path / 0.5 m/s)", "time / (shortest way / 0.5 m/s)"] if corridors else []
+    print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
+    for machine in dict.fromkeys(one["machine"] for one in records):
+        runs = [one for one in records if one["machine"] == machine]
+        out = [one for one in runs if one["solved"]]
+        roomy = [one for one in runs if sizes.get(one["maze"], {}).get("narrowest", math.inf) >= WIDE]
+        cells = [f"`{machine}`", len(runs), len(out), sum(bool(one.get("contacts")) for one in runs)]
+        cells += [f"{least(runs):.3f} m", f"{least(roomy):.3f} m"]
+        times = [one["time"] for one in out]
+        cells += [f"{median(times):.1f} s", f"{quantiles(times, n=10, method='inclusive')[-1]:.1f} s"]
+        if corridors:
+            cells.append(f"{median(one['time'] * CRUISE / one['path_length'] for one in out):.2f}")
+            cells.append(f"{median(one['time'] * CRUISE / sizes[one['maze']]['way'] for one in out):.2f}")
+        print(f"| {' | '.join(map(str, cells))} |")
+
+
+def least(runs: Iterable[Record]) -> float:
+    """The smallest clearance, m."""
+    return min((one["clearance"] for one in runs if one.get("clearance") is not None), default=math.nan)
+
+
+def faster(solved: Sequence[Record]) -> None:
+    """How much less time pledge_smooth takes than pledge over the mazes that both have left."""
+    times = {
+        machine: {(one["maze"], one["seed"]): one["time"] for one in solved if one["machine"] == machine}
+        for machine in ("pledge", "pledge_smooth")
+    }
+    both = sorted(times["pledge"].keys() & times["pledge_smooth"].keys())
+    if not both:
+        return
+    spent, smooth = (sum(times[machine][one] for one in both) for machine in ("pledge", "pledge_smooth"))
+    shares = [times["pledge_smooth"][one] / times["pledge"][one] for one in both]
+    print(
+        f"\n`pledge` against `pledge_smooth`, {len(both)} runs: {spent:.0f} s and {smooth:.0f} s,"
+        f" {spent / smooth - 1:.1%} faster ({1 - smooth / spent:.1%} less time);"
+        f" of the single runs the median takes {1 - median(shares):.1%} less, the worst {1 - max(shares):.1%}"
+    )
+
+
+def main() -> None:
+    """Draw, run or show."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("do", choices=("draw", "run", "show"))
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("sets", nargs="*", default=list(SETS), metavar="SET", help=", ".join(SETS))
+    parser.add_argument("--count", type=int)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=2)
+    arguments = parser.parse_args()
+    if arguments.do == "draw":
+        draw(arguments.folder, arguments.count or 500, arguments.first)
+    elif arguments.do == "run":
+        run(arguments.folder, arguments.sets, arguments.count, arguments.workers)
+    else:
+        show(arguments.folder)
+
+
+if __name__ == "__main__":
+    main()

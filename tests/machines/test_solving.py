@@ -1,14 +1,10 @@
 """Each shipped machine in mazes: what it can solve it solves and touches nothing, what it cannot it does not."""
 
-import math
-
-import numpy as np
 import pytest
 
+from sim.corridors import Corridor, corridor
 from sim.formats import read_maze
 from sim.library import shipped_mazes
-from sim.maze import Maze, Start
-from transport.messages import Pose
 
 SIMPLE = """
 ###########
@@ -75,32 +71,11 @@ def test_a_seed_chooses_the_mouse_s_way_and_the_same_seed_the_same(solve, maze):
     assert first != other
 
 
-def corridor(width, side, opening, length=2.5):
-    """The corridor challenge: a dead-straight corridor with one exit at a side."""
-    y, half, beyond = length, width / 2, 1.0
-    inner = side * half
-    outer = side * (half + beyond)
-    walls = [
-        (-inner, 0, -inner, y + opening + 1),
-        (-half, 0, half, 0),
-        (inner, 0, inner, y),
-        (inner, y, outer, y),
-        (inner, y + opening, outer, y + opening),
-        (inner, y + opening, inner, y + opening + 1),
-        (-half, y + opening + 1, half, y + opening + 1),
-    ]
-    ends = [(outer, y), (outer, y + opening)]
-    exits = [*ends[0], *ends[1]] if side < 0 else [*ends[1], *ends[0]]
-    return Maze(
-        "corridor", np.asarray(walls), Start(Pose(0, 0.5, math.pi / 2)), np.asarray([exits]), time_limit=math.inf
-    )
-
-
 @pytest.mark.parametrize("machine", ["corridor_2015", "corridor_2017"])
 @pytest.mark.parametrize(("width", "opening"), [(0.6, 0.6), (0.8, 1.2), (1.0, 1.0), (1.5, 0.8), (1.5, 1.5)])
-@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("side", ["left", "right"])
 def test_the_corridor_challenge_is_passed(solve, machine, width, opening, side):
-    run = solve(machine, corridor(width, side, opening), limit=60)
+    run = solve(machine, corridor(Corridor(width=width, opening=opening, side=side)), limit=60)
     assert run.verdict.escaped, run.verdict
     assert run.verdict.contacts == ()
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from sim.formats import read_maze, write_maze
 from sim.free_space import FreeSpace, flood
 from sim.generate import DOOR_AREA, Recipe, generate
+from sim.geometry import distances
 from sim.library import shipped_mazes
 from sim.maze import MazeError
 from sim.picture import save_picture
@@ -65,6 +66,18 @@ def test_doors_must_be_passed(seed):
     maze = generate(recipe, seed)
     shut = np.concatenate([maze.walls, [[*door.leaf[0], *door.leaf[1]] for door in maze.doors]])
     assert shortest_way(replace(maze, walls=shut), 0.1) is None
+
+
+@given(seed=st.integers(0, 2**32))
+def test_a_door_ends_a_way_between_two_walls(seed):
+    recipe = RECIPES[3]
+    maze = generate(recipe, seed)
+    for door in maze.doors:
+        (ax, ay), (bx, by) = door.leaf
+        across = np.array([ay - by, bx - ax]) / door.length
+        sides = np.array([[*door.leaf[0]], [*door.leaf[1]]])
+        beside = [distances(sides + depth * across, maze.walls).min(axis=1).max() for depth in (-0.4, 0.4)]
+        assert min(beside) < 1e-6
 
 
 def test_islands_are_blocks_with_a_way_around():

@@ -16,6 +16,7 @@ from perception.settings import PerceptionSettings
 from skills.settings import SkillSettings
 from transport.description import RobotDescription, Settings
 from transport.settings import LinkSettings
+from transport.wording import in_words
 
 SHIPPED = Path(__file__).parent / "profiles"
 
@@ -102,10 +103,10 @@ def _validated(table: Mapping[str, Any], source: str, kind: type[CommandError]) 
         return Profile.model_validate(table)
     except ValidationError as error:
         first = error.errors()[0]
-        key = ".".join(map(str, first["loc"]))
         if first["type"] == "extra_forbidden":
+            key = ".".join(map(str, first["loc"]))
             raise kind(f"{source}: unknown key `{key}`", _nearest_key(first["loc"])) from None
-        raise kind(f"{source}: `{key}` = {first['input']!r}: {first['msg']}") from None
+        raise kind(f"{source}: {in_words(first)}") from None
 
 
 def _nearest_key(location: tuple[int | str, ...]) -> str:

@@ -12,6 +12,7 @@ from controller.errors import UsageError
 from sim.faults import parse_fault
 from sim.settings import SimulatorSettings
 from transport.clock import MonotonicClock, Pace
+from transport.wording import in_words
 
 
 def simulator_settings(overrides: Iterable[str] = (), faults: Iterable[str] = ()) -> SimulatorSettings:
@@ -51,7 +52,7 @@ def _overridden(settings: SimulatorSettings, override: str) -> SimulatorSettings
     try:
         return SimulatorSettings.model_validate(table)
     except ValidationError as error:
-        raise UsageError(f"--simulate {override}: {error.errors()[0]['msg']}") from None
+        raise UsageError(f"--simulate {override}: {in_words(error.errors()[0])}") from None
 
 
 def _known(table: dict[str, Any]) -> str:

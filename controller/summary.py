@@ -1,9 +1,10 @@
-"""A campaign's results as a table: one line a machine."""
+"""A campaign's results: one line a machine, and what went wrong."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from statistics import median, quantiles
 
 from rich.box import SIMPLE_HEAD
@@ -12,31 +13,71 @@ from rich.table import Table
 from controller.campaign import Record
 
 
-def summary(records: Iterable[Record]) -> Table:
-    """How each machine did over all its runs.
+@dataclass(frozen=True, slots=True)
+class Row:
+    """How one machine did over all its runs.
 
-    Time and path are medians of the solved runs; 90% is the time that so many of them stayed below; touched counts the
-    runs with a contact; clearance is the smallest distance to a wall in any run.
+    Attributes:
+        machine: its name or file.
+        runs: how many there were, without those whose maze was refused.
+        solved: how many of them led out.
+        touched: how many of them had a contact.
+        time: median of the solved runs, s; None without any.
+        time_90: the time that nine tenths of the solved runs stayed below, s.
+        path: median length of the solved runs' paths, m.
+        clearance: the smallest distance to a wall in any run, m.
     """
-    table = Table("machine", "runs", "solved", "touched", "time", "90%", "path", "clearance", box=SIMPLE_HEAD)
+
+    machine: str
+    runs: int
+    solved: int
+    touched: int
+    time: float | None
+    time_90: float | None
+    path: float | None
+    clearance: float | None
+
+
+def summary(records: Iterable[Record]) -> list[Row]:
+    """How each machine did, in the order of the records."""
     by_machine: dict[str, list[Record]] = {}
     for record in records:
         by_machine.setdefault(record["machine"], []).append(record)
-    for machine, runs in by_machine.items():
-        driven = [run for run in runs if "refused" not in run]
-        solved = [run for run in driven if run["solved"]]
-        clearances = [run["clearance"] for run in driven if run.get("clearance") is not None]
-        table.add_row(
-            machine,
-            str(len(driven)),
-            f"{len(solved) / len(driven):.1%}" if driven else "-",
-            str(sum(bool(run.get("contacts")) for run in driven)),
-            _figure([run["time"] for run in solved], "s"),
-            _ninetieth([run["time"] for run in solved]),
-            _figure([run["path_length"] for run in solved], "m"),
-            f"{min(clearances):.3f} m" if clearances else "-",
+    return [_row(machine, [run for run in runs if "refused" not in run]) for machine, runs in by_machine.items()]
+
+
+def _row(machine: str, runs: Sequence[Record]) -> Row:
+    solved = [run for run in runs if run["solved"]]
+    times = [run["time"] for run in solved]
+    paths = [run["path_length"] for run in solved]
+    clearances = [run["clearance"] for run in runs if run.get("clearance") is not None]
+    return Row(
+        machine,
+        runs=len(runs),
+        solved=len(solved),
+        touched=sum(bool(run.get("contacts")) for run in runs),
+        time=median(times) if times else None,
+        time_90=_ninetieth(times) if times else None,
+        path=median(paths) if paths else None,
+        clearance=min(clearances) if clearances else None,
+    )
+
+
+def table(rows: Iterable[Row]) -> Table:
+    """A summary for a person, one line a machine."""
+    shown = Table("machine", "runs", "solved", "touched", "time", "90%", "path", "clearance", box=SIMPLE_HEAD)
+    for row in rows:
+        shown.add_row(
+            row.machine,
+            str(row.runs),
+            f"{row.solved / row.runs:.1%}" if row.runs else "-",
+            str(row.touched),
+            _figure(row.time, "s"),
+            _figure(row.time_90, "s"),
+            _figure(row.path, "m"),
+            _figure(row.clearance, "m", digits=3),
         )
-    return table
+    return shown
 
 
 def failures(records: Iterable[Record]) -> list[str]:
@@ -58,9 +99,9 @@ def _example(record: Record) -> str:
     return f"{record['maze']} with seed {record['seed']}: {record['reason']}"
 
 
-def _figure(values: Sequence[float], unit: str) -> str:
-    return f"{median(values):.1f} {unit}" if values else "-"
+def _figure(value: float | None, unit: str, digits: int = 1) -> str:
+    return "-" if value is None else f"{value:.{digits}f} {unit}"
 
 
-def _ninetieth(values: Sequence[float]) -> str:
-    return f"{quantiles(values, n=10, method='inclusive')[-1]:.1f} s" if len(values) > 1 else _figure(values, "s")
+def _ninetieth(values: Sequence[float]) -> float:
+    return quantiles(values, n=10, method="inclusive")[-1] if len(values) > 1 else values[0]

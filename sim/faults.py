@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field, TypeAdapter, ValidationError
 
 from sim.maze import Point
 from transport.description import Settings
 from transport.messages import Pose
+from transport.wording import in_words
 
 Seconds = Annotated[float, Field(ge=0)]
 
@@ -94,6 +95,8 @@ Fault = Annotated[
     Field(discriminator="kind"),
 ]
 _ANY: TypeAdapter[Fault] = TypeAdapter(Fault)
+KINDS = tuple(kind.model_fields["kind"].default for kind in get_args(get_args(Fault)[0]))
+"""What faults are called."""
 
 
 def parse_fault(text: str) -> Fault:
@@ -103,6 +106,8 @@ def parse_fault(text: str) -> Fault:
         ValueError: there is no such fault, or it has no such detail; the message says which.
     """
     kind, *details = text.split() or [""]
+    if kind not in KINDS:
+        raise ValueError(f"no fault `{kind}`: there are {', '.join(KINDS)}")
     values: dict[str, object] = {"kind": kind}
     for detail in details:
         key, _, value = detail.partition("=")
@@ -111,8 +116,8 @@ def parse_fault(text: str) -> Fault:
         return _ANY.validate_python(values)
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"][1:])
-        raise ValueError(f"{text}: {where + ': ' if where else ''}{first['msg']}") from None
+        # The kind is the first part of each place.
+        raise ValueError(f"{text}: {in_words({**first, 'loc': first['loc'][1:]})}") from None
 
 
 class Watch:

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from transport.keys import RobotKeys
 from transport.settings import LinkSettings
+from transport.wording import in_words
 
 AUTHORITY = "ca.pem"
 ACCESS = "access.toml"
@@ -110,8 +111,7 @@ def read_access(path: Path) -> Access:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise SecurityError(f"{path}: {error}") from None
     except ValidationError as error:
-        first = error.errors()[0]
-        raise SecurityError(f"{path}: `{'.'.join(map(str, first['loc']))}`: {first['msg']}") from None
+        raise SecurityError(f"{path}: {in_words(error.errors()[0])}") from None
 
 
 def access_control(access: Access, settings: LinkSettings) -> dict[str, object]:

@@ -4,24 +4,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from controller.completion import complete_machine
-from controller.errors import ExitStatus
+from controller.errors import ExitStatus, UsageError
 
 if TYPE_CHECKING:
     from hsm.diagnostics import Diagnostic
-
-
-class Format(StrEnum):
-    """How findings are written."""
-
-    TEXT = "text"
-    JSON = "json"
-    SARIF = "sarif"
 
 
 def check(
@@ -33,9 +24,8 @@ def check(
             autocompletion=complete_machine,
         ),
     ],
-    layout: Annotated[
-        Format, typer.Option("--format", help="For people, for programs, or as SARIF 2.1.0.")
-    ] = Format.TEXT,
+    json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+    sarif: Annotated[bool, typer.Option("--sarif", help="Print the findings as SARIF 2.1.0.")] = False,
     ignore: Annotated[
         list[str] | None,
         typer.Option(metavar="CODE", help="Leave out warnings and notes whose code begins so; may be repeated."),
@@ -48,7 +38,7 @@ def check(
 
     Example: `maze-machine check pledge my.maze-machine`
 
-    Example: `maze-machine check my.maze-machine --ignore N --format sarif > findings.sarif`
+    Example: `maze-machine check my.maze-machine --ignore N --sarif > findings.sarif`
     """
     from importlib.metadata import version
 
@@ -56,6 +46,8 @@ def check(
     from hsm.diagnostics import Severity
     from hsm.dsl import check_file, render
 
+    if json and sarif:
+        raise UsageError("--json does not go with --sarif", "one form at a time")
     library = robot_library()
     findings: list[Diagnostic] = []
     sources: dict[str, str] = {}
@@ -65,13 +57,12 @@ def check(
         sources.update(checked.sources)
     unwanted = tuple(ignore or ())
     findings = [one for one in findings if one.severity is Severity.ERROR or not one.code.startswith(unwanted)]
-    match layout:
-        case Format.TEXT:
-            print_findings(findings, sources, files)
-        case Format.JSON:
-            print(render.as_json(findings))
-        case Format.SARIF:
-            print(render.as_sarif(findings, version("maze-machine")))
+    if json:
+        print(render.as_json(findings))
+    elif sarif:
+        print(render.as_sarif(findings, version("maze-machine")))
+    else:
+        print_findings(findings, sources, files)
     if any(found.code == "E0107" for found in findings):
         raise typer.Exit(ExitStatus.BAD_FILE)
     if any(found.severity is Severity.ERROR for found in findings):

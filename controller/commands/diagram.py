@@ -7,22 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from controller.completion import complete_machine
 from controller.errors import FileError, UsageError
+from controller.options import ChartArgument
 
 if TYPE_CHECKING:
     from hsm.machine import Machine
 
 
 def diagram(
-    file: Annotated[
-        str,
-        typer.Argument(
-            help="A .maze-machine or .scxml file, or the name of a shipped machine.",
-            metavar="FILE",
-            autocompletion=complete_machine,
-        ),
-    ],
+    file: ChartArgument,
     output: Annotated[
         Path,
         typer.Option("--output", "-o", help="Where to: a .svg, .png, .dot or .mmd (Mermaid) file.", metavar="FILE"),

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from controller.completion import complete_machine
 from controller.errors import FileError
+from controller.options import ChartArgument
 
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", help="Where to; standard output if left out.", metavar="FILE")
@@ -40,14 +40,7 @@ def import_chart(
 
 
 def export(
-    file: Annotated[
-        str,
-        typer.Argument(
-            help="A .maze-machine file, or the name of a shipped machine.",
-            metavar="FILE",
-            autocompletion=complete_machine,
-        ),
-    ],
+    file: ChartArgument,
     to: Annotated[Target, typer.Option("--to", help="The format.")] = Target.SCXML,
     output: Output = None,
 ) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from controller.completion import complete_profile
+from controller.options import LISTEN, IdentityOption, ListenOption, RobotOption, SettingsOption
 
 
 def gate(
@@ -17,22 +16,10 @@ def gate(
     inside: Annotated[
         str, typer.Option(metavar="NAME", help="The driver's namespace; controllers must not know it.")
     ] = "base",
-    listen: Annotated[
-        str, typer.Option(metavar="ENDPOINT", help="Where controllers dial the gate.")
-    ] = "tcp/127.0.0.1:7447",
-    robot: Annotated[
-        str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
-    ] = "pico",
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of the profile; may be repeated."),
-    ] = None,
-    identity: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."
-        ),
-    ] = None,
+    listen: ListenOption = LISTEN,
+    robot: RobotOption = "pico",
+    settings: SettingsOption = None,
+    identity: IdentityOption = None,
 ) -> None:
     """Stand between controllers and a ROS 2 driver: one controller at a time, limits, and a stop when it falls silent.
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from controller.options import JsonOption
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,26 +28,21 @@ class Subject(StrEnum):
     CODES = "codes"
 
 
-class Format(StrEnum):
-    """How the list is written."""
-
-    TEXT = "text"
-    JSON = "json"
-
-
 def listing(
     subject: Annotated[Subject, typer.Argument(help="What to list.")],
-    layout: Annotated[Format, typer.Option("--format", help="For people or for programs.")] = Format.TEXT,
+    json: JsonOption = False,
 ) -> None:
     """List what a machine may name, with types, units and a line of documentation; or the codes of findings.
 
     Example: `maze-machine list signals`
 
-    Example: `maze-machine list activities --format json`
+    Example: `maze-machine list activities --json`
     """
+    from json import dumps
+
     rows = list(_rows(subject))
-    if layout is Format.JSON:
-        print(json.dumps(rows, indent=2, ensure_ascii=False))
+    if json:
+        print(dumps(rows, indent=2, ensure_ascii=False))
         return
     columns = list(rows[0]) if rows else []
     widths = [max(len(row[column]) for row in rows) for column in columns]

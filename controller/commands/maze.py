@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from controller.completion import complete_maze
 from controller.errors import UsageError
+from controller.options import MazeArgument
 
 if TYPE_CHECKING:
     from sim.maze import Maze
@@ -17,10 +17,6 @@ app = typer.Typer(
     no_args_is_help=True, rich_markup_mode="markdown", help="Look at mazes, convert them, draw new ones by seed."
 )
 
-MazeArgument = Annotated[
-    str,
-    typer.Argument(help="A maze file of any format, or the name of a shipped maze.", autocompletion=complete_maze),
-]
 PixelOption = Annotated[
     float, typer.Option("--metres-a-pixel", min=0.001, metavar="METRES", help="Scale of heightmap images.")
 ]
@@ -99,6 +95,7 @@ def generate(
 
     from sim.formats import write_maze
     from sim.generate import Recipe, generate
+    from transport.wording import in_words
 
     columns, _, rows = size.partition("x")
     try:
@@ -118,13 +115,18 @@ def generate(
         )
     except ValidationError as error:
         first = error.errors()[0]
-        option = "--" + "-".join(str(part).replace("_", "-") for part in first["loc"]) + ": " if first["loc"] else ""
-        raise UsageError(f"{option}{first['msg'].removeprefix('Value error, ')}", "see maze generate --help") from None
+        options = tuple(_option(str(part)) for part in first["loc"])
+        raise UsageError(in_words({**first, "loc": options}), "see maze generate --help") from None
     drawn = generate(recipe, seed)
     write_maze(drawn, output, metres_a_cell=corridor)
     print(f"{output}: {_facts(drawn)}")
     if picture is not None:
         _save(drawn, picture)
+
+
+def _option(name: str) -> str:
+    """The option that sets a value of a recipe."""
+    return "--size" if name in ("columns", "rows") else f"--{name.replace('_', '-')}"
 
 
 def _facts(maze: Maze) -> str:

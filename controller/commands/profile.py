@@ -7,16 +7,14 @@ from typing import Annotated
 import typer
 
 from controller.completion import complete_profile
+from controller.options import SettingsOption
 
 
 def profile(
     name: Annotated[
         str, typer.Argument(help="A TOML file, or the name of a shipped profile.", autocompletion=complete_profile)
     ] = "pico",
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of the profile; may be repeated."),
-    ] = None,
+    settings: SettingsOption = None,
 ) -> None:
     """Print a robot profile with every setting, its value and what it means, as a TOML file to start one's own from.
 

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from controller.completion import complete_machine
 from controller.errors import ExitStatus
+from controller.options import JsonOption, RecordingArgument, TraceOption
 
 
 def replay(
-    recording: Annotated[Path, typer.Argument(help="A file that `maze-machine run --record` wrote.")],
+    recording: RecordingArgument,
     machine: Annotated[
         str | None,
         typer.Option(
             help="Another machine for the same sensors. Default: the recorded one.", autocompletion=complete_machine
         ),
     ] = None,
-    trace: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write states, poses and commands as JSON lines.")
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    trace: TraceOption = None,
+    json: JsonOption = False,
 ) -> None:
     """Feed recorded sensors to the same machine, or to another, and show the first difference from the recorded run.
 

@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
+from controller.options import LISTEN, IdentityOption, ListenOption
 
 
 def router(
-    listen: Annotated[
-        str, typer.Option(metavar="ENDPOINT", help="Where robots and controllers dial it.")
-    ] = "tcp/127.0.0.1:7447",
-    identity: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."
-        ),
-    ] = None,
+    listen: ListenOption = LISTEN,
+    identity: IdentityOption = None,
 ) -> None:
     """Pass messages on between robots and controllers that all dial this place.
 

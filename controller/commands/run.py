@@ -9,8 +9,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from controller.completion import complete_machine, complete_maze, complete_profile
+from controller.completion import complete_machine, complete_maze
 from controller.errors import ExitStatus, UsageError
+from controller.options import (
+    FaultOption,
+    IdentityOption,
+    JsonOption,
+    RobotOption,
+    SettingsOption,
+    SimulateOption,
+    SpeedOption,
+    TimeLimitOption,
+    TraceOption,
+)
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -48,40 +59,17 @@ def run(
             help="Drive the robot that listens there, such as tcp/127.0.0.1:7447, and start no simulator.",
         ),
     ] = None,
-    identity: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."
-        ),
-    ] = None,
-    robot: Annotated[
-        str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
-    ] = "pico",
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of the profile; may be repeated."),
-    ] = None,
+    identity: IdentityOption = None,
+    robot: RobotOption = "pico",
+    settings: SettingsOption = None,
     parameters: Annotated[
         list[str] | None,
         typer.Option("--param", metavar="NAME=VALUE", help="Set a parameter, with its unit; may be repeated."),
     ] = None,
-    simulate: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--simulate", metavar="KEY=VALUE", help="Override a setting of the simulator, such as noise.size=0.02."
-        ),
-    ] = None,
-    fault: Annotated[
-        list[str] | None,
-        typer.Option(metavar="FAULT", help='Let something go wrong, such as "laser_blinded at=10 lasts=2".'),
-    ] = None,
-    speed: Annotated[
-        float | None,
-        typer.Option(min=0.01, metavar="MULTIPLE", help="Keep to this multiple of real time. Default: no waiting."),
-    ] = None,
-    time_limit: Annotated[
-        float | None, typer.Option(min=0, metavar="SECONDS", help="End the run after so much of the robot's time.")
-    ] = None,
+    simulate: SimulateOption = None,
+    fault: FaultOption = None,
+    speed: SpeedOption = None,
+    time_limit: TimeLimitOption = None,
     attempts: Annotated[
         int,
         typer.Option(
@@ -99,9 +87,7 @@ def run(
             "first has learned of the maze is known in it.",
         ),
     ] = False,
-    trace: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write states, poses and commands as JSON lines.")
-    ] = None,
+    trace: TraceOption = None,
     record: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Record sensors, commands and steps as MCAP, for `maze-machine replay`."),
@@ -115,7 +101,7 @@ def run(
         typer.Option(metavar="FILE", help="Where to save the picture of the path. Default: in the folder runs/."),
     ] = None,
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    json: JsonOption = False,
 ) -> None:
     """Run a machine on a robot until the machine, the referee or a limit ends it.
 

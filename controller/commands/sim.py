@@ -2,57 +2,42 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from controller.completion import complete_maze, complete_profile
+from controller.options import (
+    LISTEN,
+    FaultOption,
+    IdentityOption,
+    ListenOption,
+    MazeArgument,
+    RobotOption,
+    SettingsOption,
+    SimulateOption,
+    SpeedOption,
+)
 
 
 def sim(
-    maze: Annotated[
-        str,
-        typer.Argument(help="A maze file of any format, or the name of a shipped maze.", autocompletion=complete_maze),
-    ],
-    listen: Annotated[str, typer.Option(metavar="ENDPOINT", help="Where controllers dial it.")] = "tcp/127.0.0.1:7447",
+    maze: MazeArgument,
+    listen: ListenOption = LISTEN,
     connect: Annotated[
         str | None, typer.Option(metavar="ENDPOINT", help="Dial a router there instead of listening.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="The run, where a controller asks for none.")] = 0,
-    robot: Annotated[
-        str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
-    ] = "pico",
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of the profile; may be repeated."),
-    ] = None,
+    robot: RobotOption = "pico",
+    settings: SettingsOption = None,
     realtime: Annotated[
         bool, typer.Option("--realtime", help="Let time pass by the clock on the wall, with a dead man, as hardware.")
     ] = False,
-    simulate: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--simulate", metavar="KEY=VALUE", help="Override a setting of the simulator, such as noise.size=0.02."
-        ),
-    ] = None,
-    fault: Annotated[
-        list[str] | None,
-        typer.Option(metavar="FAULT", help='Let something go wrong, such as "laser_blinded at=10 lasts=2".'),
-    ] = None,
-    speed: Annotated[
-        float | None,
-        typer.Option(min=0.01, metavar="MULTIPLE", help="Keep to this multiple of real time. Default: no waiting."),
-    ] = None,
+    simulate: SimulateOption = None,
+    fault: FaultOption = None,
+    speed: SpeedOption = None,
     once: Annotated[
         bool, typer.Option("--once", help="End after one episode, also when its controller has died.")
     ] = False,
-    identity: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."
-        ),
-    ] = None,
+    identity: IdentityOption = None,
 ) -> None:
     """Simulate a robot in a maze for a controller in another process.
 

@@ -7,14 +7,17 @@ from typing import Annotated
 
 import typer
 
-from controller.completion import complete_profile
 from controller.errors import ExitStatus, UsageError
+from controller.options import JsonOption, RobotOption, SettingsOption, TimeLimitOption
 
 
 def sweep(
-    machines: Annotated[str, typer.Option(metavar="A,B,...", help="Machines: files or names, with commas.")],
+    machines: Annotated[
+        list[str], typer.Option(metavar="A,B,...", help="Machines: files or names, with commas; may be repeated.")
+    ],
     mazes: Annotated[
-        str, typer.Option(metavar="A,B,...", help="Mazes: files, folders of files or names, with commas.")
+        list[str],
+        typer.Option(metavar="A,B,...", help="Mazes: files, folders of files or names, with commas; may be repeated."),
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="The results, one JSON line a run; taken up if it exists.")],
     seeds: Annotated[int, typer.Option(min=1, help="How many seeds for each machine and maze, from 0.")] = 1,
@@ -22,16 +25,10 @@ def sweep(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Hand the runs to this dask.distributed cluster instead.")
     ] = None,
-    robot: Annotated[
-        str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
-    ] = "pico",
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of the profile; may be repeated."),
-    ] = None,
-    time_limit: Annotated[
-        float | None, typer.Option(min=0, metavar="SECONDS", help="Give up a run after so much of the robot's time.")
-    ] = None,
+    robot: RobotOption = "pico",
+    settings: SettingsOption = None,
+    time_limit: TimeLimitOption = None,
+    json: JsonOption = False,
 ) -> None:
     """Run machines over mazes and seeds and say how they did.
 
@@ -41,18 +38,20 @@ def sweep(
     Example: `maze-machine sweep --machines pledge,right_hand --mazes mazes/ --seeds 10 --out results.jsonl`
     """
     import os
+    from dataclasses import asdict
+    from json import dumps
 
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from controller.campaign import Results, Setup, jobs_of
-    from controller.summary import failures, summary
+    from controller.summary import failures, summary, table
     from controller.workers import on_cluster, on_cores
 
     if scheduler is not None and workers is not None:
         raise UsageError("--workers does not go with --scheduler", "the cluster has its own workers")
     setup = Setup(robot, tuple(settings or ()), time_limit)
-    results = Results(out, setup, jobs_of(machines.split(","), mazes.split(","), seeds))
+    results = Results(out, setup, jobs_of(_each(machines), _each(mazes), seeds))
     todo = results.open_jobs
     bar = Progress(
         TextColumn("{task.description}"),
@@ -74,9 +73,18 @@ def sweep(
                 results.add(record)
                 bar.advance(shown)
         results.write()
-    console = Console()
-    console.print(summary(results.records))
-    for line in failures(results.records):
-        console.print(line, markup=False, highlight=False)
+    rows, failed = summary(results.records), failures(results.records)
+    if json:
+        print(dumps({"machines": [asdict(row) for row in rows], "failures": failed}))
+    else:
+        console = Console()
+        console.print(table(rows))
+        for line in failed:
+            console.print(line, markup=False, highlight=False)
     solved = all(record["solved"] for record in results.records)
     raise typer.Exit(ExitStatus.OK if solved else ExitStatus.FAILED)
+
+
+def _each(values: list[str]) -> list[str]:
+    """The names in all values of an option, each of which may hold several with commas."""
+    return [name for value in values for name in value.split(",")]

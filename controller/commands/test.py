@@ -9,6 +9,7 @@ import typer
 
 from controller.completion import complete_machine
 from controller.errors import ExitStatus, UsageError
+from controller.options import JsonOption
 
 
 def test(
@@ -39,7 +40,7 @@ def test(
     html: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write a coverage report to look at.")] = None,
     lcov: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as an LCOV tracefile.")] = None,
     cobertura: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as Cobertura XML.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the results as JSON.")] = False,
+    json: JsonOption = False,
 ) -> None:
     """Run a machine's scenarios and check its properties on every run up to a bound.
 
@@ -57,6 +58,7 @@ def test(
     from controller.library import robot_library
     from controller.machines import find_machine
     from controller.trials import Reports, generated, mutated, run_trial
+    from controller.waiting import waiting
     from hsm.testing.reading import SUFFIX
     from hsm.testing.trial import load_trial
 
@@ -65,10 +67,13 @@ def test(
     path = Path(file)
     trial = load_trial(path if path.suffix == SUFFIX else find_machine(file), robot_library())
     if generate:
-        result = generated(trial, steps, output)
+        with waiting("finding scenarios"):
+            result = generated(trial, steps, output)
     elif mutate:
-        result = mutated(trial)
+        with waiting("trying changed machines"):
+            result = mutated(trial)
     else:
-        result = run_trial(trial, steps, Reports(coverage, fail_under, html, lcov, cobertura))
+        with waiting("running scenarios, checking properties"):
+            result = run_trial(trial, steps, Reports(coverage, fail_under, html, lcov, cobertura))
     print(dumps(result.as_json, indent=2) if json else "\n".join(result.lines))
     raise typer.Exit(ExitStatus.OK if result.passed else ExitStatus.FAILED)

@@ -7,9 +7,11 @@ from typing import Annotated
 
 import typer
 
+from controller.options import RecordingArgument
+
 
 def view(
-    recording: Annotated[Path, typer.Argument(help="A file that `maze-machine run --record` wrote.")],
+    recording: RecordingArgument,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="The page. Default: beside the recording.")
     ] = None,

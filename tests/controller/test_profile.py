@@ -37,8 +37,8 @@ def test_the_command_line_wins_over_the_file(tmp_path):
     [
         ("[skills.motion]\nheading_gian = 1", "unknown key `skills.motion.heading_gian`; did you mean `heading_gain`?"),
         ("[robt]\nname = 'x'", "unknown key `robt`; did you mean `robot`?"),
-        ("[robot.limits]\nspeed = -1", "`robot.limits.speed` = -1: Input should be greater than 0"),
-        ("[robot.limits]\nspeed = 'fast'", "`robot.limits.speed` = 'fast'"),
+        ("[robot.limits]\nspeed = -1", "`robot.limits.speed` must be more than 0, not -1"),
+        ("[robot.limits]\nspeed = 'fast'", "`robot.limits.speed` must be a number, not 'fast'"),
         ("[robot\n", "line 1"),
     ],
 )

@@ -113,6 +113,20 @@ def test_from_the_command_line(finish, tmp_path):
     assert (tmp_path / "r.jsonl").read_bytes() == before
 
 
+def test_machines_and_mazes_may_be_named_one_by_one_and_the_result_read_by_a_program(finish, tmp_path, no_exit):
+    names = ["--machines", "pledge", "--machines", "right_hand", "--mazes", "corridor", "--mazes", str(no_exit)]
+    status, out, _ = finish("sweep", *names, "--time-limit", "1", "--out", tmp_path / "results.jsonl", "--json")
+    assert status == 1
+    told = json.loads(out)
+    assert [(row["machine"], row["runs"], row["solved"]) for row in told["machines"]] == [
+        ("pledge", 1, 0),
+        ("right_hand", 1, 0),
+    ]
+    assert told["machines"][0]["time"] is None
+    assert told["machines"][0]["clearance"] > 0
+    assert "2 x maze refused" in told["failures"][0]
+
+
 def test_ctrl_c_keeps_what_is_done_and_leaves_no_process(start, tmp_path):
     file = tmp_path / "r.jsonl"
     sweep = start("sweep", "--machines", "pledge", "--mazes", "corridor", "--seeds", 500, "--workers", 1, "--out", file)

@@ -47,7 +47,7 @@ def test_check_without_warnings(folder):
 
 
 def test_check_for_programs(folder):
-    result = run("check", "bad.maze-machine", "--format", "json")
+    result = run("check", "bad.maze-machine", "--json")
     assert result.exit_code == 1
     document = json.loads(result.output)
     assert document["version"] == 1
@@ -59,7 +59,7 @@ def test_check_for_programs(folder):
 
 
 def test_check_as_sarif(folder):
-    result = run("check", "bad.maze-machine", "good.maze-machine", "--format", "sarif")
+    result = run("check", "bad.maze-machine", "good.maze-machine", "--sarif")
     assert result.exit_code == 1
     document = json.loads(result.output)
     assert document["version"] == "2.1.0"
@@ -116,7 +116,7 @@ def test_fmt_of_standard_input():
 
 
 def listed(subject):
-    result = run("list", subject, "--format", "json")
+    result = run("list", subject, "--json")
     assert result.exit_code == 0
     return json.loads(result.output)
 

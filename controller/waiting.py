@@ -1,0 +1,26 @@
+"""What a person sees on a terminal while a command thinks: what it does and for how long."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+
+@contextmanager
+def waiting(what: str) -> Iterator[None]:
+    """Show on standard error, where that is a terminal, that something goes on for as long as the block runs."""
+    console = Console(stderr=True)
+    shown = Progress(
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    )
+    with shown:
+        shown.add_task(what, total=None)
+        yield

@@ -1,0 +1,48 @@
+"""What is wrong with a value, in the words of whoever wrote it: pydantic's findings, reworded."""
+
+from __future__ import annotations
+
+from pydantic_core import ErrorDetails
+
+_BOUNDS = {
+    "greater_than": ("gt", "more than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "at most"),
+}
+_SHAPES = {
+    "float_parsing": "a number",
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "int_parsing": "a whole number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_parsing": "true or false",
+    "bool_type": "true or false",
+    "string_type": "a text",
+    "tuple_type": "several values",
+    "dict_type": "a section",
+    "model_type": "a section",
+}
+
+
+def in_words(found: ErrorDetails) -> str:
+    """One finding as a sentence: ```limits.speed` must be more than 0, not -1``."""
+    kind, limits = found["type"], found.get("ctx", {})
+    subject = f"`{place}` " if (place := ".".join(str(part) for part in found["loc"])) else ""
+    if kind == "extra_forbidden":
+        return f"{subject}is not known"
+    if kind == "missing":
+        return f"{subject}is missing"
+    if kind == "value_error":
+        return f"{subject}{found['msg'].removeprefix('Value error, ')}"
+    return f"{subject}must be {_wanted(kind, limits)}, not {found['input']!r}"
+
+
+def _wanted(kind: str, limits: dict[str, object]) -> str:
+    if kind in _BOUNDS:
+        limit, words = _BOUNDS[kind]
+        return f"{words} {limits[limit]:g}"
+    if kind in ("literal_error", "enum"):
+        return f"one of {limits['expected']}"
+    return _SHAPES.get(kind, "a value of another kind")

@@ -21,6 +21,8 @@ Posts = NDArray[np.float64]
 """Where the corners of the cells stand: x and y in metres, shape (columns + 1, rows + 1, 2)."""
 DRAWINGS = 50
 """So many are tried for one seed before it is given up."""
+DOOR_WIDTHS = (0.5, 1.5)
+"""How wide the dead end may be that is a door, m, also between skewed walls."""
 DOOR_AREA = 1.6
 """The start is at least so far from a door, m: the rule's 1.3 m, the robot's radius and some room."""
 SKEW_SHIFT = 0.15
@@ -53,7 +55,7 @@ class Recipe(Settings):
 
     @model_validator(mode="after")
     def _fits(self) -> Recipe:
-        if self.doors and not 0.5 <= self.corridor <= 1.5:
+        if self.doors and not DOOR_WIDTHS[0] <= self.corridor <= DOOR_WIDTHS[1]:
             raise ValueError("a door is 0.5 to 1.5 m wide, and so must the corridors be where there are doors")
         if self.corridor * max(self.columns, self.rows) > LARGEST - self.corridor:
             raise ValueError(f"a maze must be smaller than {LARGEST:.0f} m")
@@ -191,9 +193,16 @@ def _ends_between(cell: Cell, other: Cell) -> tuple[Post, Post]:
 
 
 def _door(name: str, posts: Posts, ends: tuple[Post, Post], slide: Cell) -> Door:
-    """A door between two posts that slides to the side where the step leads."""
+    """A door between two posts that slides to the side where the step leads.
+
+    Raises:
+        NoRoomError: the walls beside it are shifted so that it is none by the rules.
+    """
     first, second = ends if sum(slide) > 0 else ends[::-1]
-    return Door(name, (_point(posts[first]), _point(posts[second])))
+    door = Door(name, (_point(posts[first]), _point(posts[second])))
+    if not DOOR_WIDTHS[0] <= door.length <= DOOR_WIDTHS[1]:
+        raise NoRoomError(f"{name} is {door.length:.2f} m wide")
+    return door
 
 
 def _point(post: NDArray[np.float64]) -> Point:

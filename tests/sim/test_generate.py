@@ -22,6 +22,7 @@ RECIPES = [
     Recipe(columns=8, rows=7, islands=1, open_spaces=1, doors=1, loops=2, skew=2, offset=0.1),
     Recipe(columns=5, rows=9, corridor=0.8, loops=0, dead_ends=0.2),
     Recipe(columns=10, rows=10, doors=2, loops=3),
+    Recipe(columns=5, rows=5, corridor=1.4, doors=1, skew=4, offset=0.2),
 ]
 
 
@@ -52,7 +53,7 @@ def test_every_seed_gives_a_solvable_maze_and_always_the_same(recipe, seed):
     for door in maze.doors:
         assert 0.5 <= door.length <= 1.5
         middle = np.mean(door.leaf, axis=0)
-        assert math.dist(middle, maze.start_point) > DOOR_AREA - 2 * recipe.offset - 0.2
+        assert math.dist(middle, maze.start_point) > DOOR_AREA - 2 * recipe.offset - 0.2 * recipe.corridor
 
 
 def test_other_seeds_give_other_mazes():

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from pathlib import Path
 
 import machines
-from controller.errors import FileError
+from controller.shipped import find_file
 
 SUFFIX = ".maze-machine"
 SHIPPED = Path(next(iter(machines.__path__)))
@@ -27,18 +26,4 @@ def find_machine(name: str) -> Path:
     Raises:
         FileError: there is neither.
     """
-    shipped = shipped_machines()
-    if name in shipped:
-        return shipped[name]
-    path = Path(name)
-    if path.is_file():
-        return path
-    if path.suffix == SUFFIX or path.parent != Path():
-        raise FileError(f"there is no machine file {name}")
-    raise FileError(f"there is no machine `{name}`", _suggestion(name, shipped))
-
-
-def _suggestion(name: str, shipped: dict[str, Path]) -> str:
-    close = get_close_matches(name, shipped, n=1)
-    listed = f"shipped machines: {', '.join(shipped)}"
-    return f"did you mean `{close[0]}`? ({listed})" if close else f"give a {SUFFIX} file or a name; {listed}"
+    return find_file("machine", name, shipped_machines())

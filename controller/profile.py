@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import BaseModel, Field, ValidationError
 
 from controller.errors import CommandError, FileError, UsageError
+from controller.shipped import find_file
 from perception.settings import PerceptionSettings
 from skills.settings import SkillSettings
 from transport.description import RobotDescription, Settings
@@ -56,7 +57,7 @@ def load_profile(name: str = "pico", overrides: Iterable[str] = ()) -> Profile:
         ProfileError: the file cannot be read, or a key or value in it is not one.
         UsageError: the same of an override.
     """
-    path = _find(name)
+    path = find_file("profile", name, shipped_profiles(), ProfileError)
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -66,16 +67,6 @@ def load_profile(name: str = "pico", overrides: Iterable[str] = ()) -> Profile:
         _set(table, override)
         profile = _validated(table, f"--set {override}", UsageError)
     return profile
-
-
-def _find(name: str) -> Path:
-    shipped = shipped_profiles()
-    if name in shipped:
-        return shipped[name]
-    path = Path(name)
-    if path.is_file():
-        return path
-    raise ProfileError(f"no profile `{name}`", f"give a TOML file or one of {', '.join(shipped)}")
 
 
 def _set(table: dict[str, Any], override: str) -> None:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 
-from controller.errors import FileError
+from controller.shipped import find_file
 from sim.formats import METRES_A_CELL, METRES_A_PIXEL, read_maze
 from sim.library import shipped_mazes
 from sim.maze import Maze
@@ -28,15 +27,7 @@ def maze_file(name: str) -> Path:
     Raises:
         FileError: there is neither.
     """
-    shipped = shipped_mazes()
-    path = shipped.get(name, Path(name))
-    if path.is_file():
-        return path
-    close = get_close_matches(name, shipped, n=1)
-    listed = f"shipped mazes: {', '.join(shipped)}"
-    raise FileError(
-        f"there is no maze {name}", f"did you mean `{close[0]}`? ({listed})" if close else f"give a file; {listed}"
-    )
+    return find_file("maze", name, shipped_mazes())
 
 
 def find_maze(name: str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cell: float = METRES_A_CELL) -> Maze:

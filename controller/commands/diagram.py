@@ -42,9 +42,9 @@ def diagram(
 def load_chart(file: str) -> Machine:
     """The machine of a ``.maze-machine`` or ``.scxml`` file, or of a shipped machine's name."""
     import hsm
-    from controller.commands.check import machine_path
     from controller.library import robot_library
+    from controller.machines import find_machine
 
     if file.endswith(".scxml"):
         return hsm.scxml.load(file)
-    return hsm.load(machine_path(file), robot_library())
+    return hsm.load(str(find_machine(file)), robot_library())

@@ -36,10 +36,10 @@ def run(*arguments):
     [
         (["plegde"], 3, "there is no machine `plegde`; did you mean `pledge`?"),
         (["zzzz"], 3, "shipped machines: "),
-        (["nothing.maze-machine"], 3, "there is no machine file nothing.maze-machine"),
+        (["nothing.maze-machine"], 3, "there is no machine `nothing.maze-machine`"),
         (["pledge", "--maze", "final_2051"], 3, "did you mean `final_2015`?"),
-        (["pledge", "--maze", "nothing.pgm"], 3, "there is no maze nothing.pgm"),
-        (["pledge", "--robot", "nobody"], 3, "no profile `nobody`"),
+        (["pledge", "--maze", "nothing.pgm"], 3, "there is no maze `nothing.pgm`"),
+        (["pledge", "--robot", "nobody"], 3, "there is no profile `nobody`"),
         (["pledge", "--param", "cruise"], 2, "write --param name=value"),
         (["pledge", "--param", "cruise=fast"], 2, "m/s"),
         (["pledge", "--param", "crusie=1"], 2, "did you mean `cruise`?"),

@@ -67,7 +67,7 @@ class Set:
 
 
 SETS = {
-    "mazes": Set(SOLVERS, "mazes", time_limit=7200.0),
+    "mazes": Set(SOLVERS, "mazes", time_limit=3600.0),
     "corridors": Set(CORRIDORS, "corridors"),
     "contest": Set(SOLVERS, (str(DATA / "micromouse"),), time_limit=36000.0),
     "challenge": Set(SOLVERS, ("final_2015", str(DATA / "emc" / "heightmap_maze_legacy.pgm")), seeds=10),
@@ -81,8 +81,8 @@ def recipe_of(generator: np.random.Generator) -> Recipe:
     corridor = round(float(generator.uniform(0.65, 1.5 if doors else 1.8)), 2)
     crooked, shifted = generator.random(2) < 0.6
     return Recipe(
-        columns=int(generator.integers(3, 10)),
-        rows=int(generator.integers(3, 9)),
+        columns=int(generator.integers(3, 9)),
+        rows=int(generator.integers(3, 8)),
         corridor=corridor,
         loops=int(generator.integers(0, 4)),
         islands=int(generator.choice(3, p=(0.5, 0.35, 0.15))),

@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from perception import Facts, Perception, PerceptionSettings, WorldModel, signals
 from perception.compass import compass_of
-from perception.hough import hough_compass, hough_space
+from perception.hough import hough_compass
 from perception.lines import find_lines, split
 from perception.sweep import Sweep
 from tests.perception import carmen, doors, junctions, mazes
@@ -98,7 +98,7 @@ def by_lines(sweep: Sweep) -> float | None:
 
 
 def by_hough(sweep: Sweep) -> float | None:
-    compass = hough_compass(hough_space(sweep.points, SETTINGS.hough), SETTINGS.hough, RIGHT)
+    compass = hough_compass(sweep.points, SETTINGS.hough, RIGHT)
     return compass.misalignment if compass.known else None
 
 

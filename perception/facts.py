@@ -91,7 +91,7 @@ class Facts:
     @cached_property
     def hough_compass(self) -> Compass:
         """The misalignment with the walls as 2015 found it, as fine as the Hough space's grid."""
-        return hough_compass(self.hough, self.settings.hough, self.settings.compass.world_angle)
+        return hough_compass(self.points, self.settings.hough, self.settings.compass.world_angle)
 
     @cached_property
     def minimap(self) -> Minimap:

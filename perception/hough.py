@@ -3,6 +3,9 @@
 A hit (x, y) lies on all lines ``p = x cos(alpha) + y sin(alpha)``; each hit within the trust area, a square around the
 robot, adds one to the cell of each alpha. A square of half width s reaches to s sqrt(2), so that this is the largest p
 and no hit falls outside the grid. The accurate compass is ``perception.compass``; this one is as fine as its grid.
+
+The compass of 2015 needs the overall maximum only. From one alpha to the next a hit moves by few cells, so the votes
+for one bound those for its neighbours, and where that bound is too low nobody has to vote.
 """
 
 from __future__ import annotations
@@ -16,9 +19,9 @@ from numpy.typing import NDArray
 
 from perception.compass import UNKNOWN, Compass
 from perception.settings import HoughSettings
-from perception.sweep import Floats
+from perception.sweep import Floats, Indices
 
-BLOCK = 18
+BLOCK = 20
 """So many alphas are voted for at a time: what that needs stays in the processor's cache."""
 
 
@@ -33,7 +36,7 @@ class HoughSpace:
         hits: how many hits are in the trust area.
     """
 
-    votes: NDArray[np.int32]
+    votes: Indices
     alphas: Floats
     ps: Floats
     hits: int
@@ -56,6 +59,13 @@ class HoughLine:
 
 @dataclass(frozen=True, eq=False)
 class _Grid:
+    """All lines that are voted on, as in ``HoughSettings`` and ``HoughSpace``.
+
+    The transform turns a column (x, y, 1) into the number of a hit's cell for each alpha.
+    """
+
+    step: float
+    cell: float
     alphas: Floats
     ps: Floats
     transform: NDArray[np.float32]
@@ -63,14 +73,72 @@ class _Grid:
 
 @lru_cache(maxsize=8)
 def _grid(area: float, step: float, cell: float) -> _Grid:
-    """The grid, and the matrix that turns a column (x, y, 1) into the number of a hit's cell for each alpha."""
-    alphas: Floats = np.arange(round(math.pi / step), dtype=np.float64) * step
+    alphas: Floats = np.arange(max(round(math.pi / step), 1), dtype=np.float64) * step
     half = math.ceil(area * math.sqrt(2) / cell)
-    count = 2 * half + 1
-    shifts = np.arange(len(alphas)) * count + half + 0.5
-    transform = np.stack((np.cos(alphas) / cell, np.sin(alphas) / cell, shifts), axis=1)
-    ps: Floats = (np.arange(count, dtype=np.float64) - half) * cell
-    return _Grid(alphas, ps, transform.astype(np.float32))
+    transform = np.stack((np.cos(alphas) / cell, np.sin(alphas) / cell, np.full(len(alphas), half + 0.5)), axis=1)
+    return _Grid(step, cell, alphas, (np.arange(2.0 * half + 1) - half) * cell, transform.astype(np.float32))
+
+
+@dataclass(frozen=True, eq=False)
+class _Voters:
+    """The hits in the trust area.
+
+    Attributes:
+        grid: what they vote on.
+        columns: x, y and 1 of each, in single precision, which is fine enough for a cell, shape (3, hits).
+    """
+
+    grid: _Grid
+    columns: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, points: Floats, settings: HoughSettings) -> _Voters:
+        x, y = points[:, 0], points[:, 1]
+        trusted = ((np.abs(x) <= settings.area) & (np.abs(y) <= settings.area)).nonzero()[0]
+        columns = np.ones((3, len(trusted)), np.float32)
+        columns[0], columns[1] = x[trusted], y[trusted]
+        return cls(_grid(settings.area, settings.step, settings.cell), columns)
+
+    @property
+    def count(self) -> int:
+        """How many hits vote."""
+        return len(self.columns[0])
+
+    def votes(self, rows: Indices) -> Indices:
+        """The votes for the lines of some alphas, shape (rows, ps)."""
+        count = len(self.grid.ps)
+        cells = (self.grid.transform[rows] @ self.columns).astype(np.int32)
+        # Row upon row in one sequence of cells, so that a single count serves all.
+        cells += np.arange(0, len(rows) * count, count, dtype=np.int32)[:, None]
+        return np.bincount(cells.ravel(), minlength=len(rows) * count).reshape(-1, count)
+
+    def maximum(self) -> tuple[int, int]:
+        """The row of the line with the most votes, the lowest such row, and its votes."""
+        last = len(self.grid.alphas) - 1
+        rows = np.minimum(np.arange(1, last + 2, 3), last)
+        votes = self.votes(rows)
+        tops = votes.max(axis=1)
+        promising = rows[self._bounds(votes) >= tops.max()]
+        beside = np.clip(np.concatenate((promising - 1, promising + 1)), 0, last)
+        rows, tops = np.concatenate((rows, beside)), np.concatenate((tops, self.votes(beside).max(axis=1)))
+        most = int(tops.max())
+        return int(rows[tops == most].min()), most
+
+    def _bounds(self, votes: Indices) -> Indices:
+        """For each row the most votes that a line of the rows beside it can have, shape (rows,).
+
+        Its hits are all within a window around its cell, as wide as the farthest hit moves from row to row. The windows
+        are sums of the cells that end at each cell, taken along all rows at once: those that begin in the row before
+        are too high, which a bound may be.
+        """
+        x, y, _ = self.columns
+        farthest = math.sqrt(float((x * x + y * y).max()))
+        moves = math.ceil(farthest * self.grid.step / self.grid.cell + 0.01)  # a little more, for single precision
+        sums = votes.ravel().cumsum()
+        windows = sums.copy()
+        windows[2 * moves + 1 :] -= sums[: -2 * moves - 1]
+        bounds: Indices = windows.reshape(votes.shape).max(axis=1)
+        return bounds
 
 
 def hough_space(points: Floats, settings: HoughSettings) -> HoughSpace:
@@ -80,38 +148,28 @@ def hough_space(points: Floats, settings: HoughSettings) -> HoughSpace:
         points: hits in the robot's frame, m, shape (n, 2).
         settings: the trust area and the grid.
     """
-    grid = _grid(settings.area, settings.step, settings.cell)
-    trusted = points.T[:, (np.abs(points[:, 0]) <= settings.area) & (np.abs(points[:, 1]) <= settings.area)]
-    hits = trusted.shape[1]
-    columns = np.ones((3, hits), np.float32)
-    columns[:2] = trusted
-    count = len(grid.ps)
-    votes = np.empty((len(grid.alphas), count), np.int32)
-    for first in range(0, len(votes), BLOCK):
-        rows = votes[first : first + BLOCK]
-        # Single precision is fine enough for a cell, and its numbers become whole ones many at once.
-        cells = (grid.transform[first : first + BLOCK] @ columns).astype(np.int32).ravel()
-        cells -= first * count
-        rows.ravel()[:] = np.bincount(cells, minlength=rows.size)
-    return HoughSpace(votes, grid.alphas, grid.ps, hits)
+    voters = _Voters.of(points, settings)
+    rows = np.arange(len(voters.grid.alphas))
+    blocks = [voters.votes(rows[first : first + BLOCK]) for first in range(0, len(rows), BLOCK)]
+    return HoughSpace(np.concatenate(blocks), voters.grid.alphas, voters.grid.ps, voters.count)
 
 
-def hough_compass(space: HoughSpace, settings: HoughSettings, world_angle: float) -> Compass:
+def hough_compass(points: Floats, settings: HoughSettings, world_angle: float) -> Compass:
     """The misalignment by the line with the most hits, as in 2015.
 
     Args:
-        space: the votes.
-        settings: the least number of votes, as a share of the hits.
+        points: hits in the robot's frame, m, shape (n, 2).
+        settings: the trust area, the grid, and the least number of votes as a share of the hits.
         world_angle: walls meet at its multiples, rad.
     """
-    if not space.hits:
+    voters = _Voters.of(points, settings)
+    if not voters.count:
         return UNKNOWN
-    best = int(space.votes.argmax())
-    row, column = divmod(best, len(space.ps))
-    share = int(space.votes[row, column]) / space.hits
+    row, votes = voters.maximum()
+    share = votes / voters.count
     if share < settings.min_share:
         return UNKNOWN
-    direction = float(space.alphas[row]) - math.pi / 2
+    direction = float(voters.grid.alphas[row]) - math.pi / 2
     return Compass(math.remainder(direction, world_angle), share, settings.step / math.sqrt(12))
 
 

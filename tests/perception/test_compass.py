@@ -13,6 +13,7 @@ from perception.hough import hough_compass, hough_lines, hough_space
 from perception.lines import find_lines, split
 from perception.settings import CompassSettings, HoughSettings, LineSettings, PerceptionSettings
 from perception.sweep import Sweep
+from tests.perception import mazes
 from tests.perception.scenes import PICO, cells, corridor, observe, polyline, scan_of
 from transport.messages import Pose
 
@@ -133,10 +134,25 @@ def test_the_hough_compass_is_as_fine_as_its_grid(seed):
     for _ in range(40):
         heading = rng.uniform(-math.pi, math.pi)
         sweep = Sweep.of(scan_of(MAZE, Pose(3.5, -2.5, heading), rng=rng))
-        compass = hough_compass(hough_space(sweep.points, settings.hough), settings.hough, math.pi / 2)
+        compass = hough_compass(sweep.points, settings.hough, math.pi / 2)
         errors.append(error(compass, heading))
     assert np.median(errors) <= 0.6
     assert np.quantile(errors, 0.95) <= 2.0
+
+
+@pytest.mark.parametrize("degrees", [0.5, 1.0, 1.1, 2.0, 45.0, 100.0])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_hough_compass_leaves_out_no_line_that_could_have_the_most_hits(seed, degrees):
+    rng = np.random.default_rng(seed)
+    settings = HoughSettings(step=math.radians(degrees), min_share=0)
+    for _ in range(20):
+        walls, pose = mazes.place(rng)
+        points = Sweep.of(scan_of(walls, pose, rng=rng)).points
+        points = points if rng.random() < 0.7 else rng.uniform(-2, 2, (int(rng.integers(1, 30)), 2))
+        space, compass = hough_space(points, settings), hough_compass(points, settings, math.pi)
+        row = int(space.votes.argmax()) // len(space.ps)
+        assert compass.misalignment == pytest.approx(math.remainder(space.alphas[row] - math.pi / 2, math.pi))
+        assert compass.confidence == space.votes.max() / space.hits
 
 
 def test_hough_lines_are_the_walls_of_a_corridor():
@@ -149,6 +165,7 @@ def test_hough_lines_are_the_walls_of_a_corridor():
 
 
 def test_no_hits_no_hough():
-    space = hough_space(np.empty((0, 2)), HoughSettings())
-    assert not hough_compass(space, HoughSettings(), math.pi / 2).known
+    nothing = np.empty((0, 2))
+    space = hough_space(nothing, HoughSettings())
+    assert not hough_compass(nothing, HoughSettings(), math.pi / 2).known
     assert hough_lines(space, HoughSettings(), math.pi / 2) == []

@@ -126,6 +126,11 @@ class Edge:
         return (index for look in self.looks if look[4] is not None for index in look[4].entered)
 
     @property
+    def exited(self) -> Iterator[int]:
+        """The states left, by index."""
+        return (index for look in self.looks if look[4] is not None for index in look[4].exited)
+
+    @property
     def restored(self) -> Iterator[tuple[int, bool]]:
         """The history states entered, each with whether it remembered something."""
         return (one for look in self.looks if look[4] is not None for one in look[4].restored)
@@ -240,6 +245,10 @@ class Explorer:
         tick: seconds by which the machine is stepped before a deadline, too.
         watcher: looks at every moment.
         regions: leaves out steps in which more than one region has something new; by default none is left out.
+
+    Attributes:
+        machine: as given.
+        parameters: the values of all its parameters, in their order.
     """
 
     def __init__(
@@ -256,7 +265,7 @@ class Explorer:
         self._watcher = watcher or Watcher()
         self._domains = Domains([*expressions_of(machine.model), *self._watcher.expressions])
         given = {one.name: None if one.required else one.default for one in machine.model.parameters}
-        self._values = [*{**given, **(parameters or {})}.values(), *(None for _ in machine.model.variables)]
+        self.parameters = tuple({**given, **(parameters or {})}.values())
         self._heard = _events(machine)
         self._regions = regions
         self._tried: dict[tuple[Any, ...], list[Any]] = {}
@@ -266,7 +275,9 @@ class Explorer:
     def start(self) -> list[Edge]:
         """All first steps: entering the machine and its first step at the same time."""
         plan = self.machine.planner.start()
-        state = RunState(plan.target, list(self._values), {}, (), {}, None)
+        state = RunState(
+            plan.target, [*self.parameters, *(None for _ in self.machine.model.variables)], {}, (), {}, None
+        )
         before = Moment(state, 0.0, frozenset(), {}, self._watcher.begin())
 
         def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Look]]:
@@ -286,11 +297,6 @@ class Explorer:
         if moment.state.outcome is not None:
             return
         for wait, reports, events in self._inputs(moment):
-            given = Input(wait, reports, events)
-            pending = [self._outcome(state, outcome) for state, outcome in reports]
-            over = moment.over | {self.machine.indices[state] for state, _ in reports}
-            time = moment.time + wait.seconds
-            before = Moment(moment.state, time, over, moment.signals, self._watched_until(moment, time))
             region = -1
             if self._regions is not None:
                 changing = {self._regions.of_state(self.machine.indices[state]) for state, _ in reports}
@@ -299,16 +305,25 @@ class Explorer:
                     if region not in (-1, self._regions.only):
                         continue
                     region = self._regions.only
+            yield from self._steps(moment, Input(wait, reports, events), region)
 
-            def attempt(
-                choices: _Choices, hits: list[Any], time: float = time, happened: tuple[Any, ...] = (*pending, *events)
-            ) -> tuple[RunState, list[Look]]:
-                reaction = Reaction(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
-                choices.reaction = reaction
-                reaction.run(happened)
-                return reaction.state, reaction.looks
+    def continued(self, moment: Moment, given: Input) -> Iterator[Edge]:
+        """All steps from a moment with a given input; signals that it leaves open are free."""
+        return self._steps(moment, given, -1)
 
-            yield from self._edges(before, given, attempt, region)
+    def _steps(self, moment: Moment, given: Input, region: int) -> Iterator[Edge]:
+        pending = [self._outcome(state, outcome) for state, outcome in given.reports]
+        over = moment.over | {self.machine.indices[state] for state, _ in given.reports}
+        time = moment.time + given.wait.seconds
+        before = Moment(moment.state, time, over, moment.signals, self._watched_until(moment, time))
+
+        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Look]]:
+            reaction = Reaction(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
+            choices.reaction = reaction
+            reaction.run((*pending, *given.events))
+            return reaction.state, reaction.looks
+
+        return self._edges(before, given, attempt, region)
 
     def _edges(
         self,
@@ -319,7 +334,7 @@ class Explorer:
     ) -> Iterator[Edge]:
         """One edge for each combination of the signals that are asked for."""
         marks = self.machine.generator.marks
-        open_choices: list[tuple[dict[SignalKey, Any], int]] = [({}, region)]
+        open_choices: list[tuple[dict[SignalKey, Any], int]] = [(dict(given.signals), region)]
         while open_choices:
             choices = _Choices(self, before.signals, *open_choices.pop())
             hits = marks.new()

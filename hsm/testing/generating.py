@@ -2,34 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from heapq import heappop, heappush
+from itertools import islice
 from typing import Any
 
 from hsm.expressions import Expression, VariableValue
 from hsm.machine import Machine
-from hsm.model import After, Model, On
+from hsm.model import Model, On
 from hsm.testing.driver import TICK
 from hsm.testing.exploring import Edge, Explorer, Moment, Regions
+from hsm.testing.goals import Goal, goals_of, goals_on, impossible_goals, title_of
 from hsm.testing.mutating import Mutant, survivors
 from hsm.testing.points import transition_text
 from hsm.testing.replaying import replay
 from hsm.testing.rewriting import parts_of
 from hsm.testing.running import run_scenario
 from hsm.testing.scenarios import Expectation, Scenario
-from hsm.testing.script import FAULT, scripted_machine
+from hsm.testing.script import scripted_machine
+from hsm.testing.telling import telling
 from hsm.testing.writing import Writer
-from hsm.topology import HISTORY
 from hsm.wording import expression_text
-
-Goal = tuple[Hashable, ...]
-"""Something to reach: ``("state", index)``, ``("transition", index)``, ``("path", index, path)``, ..."""
 
 Key = tuple[Any, ...]
 
 MOST_WAYS = 60
 """So many ways are tried to make a change of the machine show that no test has noticed yet."""
+
+MOST_TOLD = 10_000
+"""So many steps are looked at to find those ways."""
 
 MOST_STEPS = 120_000
 """So many steps are tried before what was not reached is given up."""
@@ -99,11 +101,11 @@ def generate(
         return None if found.fault else _trimmed(found.scenario)
 
     for way, goals in search.chosen():
-        scenario = told(_title(ready.model, goals), way)
+        scenario = told(title_of(ready.model, goals[0]), way)
         if scenario is not None:
             scenarios.append(scenario)
     for mutant in survivors(ready.model, scenarios, tick):
-        for way in search.around(mutant, MOST_WAYS):
+        for way in islice(search.around(mutant), MOST_WAYS):
             scenario = told(f"{mutant.kind} (line {mutant.place.line if mutant.place else 1})", way)
             if scenario is not None and not run_scenario(scenario, mutant.model, tick).passed:
                 scenarios.append(scenario)
@@ -121,6 +123,8 @@ class _Search:
     limit: int
     parents: dict[Key, tuple[Key | None, Edge]] = field(default_factory=dict)
     found: dict[Goal, tuple[Key | None, Edge]] = field(default_factory=dict)
+    impossible: dict[Goal, str] = field(default_factory=dict)
+    entering: dict[int, dict[Key | None, None]] = field(default_factory=dict)
     kinds: dict[tuple[int, ...], int] = field(default_factory=dict)
     queue: list[tuple[int, int, int, Key, Moment]] = field(default_factory=list)
     steps: int = 0
@@ -128,7 +132,8 @@ class _Search:
 
     def run(self) -> None:
         """Explore until all is found, all is seen, or it takes too long."""
-        wanted = set(goals_of(self.machine))
+        self.impossible = dict(impossible_goals(self.machine))
+        wanted = set(goals_of(self.machine)) - self.impossible.keys()
         for edge in self.explorer.start():
             self._take(None, edge, 0)
         idle = 0
@@ -144,8 +149,10 @@ class _Search:
         self.steps += 1
         if edge.fault is not None:
             return
-        for goal in goals_on(edge):
+        for goal in goals_on(self.machine, edge):
             self.found.setdefault(goal, (source, edge))
+        for index in edge.entered:
+            self.entering.setdefault(index, {})[source] = None
         key = edge.target.key()
         if key not in self.parents:
             self.parents[key] = (source, edge)
@@ -161,26 +168,36 @@ class _Search:
             way.append(edge)
         return way[::-1]
 
-    def around(self, mutant: Mutant, limit: int) -> Iterator[list[Edge]]:
-        """Ways that end where what was changed matters, short ones first."""
+    def around(self, mutant: Mutant) -> Iterator[list[Edge]]:
+        """Ways that may show a change, short ones first and those first that lead elsewhere on the changed machine."""
         if any(("transition", index) not in self.found for index in mutant.transitions):
             return
-        changed = Machine(mutant.model)
-        explorers = (self.explorer, Explorer(changed, self.parameters, regions=Regions(changed)))
-        count = 0
-        for key, (_, edge) in self.parents.items():
-            if mutant.transitions and mutant.state not in edge.target.state.configuration.active:
-                continue
+        machine = scripted_machine(mutant.model)
+        changed = Explorer(machine, self.parameters, regions=Regions(machine))
+        alike: list[list[Edge]] = []
+        steps = 0
+        for key in self._near(mutant):
             way = self.way(*self.parents[key])
-            for explorer in explorers:  # what matters to the changed machine may not matter to this one
-                state = edge.target.state
-                there = replace(state, configuration=explorer.machine.configuration(state.configuration.leaves))
-                for further in explorer.successors(replace(edge.target, state=there)):
-                    if further.fault is None and _matters(mutant, further):
-                        yield [*way, further]
-                        count += 1
-            if count >= limit:
-                return
+            for edge, elsewhere in telling(self.explorer, changed, mutant, way[-1].target):
+                steps += 1
+                if elsewhere:
+                    yield [*way, edge]
+                elif len(alike) < MOST_WAYS:
+                    alike.append([*way, edge])
+            if steps >= MOST_TOLD:
+                break
+        yield from alike
+
+    def _near(self, mutant: Mutant) -> list[Key]:
+        """The situations from which a step may come by a change."""
+        if mutant.state == 0:
+            return list(self.parents)
+        entering = self.entering.get(mutant.state, {})
+        return [
+            key
+            for key, (_, edge) in self.parents.items()
+            if key in entering or mutant.state in edge.target.state.configuration.active
+        ]
 
     def chosen(self) -> Iterator[tuple[list[Edge], list[Goal]]]:
         """Ways that together reach all that was found: long ones first, as they cover much of what others reach."""
@@ -190,7 +207,7 @@ class _Search:
         picked: list[tuple[list[Edge], list[Goal]]] = []
         for goal in sorted(wanted, key=lambda one: -len(ways[one])):
             if goal in open_goals:
-                own = [one for edge in ways[goal] for one in goals_on(edge) if one in open_goals]
+                own = [one for edge in ways[goal] for one in goals_on(self.machine, edge) if one in open_goals]
                 open_goals.difference_update(own)
                 picked.append((ways[goal], [goal]))
         yield from reversed(picked)
@@ -206,28 +223,34 @@ class _Search:
             match goal:
                 case ("state", int(index)):
                     place = model.states[index].place
-                    yield Unreached(
-                        f"state {model.states[index].name} is not entered", self._bound(), place.line if place else None
-                    )
-                case ("transition", int(index)):
-                    place = model.transitions[index].place
-                    text = f"{transition_text(model, model.transitions[index])} is not taken"
-                    yield Unreached(text, self._why_not(index), place.line if place else None)
-                case ("path", int(index), int(path)):
-                    place = model.transitions[index].place
-                    decision = self.machine.generator.decision(index)
-                    values = ", ".join(
-                        f"`{expression_text(one)}` {'true' if held else 'false'}"
-                        for one, held in zip(decision.conditions, decision.values(path), strict=True)
-                        if held is not None
-                    )
-                    text = f"{transition_text(model, model.transitions[index])}: never {values}"
-                    yield Unreached(text, self._why_not(index), place.line if place else None)
+                    text = f"state {model.states[index].name} is not entered"
+                    yield Unreached(text, self._bound(), place.line if place else None)
                 case ("history", int(index), bool(remembered)):
                     how = "something" if remembered else "nothing"
-                    yield Unreached(
-                        f"{model.states[index].name} is not entered with {how} remembered", self._bound(), None
-                    )
+                    text = f"{model.states[index].name} is not entered with {how} remembered"
+                    yield Unreached(text, self._bound(), None)
+                case ("transition" | "path" | "held", int(index), *how):
+                    transition = model.transitions[index]
+                    missed = self._missed(str(goal[0]), index, *how)
+                    reason = self._why_not(index)
+                    if goal in self.impossible:
+                        reason = f"it cannot be: {self.impossible[goal]}"
+                    line = transition.place.line if transition.place else None
+                    yield Unreached(f"{transition_text(model, transition)}{missed}", reason, line)
+
+    def _missed(self, kind: str, index: int, how: Any = None) -> str:
+        """What is missed of a transition."""
+        if kind == "transition":
+            return " is not taken"
+        if kind == "held":
+            return f": never {'true' if how else 'false'}"
+        decision = self.machine.generator.decision(index)
+        values = ", ".join(
+            f"`{expression_text(one)}` {'true' if held else 'false'}"
+            for one, held in zip(decision.conditions, decision.values(how), strict=True)
+            if held is not None
+        )
+        return f": never {values}"
 
     def _bound(self) -> str:
         """How sure it is that something cannot be reached."""
@@ -272,76 +295,6 @@ class _Search:
             if values:
                 told.append(f"{name} was {min(values):g} to {max(values):g}")
         return f" ({', '.join(told)})" if told else ""
-
-
-def goals_of(machine: Machine) -> Iterator[Goal]:
-    """All that there is to reach in a machine, in document order."""
-    model = machine.model
-    for state in model.states[1:]:
-        if state.kind in HISTORY:
-            yield "history", state.index, True
-            continue
-        yield "state", state.index
-        if state.activity is not None:
-            for outcome in state.activity.activity.outcomes:
-                yield "outcome", state.name, outcome
-    for transition in model.transitions:
-        yield "transition", transition.index
-        if isinstance(transition.trigger, After):
-            yield "early", transition.index
-        decision = machine.generator.decision(transition.index)
-        if decision.conditions and decision.count <= 2 * len(decision.conditions) ** 2 + 2:
-            for path in decision.paths:
-                yield "path", transition.index, path
-        elif decision.conditions:
-            yield "held", transition.index, True
-            yield "held", transition.index, False
-
-
-def goals_on(edge: Edge) -> Iterator[Goal]:
-    """All that one step reaches."""
-    for index in edge.entered:
-        yield "state", index
-    for state, outcome in edge.input.reports:
-        if outcome != FAULT:
-            yield "outcome", state, outcome
-    for index in edge.transitions:
-        yield "transition", index
-    for index, remembered in edge.restored:
-        yield "history", index, remembered
-    for index, paths in edge.paths.items():
-        for path in paths:
-            yield "path", index, path
-    if edge.input.wait.early and not edge.looks:
-        for index in edge.target.state.timers:
-            yield "early", index
-
-
-def _matters(mutant: Mutant, edge: Edge) -> bool:
-    """Whether a step looks at what was changed."""
-    if mutant.transitions:
-        looked_at = {*edge.transitions, *edge.paths}
-        return edge.input.wait.early or not looked_at.isdisjoint(mutant.transitions)
-    return mutant.state == 0 or mutant.state in edge.entered
-
-
-def _title(model: Model, goals: Iterable[Goal]) -> str:
-    match next(iter(goals)):
-        case ("state", int(index)):
-            return f"reach {model.states[index].name}"
-        case ("history", int(index), _):
-            return f"return to {model.states[index].name}"
-        case ("transition", int(index)) | ("early", int(index)) | ("path", int(index), _) as goal:
-            transition = model.transitions[index]
-            how = {"transition": "take", "early": "too early for", "path": "decide"}[str(goal[0])]
-            targets = ", ".join(model.states[one].name for one in transition.targets)
-            source = model.states[transition.source].name if transition.source else model.name
-            line = f" (line {transition.place.line})" if transition.place else ""
-            return f"{how} {source}{f' -> {targets}' if targets else ''}{line}"
-        case ("outcome", state, outcome):
-            return f"{state} reports {outcome}"
-        case goal:
-            return " ".join(map(str, goal))
 
 
 def _trimmed(scenario: Scenario) -> Scenario:

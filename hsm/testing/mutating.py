@@ -7,15 +7,17 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
+from hsm.coverage import Coverage
+from hsm.decisions import decision_of
 from hsm.diagnostics import Place
 from hsm.expressions import Expression, Literal, Unary
-from hsm.machine import Machine
-from hsm.model import Action, Model, State, Transition, When
+from hsm.model import Action, After, Model, State, Transition, When
+from hsm.testing.feasible import guard_of
 from hsm.testing.points import transition_text
 from hsm.testing.rewriting import Rewriter
 from hsm.testing.running import run_scenario
 from hsm.testing.scenarios import Scenario, Suite
-from hsm.testing.script import scripted
+from hsm.testing.script import scripted_machine
 from hsm.types import BOOLEAN, Integer, Quantity
 from hsm.wording import action_text, expression_text, value_text
 
@@ -70,15 +72,44 @@ def survey(model: Model, suites: Sequence[Suite]) -> Survey:
         model: the machine; what it imports is tested on its own and not changed here.
         suites: its scenarios; they pass on the machine itself.
     """
+    machine = scripted_machine(model)
+    trials = [
+        (one, suite.tick, run_scenario(one, machine, suite.tick).coverage)
+        for suite in suites
+        for one in suite.scenarios
+    ]
     killed = 0
     survivors = []
     for mutant in mutants(model):
-        machine = Machine(scripted(mutant.model))
-        if any(not run_scenario(one, machine, suite.tick).passed for suite in suites for one in suite.scenarios):
+        mutated = scripted_machine(mutant.model)
+        if any(
+            not run_scenario(scenario, mutated, tick).passed
+            for scenario, tick, coverage in trials
+            if _reaches(coverage, mutant)
+        ):
             killed += 1
         else:
             survivors.append(mutant)
     return Survey(killed, tuple(survivors))
+
+
+def _reaches(coverage: Coverage, mutant: Mutant) -> bool:
+    """Whether a run that exercised this much came by the mistake; one that did not goes as on the machine itself."""
+    if not mutant.transitions:
+        return mutant.state == 0 or mutant.state in coverage.states
+    return any(
+        index in coverage.guards
+        or index in coverage.transitions
+        or (_unmarked(mutant.model.transitions[index]) and mutant.state in coverage.states)
+        for index in mutant.transitions
+    )
+
+
+def _unmarked(transition: Transition) -> bool:
+    """Whether a transition may have been looked at although no path through its guard was marked."""
+    return isinstance(transition.trigger, After) or (
+        guard_of(transition) is not None and not decision_of(transition).conditions
+    )
 
 
 def survivors(model: Model, scenarios: Sequence[Scenario], tick: float) -> list[Mutant]:
@@ -156,9 +187,8 @@ def _without_actions(model: Model) -> Iterator[Mutant]:
         for name in ("entry", "exit", "initial_actions"):
             for rest, action in _each_left_out(getattr(state, name)):
                 mutated = _with_state(model, _replaced(state, name, rest))
-                yield Mutant(
-                    "dropped action", f"{state.name}: {action_text(action)}", action.place or state.place, mutated
-                )
+                text = f"{state.name}: {action_text(action)}"
+                yield Mutant("dropped action", text, action.place or state.place, mutated, state.index)
     for transition in model.transitions:
         for rest, action in _each_left_out(transition.actions):
             mutated = _with_transition(model, replace(transition, actions=rest))

@@ -162,6 +162,12 @@ def scripted(model: Model) -> Model:
     return Rewriter(on_expression, on_action, on_activity).model(model)
 
 
-def scripted_machine(machine: Machine | Model) -> Machine:
-    """The same for a machine that is ready to run."""
-    return Machine(scripted(machine.model if isinstance(machine, Machine) else machine))
+class ScriptedMachine(Machine):
+    """A machine whose signals, actions and activities ask ``Facts``; what it compiles is kept from run to run."""
+
+
+def scripted_machine(machine: Machine | Model) -> ScriptedMachine:
+    """The same for a machine that is ready to run; one that is scripted already stays as it is."""
+    if isinstance(machine, ScriptedMachine):
+        return machine
+    return ScriptedMachine(scripted(machine.model if isinstance(machine, Machine) else machine))

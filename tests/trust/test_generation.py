@@ -3,6 +3,7 @@
 import pytest
 
 from hsm.testing.checking import NO_FAULT, check
+from hsm.testing.feasible import CONTRADICTION, TAKEN_BEFORE
 from hsm.testing.generating import generate
 from hsm.testing.mutating import mutants, survey
 from hsm.testing.points import Kind, points
@@ -70,6 +71,21 @@ def test_what_cannot_be_reached_is_told_with_a_reason(machine_of):
     assert all("it cannot be" in why for why in reasons.values())
 
 
+def test_what_logic_rules_out_is_told_without_a_search(machine_of):
+    machine = machine_of(
+        "state a\n    when space.left or ahead > 1 m -> b\n    when ahead < 0.5 m and space.left -> c\n"
+        "    when not space.left -> c\nstate b\n    when tilt > 2 deg and tilt < 1 deg -> a\n    after 1 s -> a\n"
+        "state c\n    do rotate(90 deg)\n    on done if space.left -> a\n    on done if space.left -> b\n"
+        "    on blocked if not space.left -> b\n    on blocked if space.left -> b\n"
+    )
+    reasons = {one.text: one.reason for one in generate(machine).unreached}
+    assert reasons.pop("a: when ahead < 0.5 m and space.left -> c is not taken") == f"it cannot be: {TAKEN_BEFORE}"
+    assert reasons.pop("b: when tilt > 2 deg and tilt < 1 deg -> a is not taken") == f"it cannot be: {CONTRADICTION}"
+    assert reasons.pop("c: on done if space.left -> b is not taken") == f"it cannot be: {TAKEN_BEFORE}"
+    assert all(": never " in text for text in reasons)
+    assert not any("c: on blocked if space.left" in text and "never true" in text for text in reasons)
+
+
 def test_generation_gives_the_same_twice(machine_of):
     assert generate(machine_of(TEXTS["counter"])) == generate(machine_of(TEXTS["counter"]))
 
@@ -127,6 +143,12 @@ def test_mutants_are_of_every_kind_and_differ_from_the_machine(walker):
         "shifted constant",
     }  # fmt: skip
     assert all(one.model != walker.machine.model for one in found)
+
+
+def test_a_scenario_that_does_not_come_by_a_mistake_need_not_run(walker, monkeypatch):
+    skipping = survey(walker.machine.model, walker.suites[:1])
+    monkeypatch.setattr("hsm.testing.mutating._reaches", lambda coverage, mutant: True)
+    assert skipping == survey(walker.machine.model, walker.suites[:1])
 
 
 def test_what_no_scenario_notices_is_named(walker):

@@ -11,8 +11,6 @@ from hsm.testing.points import Kind
 from hsm.testing.running import run_suite
 from hsm.testing.trial import load_trial
 
-SMALL = ("corridor_2015", "corridor_2017", "door", "watch")
-
 
 @pytest.fixture(scope="module")
 def robot():
@@ -34,7 +32,7 @@ def test_scenarios_reach_every_state_and_transition_and_nearly_every_outcome_of_
     assert trial.machine.model.properties
 
 
-@pytest.mark.parametrize("name", SMALL)
+@pytest.mark.parametrize("name", shipped_machines())
 def test_scenarios_notice_changes(name, robot):
     trial = load_trial(shipped_machines()[name], robot)
     assert survey(trial.machine.model, trial.suites).score >= 90

@@ -13,7 +13,7 @@ from hsm.machine import Machine
 from hsm.model import Model, On
 from hsm.testing.driver import TICK
 from hsm.testing.exploring import Edge, Explorer, Moment, Regions
-from hsm.testing.goals import Goal, goals_of, goals_on, impossible_goals, title_of
+from hsm.testing.goals import Goal, goals_of, goals_on, impossible_goals, short, title_of
 from hsm.testing.mutating import Mutant, survivors
 from hsm.testing.points import transition_text
 from hsm.testing.replaying import replay
@@ -106,7 +106,7 @@ def generate(
             scenarios.append(scenario)
     for mutant in survivors(ready.model, scenarios, tick):
         for way in islice(search.around(mutant), MOST_WAYS):
-            scenario = told(f"{mutant.kind} (line {mutant.place.line if mutant.place else 1})", way)
+            scenario = told(short(f"{mutant.kind}: {mutant.text}"), way)
             if scenario is not None and not run_scenario(scenario, mutant.model, tick).passed:
                 scenarios.append(scenario)
                 break

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator
+from textwrap import shorten
 
 from hsm.decisions import Decision
 from hsm.machine import Machine
 from hsm.model import After, Model
 from hsm.testing.exploring import Edge
 from hsm.testing.feasible import guard_of, ruled_out
+from hsm.testing.points import transition_text
 from hsm.testing.script import FAULT
 from hsm.topology import HISTORY
 
 Goal = tuple[Hashable, ...]
 """Something to reach: ``("state", index)``, ``("transition", index)``, ``("path", index, path)``, ..."""
+
+_LONGEST = 100
 
 
 def goals_of(machine: Machine) -> Iterator[Goal]:
@@ -90,20 +94,21 @@ def impossible_goals(machine: Machine) -> Iterator[tuple[Goal, str]]:
 
 
 def title_of(model: Model, goal: Goal) -> str:
-    """What a test that reaches a goal is called."""
+    """What a test that reaches a goal is called; it says nothing of lines, which change with every comment."""
     match goal:
         case ("state", int(index)):
             return f"reach {model.states[index].name}"
         case ("history", int(index), _):
             return f"return to {model.states[index].name}"
-        case ("transition", int(index)) | ("early", int(index)) | ("path" | "held", int(index), _):
-            transition = model.transitions[index]
-            how = {"transition": "take", "early": "too early for", "path": "decide", "held": "decide"}[str(goal[0])]
-            targets = ", ".join(model.states[one].name for one in transition.targets)
-            source = model.states[transition.source].name if transition.source else model.name
-            line = f" (line {transition.place.line})" if transition.place else ""
-            return f"{how} {source}{f' -> {targets}' if targets else ''}{line}"
+        case ("transition" | "early" | "path" | "held" as kind, int(index), *_):
+            how = {"transition": "take", "early": "too early for", "path": "decide", "held": "decide"}[str(kind)]
+            return short(f"{how} {transition_text(model, model.transitions[index])}")
         case ("outcome", state, outcome):
             return f"{state} reports {outcome}"
         case _:
             return " ".join(map(str, goal))
+
+
+def short(title: str) -> str:
+    """A title, cut where it is too long for a line."""
+    return shorten(title, _LONGEST, placeholder=" ...")

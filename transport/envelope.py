@@ -22,7 +22,10 @@ MAX_REASON = 200
 # version, flags, two bytes of nothing, CRC-32, then what the class lists
 _COMMAND = struct.Struct("<BBxxIQQq")
 _OBSERVATION = struct.Struct("<BBxxIIIQQQq")
-_SEAL = struct.calcsize("<BBxxI")
+_CHECKSUM = struct.Struct("<I")
+_SEAL = struct.calcsize("<BBxx")
+_SEALED = _SEAL + _CHECKSUM.size
+_NO_CHECKSUM = bytes(_CHECKSUM.size)
 _RING, _AGAIN = 1, 2
 _FINISHED, _STOPPED, _DOOR, _DOOR_ACCEPTED = 1, 2, 4, 8
 _MOST = 2**32 - 1
@@ -49,7 +52,7 @@ class CommandTag:
     def encode(self, payload: bytes) -> bytes:
         """The attachment's bytes for a payload."""
         flags = _RING * self.ring | _AGAIN * self.again
-        return _sealed(_COMMAND, flags, (self.epoch, self.sequence, self.answers), b"", payload)
+        return sealed(_COMMAND.pack(VERSION, flags, 0, self.epoch, self.sequence, self.answers), payload)
 
     @classmethod
     def decode(cls, attachment: bytes, payload: bytes) -> CommandTag:
@@ -90,15 +93,19 @@ class ObservationTag:
     stopped: bool = False
     door: DoorReply | None = None
 
-    def encode(self, payload: bytes) -> bytes:
-        """The attachment's bytes for a payload."""
+    def open(self) -> bytes:
+        """The attachment's bytes for any payload, to be sealed for each."""
         flags, reason = _FINISHED * self.finished | _STOPPED * self.stopped, b""
         if self.door is not None:
             flags |= _DOOR | _DOOR_ACCEPTED * self.door.accepted
             reason = self.door.reason.encode()[:MAX_REASON]
         counts = min(self.rejected, _MOST), min(self.rings, _MOST)
-        fields = (*counts, self.epoch, self.instance, self.sequence, self.stamp)
-        return _sealed(_OBSERVATION, flags, fields, reason, payload)
+        fields = self.epoch, self.instance, self.sequence, self.stamp
+        return _OBSERVATION.pack(VERSION, flags, 0, *counts, *fields) + reason
+
+    def encode(self, payload: bytes) -> bytes:
+        """The attachment's bytes for a payload."""
+        return sealed(self.open(), payload)
 
     @classmethod
     def decode(cls, attachment: bytes, payload: bytes) -> ObservationTag:
@@ -121,23 +128,23 @@ def is_tagged(attachment: bytes) -> bool:
     return len(attachment) >= _OBSERVATION.size
 
 
-def same_observation(attachment: bytes, other: bytes) -> bool:
-    """Whether two attachments claim to belong to one observation: all but their check sums is equal."""
-    return attachment[_SEAL:] == other[_SEAL:]
+def sealed(attachment: bytes, payload: bytes) -> bytes:
+    """An attachment with the checksum of itself and of the payload that it rides with."""
+    return b"".join((attachment[:_SEAL], _CHECKSUM.pack(_checksum(attachment, payload)), attachment[_SEALED:]))
 
 
-def _sealed(layout: struct.Struct, flags: int, fields: tuple[int, ...], rest: bytes, payload: bytes) -> bytes:
-    checksum = zlib.crc32(payload, zlib.crc32(layout.pack(VERSION, flags, 0, *fields) + rest))
-    return layout.pack(VERSION, flags, checksum, *fields) + rest
+def _checksum(attachment: bytes, payload: bytes) -> int:
+    """CRC-32 of an attachment, with zero where its checksum is, and of a payload."""
+    head = zlib.crc32(_NO_CHECKSUM, zlib.crc32(attachment[:_SEAL]))
+    return zlib.crc32(payload, zlib.crc32(attachment[_SEALED:], head))
 
 
 def _opened(layout: struct.Struct, attachment: bytes, payload: bytes) -> tuple[int, tuple[Any, ...], bytes]:
     if len(attachment) < layout.size:
         raise CodecError("the attachment is too short: the message comes from a foreign sender")
-    version, flags, _checksum, *fields = layout.unpack_from(attachment)
+    version, flags, checksum, *fields = layout.unpack_from(attachment)
     if version != VERSION:
         raise CodecError(f"the attachment has version {version}, this program speaks version {VERSION}")
-    rest = attachment[layout.size :]
-    if _sealed(layout, flags, tuple(fields), rest, payload) != attachment:
+    if _checksum(attachment, payload) != checksum:
         raise CodecError("the message was damaged on its way")
-    return flags, tuple(fields), rest
+    return flags, tuple(fields), attachment[layout.size :]

@@ -7,21 +7,20 @@ from __future__ import annotations
 
 import math
 import secrets
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from typing import Protocol
 
-from transport.bus import MAX_PAYLOAD, Bus, Mailbox, Message, Request
+from transport.bus import Bus
 from transport.clock import Clock, MonotonicClock, Pace
-from transport.codec import CodecError, decode_twist, encode_clock, encode_odometry, encode_scan
 from transport.description import RobotDescription
 from transport.driver import RosDriver
-from transport.envelope import CommandTag, ObservationTag
+from transport.envelope import ObservationTag
 from transport.guard import Guard
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply, Observation, Odometry, Scan, Twist
-from transport.session import Ask, Close, Granted, Open, Refused, State, respond
+from transport.session import Ask, Close, Granted, Open, Refused, State
 from transport.settings import LinkSettings
+from transport.side import Order, RobotSide
 from transport.world import MakeWorld, World
 
 _LOOK = 0.005
@@ -83,7 +82,6 @@ class Gate:
     ) -> None:
         settings, self._clock = settings or LinkSettings(), clock or MonotonicClock()
         self.guard = Guard(description.limits, settings, self._clock.now)
-        self.dropped: Counter[str] = Counter()
         self._base, self._name, self._period = base, description.name, description.period
         self._granted: Granted | None = None
         self._reports: list[Mapping[str, object]] = []
@@ -93,11 +91,8 @@ class Gate:
         self._rings = 0
         self._repeat = Pace(self._period, self._clock)
         self._told = STOP
-        self._inbox: Mailbox[Message | Request] = Mailbox()
-        keys = RobotKeys(description.name, settings)
-        self._publishers = bus.publisher(keys.clock), bus.publisher(keys.odometry), bus.publisher(keys.scan)
-        bus.subscribe(keys.command, self._inbox.put)
-        bus.serve(keys.session, self._inbox.put)
+        self._side = RobotSide(bus, RobotKeys(description.name, settings), self)
+        self.dropped = self._side.dropped
 
     def episodes(
         self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1, forsaken: float = math.inf
@@ -113,31 +108,28 @@ class Gate:
                 another one wants the robot, so that one that was held up may come back.
         """
         try:
-            item: Message | Request | None = None
+            order: Order | None = None
             while not stop():
-                item = self._inbox.take(min(self.pump(item), heartbeat))
-                if item is None and self._granted is not None and self.guard.lease.idle > forsaken:
+                order = self._side.take(min(self.pump(order), heartbeat))
+                if order is None and self._granted is not None and self.guard.lease.idle > forsaken:
                     self._give_up()
                 while self._reports:
                     yield self._reports.pop(0)
         finally:
             self._base.move(STOP)
 
-    def pump(self, item: Message | Request | None = None) -> float:
-        """Do all that is due now, without waiting, beginning with an item that was taken from the inbox already.
+    def pump(self, order: Order | None = None) -> float:
+        """Do all that is due now, without waiting, beginning with a command that was taken already.
 
         Returns:
             the time until something is due again, s.
         """
-        item = item or self._inbox.take()
-        while item is not None:
-            if isinstance(item, Request):
-                answer, understood = respond(self, item.payload)
-                self.dropped.update([] if understood else ["malformed question"])
-                item.reply(answer)
-            else:
-                self._judge(item)
-            item = self._inbox.take()
+        order = order or self._side.take()
+        while order is not None:
+            tag, twist = order
+            if self.guard.accepts(tag, twist) and tag.ring:
+                self._base.ring()
+            order = self._side.take()
         self._move()
         if (observation := self._base.sense()) is not None:
             self._show(observation)
@@ -184,19 +176,6 @@ class Gate:
             self._reports.append(report)
             self._base.end()
 
-    def _judge(self, message: Message) -> None:
-        if len(message.payload) > MAX_PAYLOAD:
-            self.dropped["oversized"] += 1
-            return
-        try:
-            tag = CommandTag.decode(message.attachment, message.payload)
-            twist = decode_twist(message.payload)
-        except CodecError:
-            self.dropped["malformed"] += 1
-            return
-        if self.guard.accepts(tag, twist) and tag.ring:
-            self._base.ring()
-
     def _move(self) -> None:
         """Tell the base what holds now: at once where it changed, and again every period in case that got lost."""
         twist = self.guard.twist()
@@ -222,13 +201,7 @@ class Gate:
             door=self._door,
         )
         self.guard.shown(observation.stamp)
-        payloads = (
-            encode_clock(observation.stamp),
-            encode_odometry(observation.odometry),
-            encode_scan(observation.scan),
-        )
-        for publisher, payload in zip(self._publishers, payloads, strict=True):
-            publisher.put(payload, tag.encode(payload))
+        self._side.show(observation, tag)
 
 
 class PacedWorld:

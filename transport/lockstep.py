@@ -10,35 +10,19 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from typing import TypeVar
 
-from transport.bus import MAX_PAYLOAD, Bus, Mailbox, Message, Request
-from transport.codec import (
-    CodecError,
-    decode_odometry,
-    decode_scan,
-    decode_twist,
-    encode_clock,
-    encode_odometry,
-    encode_scan,
-    encode_twist,
-)
-from transport.envelope import CommandTag, ObservationTag, is_tagged, same_observation
+from transport.bus import Bus, Mailbox, Message
+from transport.codec import CodecError, decode_odometry, decode_scan, encode_twist
+from transport.envelope import CommandTag, ObservationTag, is_tagged
 from transport.keys import RobotKeys
-from transport.messages import STOP, Command, Observation
+from transport.messages import STOP, Command, Observation, Odometry, Scan, Twist
 from transport.robot import LinkError
-from transport.session import (
-    Ask,
-    Close,
-    Granted,
-    Lease,
-    Open,
-    Refused,
-    State,
-    ask_state,
-    close_session,
-    respond,
-)
+from transport.session import Ask, Close, Granted, Lease, Open, Refused, State, ask_state, close_session
+from transport.side import RobotSide
 from transport.world import MakeWorld, World
+
+T = TypeVar("T")
 
 PATIENCE = 2.0
 """After how long without a word from its holder a lease is free, s."""
@@ -57,23 +41,14 @@ class LockstepServer:
     def __init__(
         self, bus: Bus, robot: str, period: float, make_world: MakeWorld, *, patience: float = PATIENCE
     ) -> None:
-        self.dropped: Counter[str] = Counter()
         self._reports: list[Mapping[str, object]] = []
         self._robot, self._period, self._make_world = robot, period, make_world
         self._lease = Lease(patience)
         self._world: World | None = None
         self._granted: Granted | None = None
         self._sequence = 0
-        self._sent: tuple[tuple[bytes, bytes], ...] = ()
-        self._inbox: Mailbox[Message | Request] = Mailbox()
-        keys = RobotKeys(robot)
-        self._publishers = (
-            bus.publisher(keys.clock),
-            bus.publisher(keys.odometry, urgent=True),
-            bus.publisher(keys.scan, urgent=True),
-        )
-        bus.subscribe(keys.command, self._inbox.put)
-        bus.serve(keys.session, self._inbox.put)
+        self._side = RobotSide(bus, RobotKeys(robot), self)
+        self.dropped = self._side.dropped
 
     def episodes(
         self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1, forsaken: float = math.inf
@@ -87,13 +62,8 @@ class LockstepServer:
                 another one wants the robot, so that one that was held up may come back.
         """
         while not stop():
-            item = self._inbox.take(heartbeat)
-            if isinstance(item, Message):
-                self._obey(item)
-            elif isinstance(item, Request):
-                answer, understood = respond(self, item.payload)
-                self.dropped.update([] if understood else ["malformed question"])
-                item.reply(answer)
+            if (order := self._side.take(heartbeat)) is not None:
+                self._obey(*order)
             elif self._world is not None and self._lease.idle > forsaken:
                 self._lease.release()
                 self._end()
@@ -111,7 +81,7 @@ class LockstepServer:
         self._granted = Granted(epoch=self._lease.epoch, robot=self._robot, mode="lockstep", period=self._period)
         self._sequence = 0
         self._lease.heard()
-        self._show(self._world.observation)
+        self._show(self._world)
         return self._granted
 
     def close(self, question: Close) -> State:
@@ -132,53 +102,34 @@ class LockstepServer:
     def _end(self) -> None:
         if self._world is not None:
             self._reports.append(self._world.report())
-        self._world, self._granted, self._sent = None, None, ()
+        self._world, self._granted = None, None
+        self._side.forget()
 
-    def _obey(self, message: Message) -> None:
-        if len(message.payload) > MAX_PAYLOAD:
-            self.dropped["oversized"] += 1
-            return
-        try:
-            tag = CommandTag.decode(message.attachment, message.payload)
-            twist = decode_twist(message.payload)
-        except CodecError:
-            self.dropped["malformed"] += 1
-            return
+    def _obey(self, tag: CommandTag, twist: Twist) -> None:
         if self._world is None or tag.epoch != self._lease.epoch:
             self.dropped["foreign"] += 1
             return
         self._lease.heard()
         if tag.again or tag.sequence == self._sequence - 1:
-            self._publish()
+            self._side.repeat()
         elif tag.sequence == self._sequence:
             self._sequence += 1
-            self._show(self._world.step(Command(twist, tag.ring, tag.answers)))
+            self._world.step(Command(twist, tag.ring, tag.answers))
+            self._show(self._world)
         else:
             self.dropped["out of order"] += 1
 
-    def _show(self, observation: Observation) -> None:
-        world, payloads = (
-            self._world,
-            (
-                encode_clock(observation.stamp),
-                encode_odometry(observation.odometry),
-                encode_scan(observation.scan),
-            ),
-        )
+    def _show(self, world: World) -> None:
+        observation = world.observation
         tag = ObservationTag(
             self._lease.epoch,
             self._sequence,
             observation.stamp,
             rejected=self.dropped.total(),
-            finished=world is not None and world.finished,
+            finished=world.finished,
             door=observation.door,
         )
-        self._sent = tuple((payload, tag.encode(payload)) for payload in payloads)
-        self._publish()
-
-    def _publish(self) -> None:
-        for publisher, (payload, attachment) in zip(self._publishers, self._sent, strict=False):
-            publisher.put(payload, attachment)
+        self._side.show(observation, tag)
 
 
 class RemoteLockstep:
@@ -196,10 +147,10 @@ class RemoteLockstep:
         self._sequence = 0
         self._finished = False
         self._observation: Observation | None = None
-        self._scan: Message | None = None
-        self._odometry: Message | None = None
+        self._scan: tuple[ObservationTag, Scan] | None = None
+        self._odometry: tuple[ObservationTag, Odometry] | None = None
         # Scan and odometry wake whoever waits only together: a thread that wakes for half an answer costs as much.
-        self._inbox: Mailbox[tuple[Message, Message]] = Mailbox()
+        self._inbox: Mailbox[tuple[ObservationTag, Scan, Odometry]] = Mailbox()
         keys = RobotKeys(granted.robot)
         self._publisher = bus.publisher(keys.command, urgent=True)
         bus.subscribe(keys.odometry, self._take_odometry)
@@ -258,25 +209,34 @@ class RemoteLockstep:
             finally:
                 self._bus.close()
 
+    # The two are read where they come in, in the network's thread: one while the other is still on its way.
+
     def _take_odometry(self, message: Message) -> None:
-        if self._is_tagged(message):
-            self._odometry = message
-            self._pair()
+        self._odometry = self._read(message, decode_odometry)
+        self._pair()
 
     def _take_scan(self, message: Message) -> None:
-        if self._is_tagged(message):
-            self._scan = message
-            self._pair()
+        self._scan = self._read(message, decode_scan)
+        self._pair()
 
-    def _is_tagged(self, message: Message) -> bool:
-        tagged = is_tagged(message.attachment)
-        self.dropped.update([] if tagged else ["foreign"])
-        return tagged
+    def _read(self, message: Message, decode: Callable[[bytes], T]) -> tuple[ObservationTag, T] | None:
+        if not is_tagged(message.attachment):
+            self.dropped["foreign"] += 1
+            return None
+        try:
+            tag = ObservationTag.decode(message.attachment, message.payload)
+            value = decode(message.payload)
+        except CodecError:
+            self.dropped["malformed"] += 1
+            return None
+        if tag.epoch != self._epoch:
+            self.dropped["foreign"] += 1
+            return None
+        return tag, value
 
     def _pair(self) -> None:
-        scan, odometry = self._scan, self._odometry
-        if scan and odometry and same_observation(scan.attachment, odometry.attachment):
-            self._inbox.put((scan, odometry))
+        if self._scan and self._odometry and self._scan[0] == self._odometry[0]:
+            self._inbox.put((*self._scan, self._odometry[1]))
 
     def _receive(self) -> Observation:
         began = time.monotonic()
@@ -289,38 +249,15 @@ class RemoteLockstep:
                 self.resent += 1
                 pause = min(2 * pause, _LONGEST_RESEND)
                 resend = time.monotonic() + pause
-            pair = self._inbox.take(max(0.0, min(resend, deadline) - now))
-            observation = None if pair is None else self._read(*pair)
-            if observation is not None:
-                return observation
-        raise LinkError(f"the simulator of {self._robot!r} has not answered for {self._limit:g} s")
-
-    def _read(self, scan: Message, odometry: Message) -> Observation | None:
-        """The observation that is waited for, if these are its messages."""
-        tag = self._read_tag(scan)
-        if tag is None or self._read_tag(odometry) is None:
-            return None
-        try:
-            observation = Observation(tag.stamp, decode_scan(scan.payload), decode_odometry(odometry.payload), tag.door)
-        except CodecError:
-            self.dropped["malformed"] += 1
-            return None
-        self._finished = tag.finished
-        return observation
-
-    def _read_tag(self, message: Message) -> ObservationTag | None:
-        try:
-            tag = ObservationTag.decode(message.attachment, message.payload)
-        except CodecError:
-            self.dropped["malformed"] += 1
-            return None
-        if tag.epoch != self._epoch:
-            self.dropped["foreign"] += 1
-            return None
-        if tag.sequence != self._sequence:
+            answer = self._inbox.take(max(0.0, min(resend, deadline) - now))
+            if answer is None:
+                continue
+            tag, scan, odometry = answer
+            if tag.sequence == self._sequence:
+                self._finished = tag.finished
+                return Observation(tag.stamp, scan, odometry, tag.door)
             self.dropped["repeated"] += 1
-            return None
-        return tag
+        raise LinkError(f"the simulator of {self._robot!r} has not answered for {self._limit:g} s")
 
     def _check_lease(self, deadline: float) -> None:
         """Tell a simulator that was restarted from one that is only slow or gone."""

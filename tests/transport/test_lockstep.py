@@ -211,7 +211,7 @@ def test_foreign_messages_are_counted_and_change_nothing() -> None:
         assert trace(robot) == trace(LockstepRobot(ToyWorld(3, LENGTH)))
         # On a busy computer a step is asked for twice, and one of the answers is dropped as well.
         assert server.dropped == {"malformed": 2, "oversized": 1}
-        assert (robot.dropped["foreign"], robot.dropped["malformed"]) == (4, 1)
+        assert (robot.dropped["foreign"], robot.dropped["malformed"]) == (4, 2)
         robot.close()
 
 

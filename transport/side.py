@@ -1,0 +1,84 @@
+"""The robot's side of the network: where a controller's messages come in, and where observations go out."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from transport.bus import MAX_PAYLOAD, Bus, Mailbox, Message, Publisher, Request
+from transport.codec import CodecError, decode_twist, encode_clock, encode_odometry, encode_scan
+from transport.envelope import CommandTag, ObservationTag, sealed
+from transport.keys import RobotKeys
+from transport.messages import Observation, Twist
+from transport.session import Desk, respond
+
+Order = tuple[CommandTag, Twist]
+"""A command as it was read from the network; whether it counts is for others to say."""
+
+
+class RobotSide:
+    """Reads commands, has questions answered, and shows what the robot senses.
+
+    Attributes:
+        dropped: how many messages were dropped unread, by reason.
+    """
+
+    def __init__(self, bus: Bus, keys: RobotKeys, desk: Desk) -> None:
+        """Args: the network, the robot's keys, and who answers questions, from within :meth:`take`."""
+        self.dropped: Counter[str] = Counter()
+        self._desk = desk
+        self._inbox: Mailbox[Message | Request] = Mailbox()
+        self._odometry, self._scan = bus.publisher(keys.odometry), bus.publisher(keys.scan)
+        self._clock = bus.publisher(keys.clock)
+        self._shown: list[tuple[Publisher, bytes, bytes]] = []
+        bus.subscribe(keys.command, self._inbox.put)
+        bus.serve(keys.session, self._inbox.put)
+
+    def take(self, timeout: float = 0.0) -> Order | None:
+        """The next command that can be read, after all questions before it have been answered.
+
+        Args:
+            timeout: how long to wait for anything to come, s.
+        """
+        item = self._inbox.take(timeout)
+        while item is not None:
+            if isinstance(item, Message):
+                if (order := self._read(item)) is not None:
+                    return order
+            else:
+                answer, understood = respond(self._desk, item.payload)
+                self.dropped.update([] if understood else ["malformed question"])
+                item.reply(answer)
+            item = self._inbox.take()
+        return None
+
+    def show(self, observation: Observation, tag: ObservationTag) -> None:
+        """Send an observation, each part as soon as it is encoded: the network works meanwhile."""
+        self._shown.clear()
+        attachment = tag.open()
+        self._send(self._odometry, encode_odometry(observation.odometry), attachment)
+        self._send(self._scan, encode_scan(observation.scan), attachment)
+        self._send(self._clock, encode_clock(observation.stamp), attachment)
+
+    def repeat(self) -> None:
+        """Send the last observation again, as it was."""
+        for publisher, payload, attachment in self._shown:
+            publisher.put(payload, attachment)
+
+    def forget(self) -> None:
+        """Have nothing to repeat any more."""
+        self._shown.clear()
+
+    def _send(self, publisher: Publisher, payload: bytes, attachment: bytes) -> None:
+        attachment = sealed(attachment, payload)
+        publisher.put(payload, attachment)
+        self._shown.append((publisher, payload, attachment))
+
+    def _read(self, message: Message) -> Order | None:
+        if len(message.payload) > MAX_PAYLOAD:
+            self.dropped["oversized"] += 1
+            return None
+        try:
+            return CommandTag.decode(message.attachment, message.payload), decode_twist(message.payload)
+        except CodecError:
+            self.dropped["malformed"] += 1
+            return None

@@ -24,16 +24,18 @@ from statistics import median, quantiles
 
 import numpy as np
 
+# Before the folder of the benchmarks, where a script bears the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from controller.campaign import Record, Results, Setup, jobs_of
+from controller.simulation import find_maze
 from controller.workers import on_cores
 from sim.corridors import corridor, random_corridor
 from sim.formats import write_maze
 from sim.generate import Recipe, generate
 from sim.geometry import distances
 from sim.maze import Maze, MazeError
-from sim.solvability import shortest_way
+from sim.solvability import LARGEST, shortest_way
 
 DATA = Path(__file__).parents[1].parent / "shared" / "data" / "mazes"
 NARROWEST = 0.6
@@ -178,6 +180,8 @@ def show(folder: Path) -> None:
         table(name, [one for one in records if "refused" not in one], sizes)
         if name in {"contest", "mazes"}:
             faster([one for one in records if one["solved"]])
+        if name == "others":
+            right_hand_and_theory(records)
 
 
 def table(name: str, records: Sequence[Record], sizes: dict[str, dict[str, float]]) -> None:
@@ -204,6 +208,29 @@ def table(name: str, records: Sequence[Record], sizes: dict[str, dict[str, float
 def least(runs: Iterable[Record]) -> float:
     """The smallest clearance, m."""
     return min((one["clearance"] for one in runs if one.get("clearance") is not None), default=math.nan)
+
+
+def right_hand_and_theory(records: Iterable[Record]) -> None:
+    """Whether the right-hand rule leaves the mazes without doors whose first wall is joined to the outer one."""
+    runs = [(find_maze(one["maze"]), one["solved"]) for one in records if one["machine"] == "right_hand"]
+    for wanted, said in ((True, "joined to the outer one"), (False, "that of an island")):
+        solved = [out for maze, out in runs if not maze.doors and first_wall_is_outer(maze) == wanted]
+        print(f"\n`right_hand`, no door, the wall ahead is {said}: {sum(solved)} of {len(solved)} mazes left")
+
+
+def first_wall_is_outer(maze: Maze) -> bool:
+    """Whether the wall straight ahead of the start is joined to the exit's walls."""
+    pose, walls = maze.start.pose, maze.walls
+    along = np.arange(0.0, LARGEST, 0.02)[:, None]
+    ray = np.array([pose.x, pose.y]) + along * np.array([math.cos(pose.heading), math.sin(pose.heading)])
+    hit = distances(ray, walls) < 0.03
+    joined = hit[int(hit.any(axis=1).argmax())]
+    ends = walls.reshape(-1, 2)
+    touching = (distances(ends, walls) < 1e-3).reshape(len(walls), 2, len(walls)).any(axis=1)
+    touching |= touching.T
+    for _ in walls:
+        joined = joined | touching[joined].any(axis=0)
+    return bool((distances(maze.exits.reshape(-1, 2), walls[joined]) < 1e-3).any())
 
 
 def faster(solved: Sequence[Record]) -> None:

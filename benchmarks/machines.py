@@ -46,7 +46,6 @@ CRUISE = 0.5
 """The robot's speed, m/s."""
 SOLVERS = ("pledge", "pledge_smooth", "tremaux")
 CORRIDORS = ("corridor_2015", "corridor_2017")
-OTHERS = ("right_hand", "right_hand_loop", "random_mouse")
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,8 @@ SETS = {
     "corridors": Set(CORRIDORS, "corridors"),
     "contest": Set(SOLVERS, (str(DATA / "micromouse"),), time_limit=36000.0),
     "challenge": Set(SOLVERS, ("final_2015", str(DATA / "emc" / "heightmap_maze_legacy.pgm")), seeds=10),
-    "others": Set(OTHERS, "mazes", time_limit=600.0, count=60),
+    "right_hand": Set(("right_hand", "right_hand_loop"), "mazes", time_limit=600.0, count=100),
+    "mouse": Set(("random_mouse",), "mazes", time_limit=600.0, count=30),
 }
 
 
@@ -149,7 +149,7 @@ def run(folder: Path, names: Iterable[str], count: int | None, workers: int) -> 
         print(f"{name}: {len(todo)} runs", flush=True)
         for record in on_cores(setup, todo, workers):
             results.add(record)
-            if not record["solved"] and name != "others":
+            if not record["solved"] and name not in {"right_hand", "mouse"}:
                 print(f"  {record}", flush=True)
         results.write()
 
@@ -180,7 +180,7 @@ def show(folder: Path) -> None:
         table(name, [one for one in records if "refused" not in one], sizes)
         if name in {"contest", "mazes"}:
             faster([one for one in records if one["solved"]])
-        if name == "others":
+        if name == "right_hand":
             right_hand_and_theory(records)
 
 

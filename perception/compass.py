@@ -50,26 +50,32 @@ def compass_of(lines: Lines, settings: CompassSettings) -> Compass:
     if not len(lines):
         return UNKNOWN
     world_angle = settings.world_angle
-    offsets = _modulo(lines.alpha[:, None] - lines.alpha[None, :], world_angle)
+    offsets = _modulo(lines.alpha[:, None] - lines.alpha, world_angle)
     near = np.abs(offsets) <= settings.spread
     lengths = lines.lengths
     # Agreement is counted in length: long walls decide, and a single very well seen one does not outvote all others.
-    agreement = near @ lengths**2
-    best = int(np.argmax(agreement))
+    squares = lengths * lengths
+    agreement = near @ squares
+    best = int(agreement.argmax())
     agreeing = near[best]
-    if lengths[agreeing].sum() < settings.min_length:
+    if _sum(lengths[agreeing]) < settings.min_length:
         return UNKNOWN
-    confidence = float(agreement[best] / (lengths**2).sum())
+    confidence = agreement.item(best) / _sum(squares)
     if confidence < settings.min_confidence:
         return UNKNOWN
     weights = np.minimum(lines.information[agreeing], 1e12)
-    mean = float((weights * offsets[agreeing, best]).sum() / weights.sum())
+    total = _sum(weights)
+    mean = _sum(weights * offsets[agreeing, best]) / total
     # A wall's normal is a right angle away from its direction.
-    direction = float(lines.alpha[best]) + mean - math.pi / 2
-    deviation = settings.range_noise / math.sqrt(float(weights.sum()))
-    return Compass(math.remainder(direction, world_angle), confidence, deviation)
+    direction = lines.alpha.item(best) + mean - math.pi / 2
+    return Compass(math.remainder(direction, world_angle), confidence, settings.range_noise / math.sqrt(total))
 
 
 def _modulo(angles: Floats, period: float) -> Floats:
     """The same angles within half a period of zero."""
-    return angles - period * np.round(angles / period)
+    return angles - period * np.rint(angles / period)
+
+
+def _sum(values: Floats) -> float:
+    """What ``values.sum()`` gives, without its way through Python."""
+    return float(np.add.reduce(values))

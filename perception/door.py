@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from perception.extremes import lowest
 from perception.lines import Line, Lines
 from perception.settings import DoorSettings
 from perception.sweep import Floats, Sweep
@@ -154,4 +155,4 @@ def passage_of(aligned: Floats, half_width: float, behind: float = 0.0) -> float
         behind: where the lane begins, m along x.
     """
     in_lane = (np.abs(aligned[:, 1]) <= half_width) & (aligned[:, 0] > behind)
-    return float(aligned[in_lane, 0].min()) if in_lane.any() else math.inf
+    return lowest(aligned[in_lane, 0])

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from perception.extremes import highest, lowest
 from perception.settings import ExitSettings
 from perception.sweep import Floats, Mask, Sweep
 from transport.description import Point
@@ -105,7 +106,8 @@ def _measured(x: Floats, y: Floats, body: Body, settings: ExitSettings) -> Lane 
     if np.count_nonzero(close & (x > 0.0) & (across < body.half_width)) > STRAY:
         return None
     beside = y[close & (across >= body.half_width) & (across <= settings.max_half_width)]
-    left, right = _nearest(beside[beside > 0.0]), _nearest(-beside[beside < 0.0])
+    left = lowest(beside[beside > 0.0], passed_over=STRAY)
+    right = -highest(beside[beside < 0.0], passed_over=STRAY)
     if math.isinf(left + right):
         return None
     lane = Lane(left, right)
@@ -118,14 +120,9 @@ def _within(y: Floats, lane: Lane, settings: ExitSettings) -> Mask:
     return inside
 
 
-def _nearest(distances: Floats) -> float:
-    """The shortest distance but for stray readings; infinity where there are no more than such."""
-    return float(np.partition(distances, STRAY)[STRAY]) if len(distances) > STRAY else math.inf
-
-
 def _last(ahead: Floats, otherwise: float) -> float:
     """The farthest place but for stray readings; ``otherwise`` where there are no more than such."""
-    return float(np.partition(ahead, -1 - STRAY)[-1 - STRAY]) if len(ahead) > STRAY else otherwise
+    return highest(ahead, otherwise, passed_over=STRAY)
 
 
 def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) -> Body:
@@ -137,9 +134,9 @@ def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) 
         moved: how far it has moved along the lane, m.
     """
     cosine, sine = math.cos(misalignment), math.sin(misalignment)
-    rear = min(x * cosine + y * sine for x, y in footprint)
-    half_width = min(max(y * cosine - x * sine for x, y in footprint), max(x * sine - y * cosine for x, y in footprint))
-    return Body(rear, half_width, moved)
+    rear = min([x * cosine + y * sine for x, y in footprint])
+    across = [y * cosine - x * sine for x, y in footprint]
+    return Body(rear, min(max(across), -min(across)), moved)
 
 
 def quantised(angle: float) -> float:

@@ -21,6 +21,8 @@ from perception.compass import UNKNOWN, Compass
 from perception.settings import HoughSettings
 from perception.sweep import Floats, Indices
 
+Votes = NDArray[np.int32]
+
 BLOCK = 20
 """So many alphas are voted for at a time: what that needs stays in the processor's cache."""
 
@@ -36,7 +38,7 @@ class HoughSpace:
         hits: how many hits are in the trust area.
     """
 
-    votes: Indices
+    votes: Votes
     alphas: Floats
     ps: Floats
     hits: int
@@ -104,13 +106,18 @@ class _Voters:
         """How many hits vote."""
         return len(self.columns[0])
 
-    def votes(self, rows: Indices) -> Indices:
+    def votes(self, rows: Indices) -> Votes:
         """The votes for the lines of some alphas, shape (rows, ps)."""
         count = len(self.grid.ps)
-        cells = (self.grid.transform[rows] @ self.columns).astype(np.int32)
-        # Row upon row in one sequence of cells, so that a single count serves all.
-        cells += np.arange(0, len(rows) * count, count, dtype=np.int32)[:, None]
-        return np.bincount(cells.ravel(), minlength=len(rows) * count).reshape(-1, count)
+        votes = np.empty((len(rows), count), np.int32)
+        # In one sequence of cells, row upon row, a single count serves many rows.
+        shifts = np.arange(0, BLOCK * count, count, dtype=np.int32)[:, None]
+        for first in range(0, len(rows), BLOCK):
+            block = votes[first : first + BLOCK]
+            cells = (self.grid.transform[rows[first : first + BLOCK]] @ self.columns).astype(np.int32)
+            cells += shifts[: len(block)]
+            block.ravel()[:] = np.bincount(cells.ravel(), minlength=block.size)
+        return votes
 
     def maximum(self) -> tuple[int, int]:
         """The row of the line with the most votes, the lowest such row, and its votes."""
@@ -124,7 +131,7 @@ class _Voters:
         most = int(tops.max())
         return int(rows[tops == most].min()), most
 
-    def _bounds(self, votes: Indices) -> Indices:
+    def _bounds(self, votes: Votes) -> Votes:
         """For each row the most votes that a line of the rows beside it can have, shape (rows,).
 
         Its hits are all within a window around its cell, as wide as the farthest hit moves from row to row. The windows
@@ -134,10 +141,10 @@ class _Voters:
         x, y, _ = self.columns
         farthest = math.sqrt(float((x * x + y * y).max()))
         moves = math.ceil(farthest * self.grid.step / self.grid.cell + 0.01)  # a little more, for single precision
-        sums = votes.ravel().cumsum()
+        sums = votes.ravel().cumsum(dtype=np.int32)
         windows = sums.copy()
         windows[2 * moves + 1 :] -= sums[: -2 * moves - 1]
-        bounds: Indices = windows.reshape(votes.shape).max(axis=1)
+        bounds: Votes = windows.reshape(votes.shape).max(axis=1)
         return bounds
 
 
@@ -149,9 +156,8 @@ def hough_space(points: Floats, settings: HoughSettings) -> HoughSpace:
         settings: the trust area and the grid.
     """
     voters = _Voters.of(points, settings)
-    rows = np.arange(len(voters.grid.alphas))
-    blocks = [voters.votes(rows[first : first + BLOCK]) for first in range(0, len(rows), BLOCK)]
-    return HoughSpace(np.concatenate(blocks), voters.grid.alphas, voters.grid.ps, voters.count)
+    grid = voters.grid
+    return HoughSpace(voters.votes(np.arange(len(grid.alphas))), grid.alphas, grid.ps, voters.count)
 
 
 def hough_compass(points: Floats, settings: HoughSettings, world_angle: float) -> Compass:

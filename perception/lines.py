@@ -295,7 +295,7 @@ def _onto(points: Floats, cosine: Floats, sine: Floats, p: Floats) -> Floats:
 
 def _chosen(lines: Lines, settings: LineSettings) -> Lines:
     keep = (lines.lengths >= settings.min_length) & (lines.residual <= settings.max_residual)
-    if keep.all():
+    if np.count_nonzero(keep) == len(keep):
         return lines
     return Lines(
         lines.alpha[keep],

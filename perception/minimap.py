@@ -81,11 +81,14 @@ class Minimap:
 
 
 @lru_cache(maxsize=8)
-def _cells(half: int, cell: float, x: float, y: float) -> tuple[Floats, Floats]:
-    """Direction of each cell from a sensor at (x, y), and the distance of what is just behind it, flat."""
+def _cells(half: int, cell: float, sensor: tuple[float, float], step: float) -> tuple[Floats, Floats]:
+    """Direction of each cell from a sensor, in beams from the map's x axis, and the distance of what is just behind it.
+
+    Both flat.
+    """
     places = np.arange(-half, half + 1) * cell
-    dx, dy = np.meshgrid(places - x, places - y, indexing="ij")
-    return np.arctan2(dy, dx).ravel(), np.hypot(dx, dy).ravel() + cell / 2
+    dx, dy = np.meshgrid(places - sensor[0], places - sensor[1], indexing="ij")
+    return np.arctan2(dy, dx).ravel() / step, np.hypot(dx, dy).ravel() + cell / 2
 
 
 def minimap_of(sweep: Sweep, aligned: Floats, misalignment: float, settings: MinimapSettings) -> Minimap:
@@ -103,26 +106,35 @@ def minimap_of(sweep: Sweep, aligned: Floats, misalignment: float, settings: Min
     """
     half = round(settings.half_size / settings.cell)
     count = 2 * half + 1
-    cells = np.zeros(count * count, np.uint8)
+    free = np.zeros(count * count, np.bool_)
     if len(sweep.ranges):
         mount = sweep.fan.mount
         cosine, sine = math.cos(misalignment), math.sin(misalignment)
-        x, y = mount.x * cosine + mount.y * sine, mount.y * cosine - mount.x * sine
-        directions, distances = _cells(half, settings.cell, x, y)
+        sensor = (mount.x * cosine + mount.y * sine, mount.y * cosine - mount.x * sine)
+        directions, distances = _cells(half, settings.cell, sensor, sweep.fan.step)
         free = _shortest_of_three(sweep.ranges)[_beams(sweep, directions, misalignment)] > distances
-        cells[free] = Cell.FREE
-    rows, columns = (np.rint(aligned.T / settings.cell) + half).astype(np.intp)
-    inside = (rows >= 0) & (rows < count) & (columns >= 0) & (columns < count)
-    cells[rows[inside] * count + columns[inside]] = Cell.OCCUPIED
+    cells = free * np.uint8(Cell.FREE)
+    places = np.rint(aligned.T / settings.cell)
+    near = np.abs(places) <= half
+    rows, columns = places.take((near[0] & near[1]).nonzero()[0], axis=1).astype(np.intp) + half
+    cells[rows * count + columns] = Cell.OCCUPIED
     return Minimap(cells.reshape(count, count), settings.cell)
 
 
 def _beams(sweep: Sweep, directions: Floats, misalignment: float) -> Indices:
-    """The beam nearest to each direction, given from the walls; one more than the last where the sensor looks not."""
+    """The beam nearest to each direction; one more than the last where the sensor looks not.
+
+    Args:
+        sweep: the scan.
+        directions: from the map's x axis, counted in beams, within half a turn.
+        misalignment: of that axis seen from the robot, rad.
+    """
     turn = math.tau / sweep.fan.step
-    numbers = (directions + (misalignment - float(sweep.fan.angles[0]))) / sweep.fan.step
-    numbers -= turn * np.floor((numbers + 0.5) / turn)
-    return np.minimum(np.rint(numbers), len(sweep.ranges)).astype(np.intp)
+    # Beam 0 is what is between 0 and 1 here; the offset makes that no number is below 0 and none at or above two turns.
+    offset = (misalignment - float(sweep.fan.angles[0])) / sweep.fan.step + 0.5
+    numbers = directions + ((offset - turn / 2) % turn + turn / 2)
+    numbers -= (numbers >= turn) * turn
+    return np.minimum(numbers.astype(np.intp), len(sweep.ranges))
 
 
 def _shortest_of_three(ranges: Floats) -> Floats:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from perception.lines import LinePieces
 from perception.settings import NodeSettings
@@ -23,8 +24,7 @@ class NodeKind(StrEnum):
     CORNER = "corner"
 
 
-@dataclass(frozen=True, slots=True)
-class Node:
+class Node(NamedTuple):
     """An end or a corner of a wall.
 
     Attributes:
@@ -101,12 +101,12 @@ def _apart(
 
 
 def _numbered(sweep: Sweep, found: Sequence[tuple[int, NodeKind, bool]]) -> tuple[Node, ...]:
-    nodes = []
+    nodes, points = [], sweep.points
     for number, (index, kind, connected) in enumerate(found):
-        x, y = _point(sweep.points, index)
+        x, y = _point(points, index)
         before = (number - 1,) if connected and number else ()
         after = (number + 1,) if number + 1 < len(found) and found[number + 1][2] else ()
-        beam = int(sweep.beams[index])
+        beam = sweep.beams.item(index)
         nodes.append(Node(number, kind, x, y, math.hypot(x, y), math.atan2(y, x), beam, before + after))
     return tuple(nodes)
 
@@ -120,28 +120,25 @@ def is_right_angle(points: Floats, place: tuple[int, int, int], settings: NodeSe
         settings: at which distance the neighbours are taken, and how far their distance may be from Pythagoras'.
     """
     first, middle, last = place
-    corner = _point(points, middle)
-    before = _beyond(points[max(first, middle - MOST) : middle][::-1], corner, settings.arm)
-    if before is None:
+    start = max(first, middle - MOST)
+    corner = middle - start
+    x, y = points[start : min(last, middle + MOST) + 1].T
+    dx, dy = x - x[corner], y - y[corner]
+    away = dx * dx + dy * dy >= settings.arm * settings.arm
+    # How many hits back and on the first one is that is far enough; none where there is no such.
+    back, on = int(away[corner::-1].argmax()), int(away[corner:].argmax())
+    if not back or not on:
         return False
-    after = _beyond(points[middle + 1 : min(last, middle + MOST) + 1], corner, settings.arm)
-    if after is None:
-        return False
-    legs = math.dist(before, corner) ** 2 + math.dist(after, corner) ** 2
-    return abs(math.dist(before, after) / math.sqrt(legs) - 1.0) <= settings.pythagoras
+    before = slice(max(corner - back - 4, 0), corner - back + 1)
+    after = slice(corner + on, corner + on + 5)
+    one, other = (_mean(dx[before]), _mean(dy[before])), (_mean(dx[after]), _mean(dy[after]))
+    return abs(math.dist(one, other) / math.hypot(*one, *other) - 1.0) <= settings.pythagoras
 
 
-def _beyond(points: Floats, centre: Point, distance: float) -> Point | None:
-    """The mean of the first points that are farther from a centre than a distance; None where there are too few."""
-    if not len(points):
-        return None
-    dx, dy = points[:, 0] - centre[0], points[:, 1] - centre[1]
-    away = dx * dx + dy * dy >= distance * distance
-    start = int(away.argmax())
-    if not away[start]:
-        return None
-    xs, ys = points[start : start + 5].T.tolist()
-    return (sum(xs) / len(xs), sum(ys) / len(ys))
+def _mean(values: Floats) -> float:
+    """The mean of a few values."""
+    numbers = values.tolist()
+    return float(sum(numbers)) / len(numbers)
 
 
 def _point(points: Floats, index: int) -> Point:

@@ -36,7 +36,7 @@ def repulsion_of(sweep: Sweep, settings: RepulsionSettings) -> Force:
         return Force()
     ranges = np.minimum(sweep.ranges, settings.influence)
     near = ranges < settings.influence
-    strength = np.where(near, np.maximum(ranges - settings.width_correction, NEAREST) ** -2.0, 0.0)
+    strength = near / np.square(np.maximum(ranges - settings.width_correction, NEAREST))
     strength[np.isnan(strength)] = 0.0
     ahead = sweep.fan.sector(0.0, settings.front)
     forward = strength[ahead] * sweep.fan.cosines[ahead]

@@ -51,12 +51,13 @@ def look(sweep: Sweep, direction: float, width: float, threshold: float, bad_sha
     """
     beams = sweep.fan.sector(direction, width)
     ranges = sweep.ranges[beams]
-    ranges = ranges[~np.isnan(ranges)]
-    if not len(ranges) or 2 * len(ranges) < len(beams):
+    known = len(beams) - int(np.count_nonzero(np.isnan(ranges)))
+    if not known or 2 * known < len(beams):
         return Beam()
-    passed_over = max(int(bad_share * len(ranges)), int(len(ranges) >= 3))
-    passed_over = min(passed_over, len(ranges) - 1)
-    distance = min(float(np.partition(ranges, passed_over)[passed_over]), sweep.reach)
+    passed_over = max(int(bad_share * known), int(known >= 3))
+    passed_over = min(passed_over, known - 1)
+    # NaN is sorted behind all numbers.
+    distance = min(np.partition(ranges, passed_over).item(passed_over), sweep.reach)
     return Beam(distance, distance >= threshold, known=True)
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from perception.extremes import lowest
 from perception.lines import Lines
 from perception.settings import CentreSettings, WallSettings
 from perception.sweep import Floats, Mask
@@ -105,10 +106,7 @@ def centre_of(lines: Lines, misalignment: float, settings: CentreSettings) -> Ce
     beside = parallel & (overlap >= settings.min_overlap) & (lines.p <= settings.max_half_width)
     is_left = np.sin(lines.alpha - misalignment) > 0
     left, right = lines.p[beside & is_left], lines.p[beside & ~is_left]
-    return Centre(
-        float(left.min()) if len(left) else math.inf,
-        float(right.min()) if len(right) else math.inf,
-    )
+    return Centre(lowest(left), lowest(right))
 
 
 def clearance_of(points: Floats, footprint: tuple[Point, ...]) -> float:
@@ -121,63 +119,64 @@ def clearance_of(points: Floats, footprint: tuple[Point, ...]) -> float:
     if not len(points):
         return math.inf
     outline = _outline(footprint)
-    # The distance to the bounding box tells which hits matter: it is less than that to the outline, by at most the
-    # depth of the outline's notches.
     x, y = points[:, 0], points[:, 1]
     beside = np.maximum(np.abs(x - outline.centre[0]) - outline.half_size[0], 0.0)
     before = np.maximum(np.abs(y - outline.centre[1]) - outline.half_size[1], 0.0)
     squares = beside * beside + before * before
-    shortest = math.sqrt(squares.min())
-    near = points[squares <= (shortest + outline.notch) ** 2]
-    if shortest == 0.0 and _inside(near, outline.corners).any():
+    # No hit is nearer to the outline than to its bounding box. So only hits nearer to the box than the nearest one of
+    # them is to the outline may be nearer still.
+    nearest = squares.argmin()
+    bound = _distance(x[nearest], y[nearest], outline)
+    near = (squares <= bound * bound).nonzero()[0]
+    x, y = x[near], y[near]
+    if squares[nearest] == 0.0 and _inside(x, y, outline).any():
         return 0.0
-    return float(_distances(near, outline).min())
+    return min(bound, _distance(x, y, outline))
 
 
 @dataclass(frozen=True, eq=False)
 class _Outline:
+    """A polygon prepared for distances, and its bounding box.
+
+    Attributes:
+        corners: x and y of each corner, m, shape (2, n, 1).
+        edges: from there to the next corner, m, shape (2, n, 1).
+        squares: of the edges' lengths, m^2, shape (n, 1).
+        centre: of the bounding box, m.
+        half_size: of the bounding box, m.
+    """
+
     corners: Floats
     edges: Floats
     squares: Floats
     centre: tuple[float, float]
     half_size: tuple[float, float]
-    notch: float
 
 
 @lru_cache(maxsize=8)
 def _outline(footprint: tuple[Point, ...]) -> _Outline:
-    """A polygon prepared for distances; its notches are measured from the bounding box's border."""
-    corners = np.asarray(footprint)
-    edges = np.roll(corners, -1, axis=0) - corners
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    corners = np.array(footprint).T[:, :, None]
+    edges = np.roll(corners, -1, axis=1) - corners
+    low, high = corners.min(axis=(1, 2)), corners.max(axis=(1, 2))
     (x, y), (half_x, half_y) = ((low + high) / 2).tolist(), ((high - low) / 2).tolist()
-    outline = _Outline(corners, edges, (edges**2).sum(axis=1), (x, y), (half_x, half_y), 0.0)
-    share = np.linspace(-1.0, 1.0, 201)
-    border = [(x + half_x * s, y + half_y * t) for s in share for t in (-1.0, 1.0)]
-    border += [(x + half_x * t, y + half_y * s) for s in share for t in (-1.0, 1.0)]
-    step = max(half_x, half_y) / 100
-    return replace(outline, notch=float(_distances(np.array(border), outline).max()) + step)
+    return _Outline(corners, edges, (edges**2).sum(axis=0), (x, y), (half_x, half_y))
 
 
-def _distances(points: Floats, outline: _Outline) -> Floats:
-    """Distance of each point from an outline's edges, m."""
-    edge_x, edge_y = outline.edges[:, 0], outline.edges[:, 1]
-    x = points[:, 0, None] - outline.corners[:, 0]
-    y = points[:, 1, None] - outline.corners[:, 1]
+def _distance(x: Floats, y: Floats, outline: _Outline) -> float:
+    """Distance of the nearest of some points from an outline's edges, m."""
+    (corner_x, corner_y), (edge_x, edge_y) = outline.corners, outline.edges
+    x, y = x - corner_x, y - corner_y
     share = np.minimum(np.maximum((x * edge_x + y * edge_y) / outline.squares, 0.0), 1.0)
     x -= share * edge_x
     y -= share * edge_y
-    distances: Floats = np.sqrt((x * x + y * y).min(axis=1))
-    return distances
+    return math.sqrt(lowest((x * x + y * y).ravel()))
 
 
-def _inside(points: Floats, corners: Floats) -> Mask:
+def _inside(x: Floats, y: Floats, outline: _Outline) -> Mask:
     """Which points are inside a polygon, by the number of edges that a ray crosses."""
-    x, y = points[:, 0, None], points[:, 1, None]
-    ends = np.roll(corners, -1, axis=0)
-    straddles = (corners[:, 1] > y) != (ends[:, 1] > y)
-    rise = ends[:, 1] - corners[:, 1]
-    slope = (ends[:, 0] - corners[:, 0]) / np.where(rise == 0, 1.0, rise)
-    crossing = straddles & (x < corners[:, 0] + slope * (y - corners[:, 1]))
-    inside: Mask = crossing.sum(axis=1) % 2 == 1
+    (corner_x, corner_y), (edge_x, edge_y) = outline.corners, outline.edges
+    straddles = (corner_y > y) != (np.roll(corner_y, -1, axis=0) > y)
+    slope = edge_x / np.where(edge_y == 0, 1.0, edge_y)
+    crossing = straddles & (x < corner_x + slope * (y - corner_y))
+    inside: Mask = crossing.sum(axis=0) % 2 == 1
     return inside

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from perception.extremes import highest, lowest
 from perception.lines import Lines
 from perception.settings import JunctionSettings
 from perception.sweep import Floats, Indices, Mask, Sweep
@@ -55,8 +57,7 @@ UNSEEN = Way()
 CLOSED = Way(known=True)
 
 
-@dataclass(frozen=True, slots=True)
-class Flank:
+class Flank(NamedTuple):
     """A wall along x.
 
     Attributes:
@@ -70,8 +71,7 @@ class Flank:
     high: float
 
 
-@dataclass(frozen=True, slots=True)
-class Gap:
+class Gap(NamedTuple):
     """A run of beams that go beyond a line along x.
 
     Attributes:
@@ -97,8 +97,7 @@ class Surroundings:
         ends: where each beam ends, m, shape (2, n); at the sensor where nothing is known of the beam.
         hit: whether it ends at something.
         origin: the sensor's place, m.
-        starts: first ends of the walls, x and y, m, of length m each.
-        stops: their other ends.
+        walls: those that run along x, at both sides.
     """
 
     cosines: Floats
@@ -106,14 +105,12 @@ class Surroundings:
     ends: Floats
     hit: Mask
     origin: tuple[float, float]
-    starts: list[list[float]]
-    stops: list[list[float]]
+    walls: list[Flank]
 
     @classmethod
     def of(cls, sweep: Sweep, lines: Lines, misalignment: float) -> Surroundings:
         """Turn a scan and its walls by the misalignment."""
         cosine, sine = math.cos(misalignment), math.sin(misalignment)
-        turn = np.array([[cosine, sine], [-sine, cosine]])
         cosines = sweep.fan.cosines * cosine + sweep.fan.sines * sine
         sines = sweep.fan.sines * cosine - sweep.fan.cosines * sine
         ranges = np.fmin(sweep.ranges, sweep.reach)
@@ -125,14 +122,13 @@ class Surroundings:
         np.multiply(ranges, sines, out=ends[1])
         if x or y:
             ends += [[x], [y]]
-        starts, stops = (turn @ lines.starts.T).tolist(), (turn @ lines.ends.T).tolist()
-        return cls(cosines, sines, ends, sweep.hit, (x, y), starts, stops)
+        return cls(cosines, sines, ends, sweep.hit, (x, y), _flanks(lines, cosine, sine))
 
     def left(self) -> View:
         """The view to the left: y to the left, x ahead."""
         (x, y), (origin_x, origin_y) = self.ends, self.origin
         beams = _towards(self.sines)
-        walls = self._flanks(1.0)
+        walls = [wall for wall in self.walls if wall.level > 0]
         cotangent = self.cosines[beams] / self.sines[beams]
         return View(cotangent, x[beams], y[beams], self.hit[beams], (origin_x, origin_y), walls)
 
@@ -140,7 +136,7 @@ class Surroundings:
         """The view to the right: y to the right, x ahead."""
         (x, y), (origin_x, origin_y) = self.ends, self.origin
         beams = _towards(-self.sines)
-        walls = self._flanks(-1.0)
+        walls = [Flank(-wall.level, wall.low, wall.high) for wall in self.walls if wall.level < 0]
         # Mirrored, the beams come in the other order.
         cotangent = -self.cosines[beams][::-1] / self.sines[beams][::-1]
         return View(cotangent, x[beams][::-1], -y[beams][::-1], self.hit[beams][::-1], (origin_x, -origin_y), walls)
@@ -152,14 +148,18 @@ class Surroundings:
         cotangent = -self.sines[beams] / self.cosines[beams]
         return View(cotangent, -y[beams], x[beams], self.hit[beams], (-origin_y, origin_x), [])
 
-    def _flanks(self, side: float) -> list[Flank]:
-        """The walls that run along x, at the left for side 1, at the right for side -1."""
-        flanks = []
-        for x0, x1, y0, y1 in zip(self.starts[0], self.stops[0], self.starts[1], self.stops[1], strict=True):
-            level = side * (y0 + y1) / 2
-            if level > 0 and abs(y1 - y0) <= 0.3 * abs(x1 - x0):
-                flanks.append(Flank(level, min(x0, x1), max(x0, x1)))
-        return flanks
+
+def _flanks(lines: Lines, cosine: float, sine: float) -> list[Flank]:
+    """The walls that run along x, in the frame turned by an angle that is given by its cosine and sine."""
+    flanks = []
+    for (x0, y0), (x1, y1) in zip(lines.starts.tolist(), lines.ends.tolist(), strict=True):
+        low, high = x0 * cosine + y0 * sine, x1 * cosine + y1 * sine
+        first, last = y0 * cosine - x0 * sine, y1 * cosine - x1 * sine
+        if low > high:
+            low, high = high, low
+        if abs(last - first) <= 0.3 * (high - low):
+            flanks.append(Flank((first + last) / 2, low, high))
+    return flanks
 
 
 def _towards(component: Floats) -> slice | Indices:
@@ -193,12 +193,12 @@ class View:
 
     def crossing(self, level: float, beam: int) -> float:
         """Where a beam crosses a line along x, m."""
-        return self.origin[0] + (level - self.origin[1]) * float(self.cotangent[beam])
+        return self.origin[0] + (level - self.origin[1]) * self.cotangent.item(beam)
 
     def lane(self, half_width: float) -> float:
         """How far a lane along y is free, m; infinity where nothing stands in it."""
         inside = self.hit & (np.abs(self.x) <= half_width)
-        return float(self.y[inside].min()) if inside.any() else math.inf
+        return lowest(self.y[inside])
 
     def is_empty(self, half_angle: float, distance: float) -> bool:
         """Whether nothing is seen within an angle of the y axis up to a distance; two bad beams do not count."""
@@ -241,20 +241,20 @@ class View:
         between = self.hit & (self.y > bottom) & (self.y < top)
         before, after = slice(0, gap.first), slice(gap.last + 1, None)
         return (
-            float(self.x[after][between[after]].max(initial=gap.low)),
-            float(self.x[before][between[before]].min(initial=gap.high)),
+            max(gap.low, highest(self.x[after][between[after]])),
+            min(gap.high, lowest(self.x[before][between[before]])),
         )
 
     def far_corner(self, gap: Gap, level: float) -> float:
         """Where the wall at ``level`` goes on behind a gap: the x of the last hits before the beams that go through."""
         before = slice(max(gap.first - 3, 0), gap.first)
         wall = self.hit[before] & (self.y[before] > level - 0.1)
-        return float(self.x[before][wall].min(initial=math.inf))
+        return lowest(self.x[before][wall])
 
 
 def _fifth(values: Floats) -> float:
     """The value that a fifth of the values do not exceed."""
-    return float(np.partition(values, len(values) // 5)[len(values) // 5])
+    return np.partition(values, len(values) // 5).item(len(values) // 5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -329,7 +329,7 @@ class Fitting:
                 return self._way(gap, free, level, Way(near=near, far=high))
         beams = slice(gap.first, gap.last + 1)
         hits = view.hit[beams] & (view.y[beams] < deep)
-        bound = float(view.x[beams][hits].min(initial=gap.high))
+        bound = min(gap.high, lowest(view.x[beams][hits]))
         return UNSEEN if bound - gap.low >= self.box else CLOSED
 
     def _outer_wall(self, gap: Gap, level: float) -> float:

@@ -106,7 +106,7 @@ def ticks(
         phases = Phases(
             observed - began, prepared - observed, coordinated - prepared, acted - coordinated, commanded - acted
         )
-        violations = monitor.look(facts)
+        violations = monitor.look(facts, step)
         active = tuple(sorted(supervisor.configuration, key=machine.indices.__getitem__))
         innermost = (name for name in active if not machine.model.states[machine.indices[name]].children)
         doing = next((state for state, _ in effects), None) or next(innermost, "")

@@ -238,7 +238,7 @@ class Model:
         parameters: what may be set when a run is started, with defaults in SI units.
         files: the source files it was read from, the machine's own first.
         doc: the comment at the top of the file.
-        properties: what must hold of every run.
+        properties: what must hold of every run, those of instances included.
     """
 
     name: str

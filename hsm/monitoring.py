@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from hsm.evaluation import SignalFault
-from hsm.expressions import Expression, SignalValue
+from hsm.expressions import Active, Expression, SignalValue
+from hsm.macrostep import Macrostep
 from hsm.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
 from hsm.reaction import TOLERANCE
 from hsm.supervisor import Supervisor
@@ -18,26 +20,50 @@ Holds = Callable[[Expression], bool | None]
 Memory = float | None
 """What is remembered of one property: the time until which it waits, or that it waits for something, or None."""
 
+IDLE = -inf
+"""In place of a memory: the instance that a property is about does not run."""
+
 _ARMED = 1.0
 
 
-def begin(claim: Claim, time: float) -> Memory:
+def begin(stated: Property, time: float) -> Memory:
     """What is remembered of a property at the start of a run."""
-    return time + claim.within if isinstance(claim, Recurrence) else None
+    return IDLE if stated.scope is not None else _begun(stated.claim, time)
 
 
-def look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memory, bool]:
+def look(
+    stated: Property, memory: Memory, time: float, holds: Holds, entered: Collection[str] = ()
+) -> tuple[Memory, bool]:
     """Look at a property after a step.
 
     Args:
-        claim: what must hold.
+        stated: the property.
         memory: what was remembered after the step before.
         time: of the step, in seconds.
         holds: evaluates a condition.
+        entered: the states entered in the step, by name.
 
     Returns:
         What is to be remembered, and whether the property was violated in this step.
     """
+    if stated.scope is not None:
+        if not holds(Active(stated.scope)):
+            return IDLE, False
+        if memory == IDLE or stated.scope in entered:
+            memory = _begun(stated.claim, time)
+    return _look(stated.claim, memory, time, holds)
+
+
+def deadline(stated: Property, memory: Memory) -> float | None:
+    """When a property will be violated, if nothing happens until then."""
+    return memory if memory != IDLE and isinstance(stated.claim, Recurrence | Response) else None
+
+
+def _begun(claim: Claim, time: float) -> Memory:
+    return time + claim.within if isinstance(claim, Recurrence) else None
+
+
+def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memory, bool]:
     match claim:
         case Never(condition):
             return None, holds(condition) is True
@@ -60,11 +86,6 @@ def look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memor
             if not armed or holds(first) is True:
                 return None, False
             return _ARMED, holds(then) is True
-
-
-def deadline(claim: Claim, memory: Memory) -> float | None:
-    """When a property will be violated, if nothing happens until then."""
-    return memory if isinstance(claim, Recurrence | Response) else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,16 +119,16 @@ class Monitor:
     def __init__(self, supervisor: Supervisor) -> None:
         self._supervisor = supervisor
         self._properties: Sequence[Property] = supervisor.machine.model.properties
-        self._memories: list[Memory] = [begin(one.claim, supervisor.time) for one in self._properties]
+        self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._properties]
         self._violated: set[str] = set()
 
-    def look(self, facts: object) -> tuple[Violation, ...]:
-        """What is violated, and was not before; to be called after each step with the facts of that step."""
+    def look(self, facts: object, step: Macrostep) -> tuple[Violation, ...]:
+        """What is violated, and was not before; to be called after each step, with its facts."""
         found: list[Violation] = []
-        holds = holding(self._supervisor, facts)
+        holds, entered = holding(self._supervisor, facts), step.entered
         for index, one in enumerate(self._properties):
             time = self._supervisor.time
-            self._memories[index], violated = look(one.claim, self._memories[index], time, holds)
+            self._memories[index], violated = look(one, self._memories[index], time, holds, entered)
             if violated and one.name not in self._violated:
                 found.append(Violation(one, time, self._supervisor.configuration))
             self._violated.add(one.name) if violated else self._violated.discard(one.name)

@@ -5,7 +5,8 @@ Conditions are looked at after each step, with the signals of that step.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from hsm.diagnostics import Place
 from hsm.expressions import Expression
@@ -59,16 +60,19 @@ class Property:
     """A claim with its name.
 
     Attributes:
-        name: unique in the machine.
+        name: unique in the machine; that of an instance's machine carries the instance's name (``open_door.patient``).
         claim: what must hold.
         text: the claim as it is written.
         place: where.
+        scope: the instance that it is about, by its state's full name: it is looked at while that state is active, from
+            each entry anew; None where it is about the whole run.
     """
 
     name: str
     claim: Claim
     text: str
     place: Place | None = None
+    scope: str | None = None
 
 
 def conditions_of(claim: Claim) -> tuple[Expression, ...]:
@@ -80,3 +84,14 @@ def conditions_of(claim: Claim) -> tuple[Expression, ...]:
             return trigger, first, then
         case _:
             return (claim.condition,)
+
+
+def with_conditions(claim: Claim, change: Callable[[Expression], Expression]) -> Claim:
+    """The same claim about other conditions."""
+    match claim:
+        case Response(trigger, response):
+            return replace(claim, trigger=change(trigger), response=change(response))
+        case Precedence(trigger, first, then):
+            return replace(claim, trigger=change(trigger), first=change(first), then=change(then))
+        case _:
+            return replace(claim, condition=change(claim.condition))

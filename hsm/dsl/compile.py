@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hsm.diagnostics import Diagnostic, Severity
 from hsm.dsl import checks, syntax
@@ -17,6 +17,7 @@ from hsm.dsl.report import Report
 from hsm.dsl.subject import PSEUDO, Subject
 from hsm.dsl.typing import Scope
 from hsm.model import Action, Model, State, StateKind, Variable
+from hsm.properties import Property
 from hsm.registry import Library
 from hsm.types import Quantity
 
@@ -68,6 +69,7 @@ class _Compiler:
     machines: Mapping[str, Unit | None]
     declarations: Declarations
     behaviour: Behaviour
+    copied_properties: list[Property] = field(default_factory=list)
 
     def run(self) -> Unit:
         """All stages."""
@@ -127,7 +129,8 @@ class _Compiler:
                 self.context.tree.lines,
                 self.context.scope,
                 states,
-            ),
+            )
+            + tuple(self.copied_properties),
         )
 
     def _find_machine(self, draft: Draft) -> None:
@@ -193,6 +196,7 @@ class _Compiler:
             return [self._state(draft, None)]
         copied = graft(draft.model, draft.name, draft.index, len(self.behaviour.transitions))
         self.behaviour.transitions.extend(copied.transitions)
+        self.copied_properties.extend(copied.properties)
         self._bind(draft, draft.model, copied)
         return [self._state(draft, copied.root), *copied.states]
 

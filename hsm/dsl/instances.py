@@ -18,6 +18,7 @@ from hsm.model import (
     Variable,
     When,
 )
+from hsm.properties import Property, with_conditions
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +30,14 @@ class Graft:
         states: all other states.
         transitions: all transitions.
         variables: all variables, set when the instance's state is entered (inner instances: on their own entry).
+        properties: what must hold of it, about the instance's state.
     """
 
     root: State
     states: tuple[State, ...]
     transitions: tuple[Transition, ...]
     variables: tuple[Variable, ...]
+    properties: tuple[Property, ...]
 
 
 def graft(model: Model, name: str, state_offset: int, transition_offset: int) -> Graft:
@@ -53,6 +56,7 @@ def graft(model: Model, name: str, state_offset: int, transition_offset: int) ->
         states[1:],
         tuple(map(copier.transition, model.transitions)),
         tuple(map(copier.variable, model.variables)),
+        tuple(map(copier.property, model.properties)),
     )
 
 
@@ -98,6 +102,15 @@ class _Copier:
             name=self.prefix + variable.name,
             initial=self._expression(variable.initial),
             scope=variable.scope + self.states,
+        )
+
+    def property(self, stated: Property) -> Property:
+        """A property with its new name, about the instance or about an instance within it."""
+        return replace(
+            stated,
+            name=self.prefix + stated.name,
+            claim=with_conditions(stated.claim, self._expression),
+            scope=self.prefix + stated.scope if stated.scope is not None else self.prefix.removesuffix("."),
         )
 
     def _shifted(self, indices: tuple[int, ...]) -> tuple[int, ...]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from hsm.expressions import Expression
 from hsm.machine import Machine
 from hsm.model import Model
-from hsm.monitoring import begin, deadline, look
+from hsm.monitoring import Holds, begin, deadline, look
 from hsm.properties import AlwaysHolds, Never, Property, conditions_of
 from hsm.testing.driver import TICK, Driver
 from hsm.testing.exploring import Edge, Explorer, Input, Moment, Regions, Watcher
@@ -136,26 +136,26 @@ class PropertyWatcher(Watcher):
 
     def begin(self) -> Any:
         """What is remembered of each property, with a key that does not depend on the time."""
-        return self._remember([begin(one.claim, 0.0) for one in self._properties], 0.0)
+        return self._remember([begin(one, 0.0) for one in self._properties], 0.0)
 
-    def look(self, watched: Any, time: float, holds: Callable[[Expression], bool | None]) -> tuple[Any, str | None]:
+    def look(self, watched: Any, time: float, holds: Holds, entered: Collection[str]) -> tuple[Any, str | None]:
         """What is remembered after a step, and the name of the first property that is violated."""
         memories = []
         violated = None
         for one, memory in zip(self._properties, watched[1], strict=True):
-            remembered, wrong = look(one.claim, memory, time, holds)
+            remembered, wrong = look(one, memory, time, holds, entered)
             memories.append(remembered)
             violated = violated or (one.name if wrong else None)
         return self._remember(memories, time), violated
 
     def deadline(self, watched: Any) -> float | None:
         """When the first property will be violated, if nothing happens."""
-        due = [deadline(one.claim, memory) for one, memory in zip(self._properties, watched[1], strict=True)]
+        due = [deadline(one, memory) for one, memory in zip(self._properties, watched[1], strict=True)]
         return min((one for one in due if one is not None), default=None)
 
     def _remember(self, memories: Sequence[float | None], time: float) -> Any:
         key = tuple(
-            memory if memory is None or deadline(one.claim, memory) is None else round(memory - time, 6)
+            memory if memory is None or deadline(one, memory) is None else round(memory - time, 6)
             for one, memory in zip(self._properties, memories, strict=True)
         )
         return key, tuple(memories)

@@ -6,7 +6,7 @@ deadline, and at it. Signals are chosen when a guard first asks for them, so tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
@@ -18,6 +18,7 @@ from hsm.faults import MachineFault
 from hsm.machine import Machine
 from hsm.macrostep import Look
 from hsm.model import On, Raise, Send, StateKind, Transition
+from hsm.monitoring import Holds
 from hsm.reaction import Fault, Reaction, RunState, fault_event
 from hsm.registry import ActionDeclaration, SignalDeclaration
 from hsm.testing.domains import Domains, expressions_of
@@ -145,8 +146,8 @@ class Watcher:
         """What is remembered before the first step: a hashable key, and whatever else."""
         return None
 
-    def look(self, watched: Any, time: float, holds: Callable[[Expression], bool | None]) -> tuple[Any, str | None]:
-        """What is remembered after a step, and what is wrong."""
+    def look(self, watched: Any, time: float, holds: Holds, entered: Collection[str]) -> tuple[Any, str | None]:
+        """What is remembered after a step that entered some states, and what is wrong."""
         return watched, None
 
     def deadline(self, watched: Any) -> float | None:
@@ -344,26 +345,27 @@ class Explorer:
                 state, looks = attempt(choices, hits)
             except MachineFault as error:
                 fault = str(error)
-            over = before.over
-            left = {index for look in looks if look[4] is not None for index in (*look[4].exited, *look[4].entered)}
-            if left:
-                over = over.difference(left)
+            plans = [look[4] for look in looks if look[4] is not None]
+            over = before.over.difference(*((*plan.exited, *plan.entered) for plan in plans))
             watched, violation = before.watched, None
             if fault is None:
-                watched, violation = self._watch(before, state, choices)
+                entered = [self.machine.model.states[index].name for plan in plans for index in plan.entered]
+                watched, violation = self._watch(before, state, choices, entered)
             open_choices += reversed(choices.opened)
             signals = tuple(choices.chosen.items())
             target = Moment(state, before.time, over, {**before.signals, **choices.chosen}, watched)
             taken = Input(given.wait, given.reports, given.events, signals)
             yield Edge(taken, target, tuple(looks), dict(marks.seen(hits)), fault, violation)
 
-    def _watch(self, before: Moment, state: RunState, choices: _Choices) -> tuple[Any, str | None]:
+    def _watch(
+        self, before: Moment, state: RunState, choices: _Choices, entered: Collection[str]
+    ) -> tuple[Any, str | None]:
         def ask(call: SignalValue) -> Any:
             return choices.read(call.signal, tuple(evaluation.value(one) for one in call.arguments))
 
         active = state.configuration.active
         evaluation = self.machine.evaluation({}, state.values, active, ask)
-        return self._watcher.look(before.watched, before.time, _holding(evaluation))
+        return self._watcher.look(before.watched, before.time, _holding(evaluation), entered)
 
     def _watched_until(self, moment: Moment, time: float) -> Any:
         """What is remembered a tick before a step that was waited for: all was as it had been until then."""
@@ -377,7 +379,7 @@ class Explorer:
 
         state = moment.state
         evaluation = self.machine.evaluation({}, state.values, state.configuration.active, ask)
-        return self._watcher.look(moment.watched, last, _holding(evaluation))[0]
+        return self._watcher.look(moment.watched, last, _holding(evaluation), ())[0]
 
     # What may happen.
 
@@ -470,7 +472,7 @@ class Explorer:
         return self._domains.values(signal, residue)
 
 
-def _holding(evaluation: Evaluation) -> Callable[[Expression], bool | None]:
+def _holding(evaluation: Evaluation) -> Holds:
     def holds(condition: Expression) -> bool | None:
         try:
             return bool(evaluation.value(condition))

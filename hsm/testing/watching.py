@@ -13,16 +13,16 @@ from hsm.testing.driver import Driver
 
 def property_watch(properties: Sequence[Property]) -> Callable[[Driver], list[str]]:
     """A function to be called after each step of one run; it gives the names of the properties that step violates."""
-    memories: list[Memory] = [begin(one.claim, 0.0) for one in properties]
+    memories: list[Memory] = [begin(one, 0.0) for one in properties]
 
     def watch(driver: Driver) -> list[str]:
         def holds(condition: Expression) -> bool | None:
             value = driver.value(condition)
             return None if value is UNSET else bool(value)
 
-        violated = []
+        violated, entered = [], driver.last.entered
         for index, one in enumerate(properties):
-            memories[index], wrong = look(one.claim, memories[index], driver.time, holds)
+            memories[index], wrong = look(one, memories[index], driver.time, holds, entered)
             if wrong:
                 violated.append(one.name)
         return violated

@@ -8,7 +8,9 @@ angles at both corners; and the robot within the door area.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -17,6 +19,8 @@ from perception.lines import Line, Lines
 from perception.settings import DoorSettings
 from perception.sweep import Floats, Sweep
 from transport.description import Point, RobotDescription
+
+RIGHT = math.pi / 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,31 +66,29 @@ class Door:
 def find_doors(lines: Lines, robot: RobotDescription, settings: DoorSettings) -> tuple[Door, ...]:
     """All dead ends in sight that may be doors by their sizes, the nearest first."""
     walls = [line for line in lines if line.length >= settings.min_side - settings.margin]
-    found = (_door(*three, robot, settings) for three in zip(walls, walls[1:], walls[2:], strict=False))
+    turns = [_turns_left(one, other, settings) for one, other in pairwise(walls)]
+    dead_ends = (index for index, (one, other) in enumerate(pairwise(turns)) if one and other)
+    found = (_door(walls[index : index + 3], robot, settings) for index in dead_ends)
     return tuple(sorted((door for door in found if door), key=lambda door: door.distance))
 
 
-def _door(before: Line, end: Line, after: Line, robot: RobotDescription, settings: DoorSettings) -> Door | None:
-    """The checks on three walls that follow each other counter-clockwise."""
-    joined = _joined(before, end, settings) and _joined(end, after, settings)
-    if not joined:
-        return None
-    # Seen counter-clockwise, a dead end turns left at both of its corners; an S-bend turns left and right.
-    square = all(
-        abs(math.remainder(second.direction - first.direction - math.pi / 2, math.tau)) <= settings.square
-        for first, second in ((before, end), (end, after))
-    )
-    if not square:
-        return None
+def _turns_left(first: Line, second: Line, settings: DoorSettings) -> bool:
+    """Whether two walls that follow each other counter-clockwise are joined by a right angle to the left.
+
+    Both corners of a dead end are so; an S-bend turns left and right.
+    """
+    joined = math.hypot(second.start[0] - first.end[0], second.start[1] - first.end[1]) <= settings.corner_gap
+    return joined and abs(math.remainder(second.direction - first.direction - RIGHT, math.tau)) <= settings.square
+
+
+def _door(walls: Sequence[Line], robot: RobotDescription, settings: DoorSettings) -> Door | None:
+    """The dead end between two side walls, if its size is a door's."""
+    before, end, after = walls
     right, left = _corner(before, end), _corner(end, after)
     width = math.hypot(left[0] - right[0], left[1] - right[1])
     if not settings.min_width - settings.margin <= width <= settings.max_width + settings.margin:
         return None
     return Door(right, left, _reach(right, left, robot.footprint))
-
-
-def _joined(first: Line, second: Line, settings: DoorSettings) -> bool:
-    return math.hypot(second.start[0] - first.end[0], second.start[1] - first.end[1]) <= settings.corner_gap
 
 
 def _corner(first: Line, second: Line) -> Point:

@@ -75,7 +75,7 @@ def next_lane(before: Lane, sweep: Sweep, misalignment: float, body: Body, setti
         body: the robot's extent and movement along the lane.
         settings: sizes and ranges.
     """
-    moved_on = replace(before, end=before.end - body.moved, empty=False, outside=False)
+    moved_on = Lane(before.left, before.right, before.end - body.moved)
     if np.count_nonzero(sweep.known) < settings.known_share * len(sweep.ranges) or not len(sweep.ranges):
         return moved_on
     cosine, sine = math.cos(misalignment), math.sin(misalignment)

@@ -139,7 +139,8 @@ def junction_of(
     """
     if 2 * np.count_nonzero(sweep.known) < max(len(sweep.ranges), 1):
         return Junction()
-    box = 2 * (robot.half_width + settings.clearance)
+    half_width = robot.half_width
+    box = 2 * (half_width + settings.clearance)
     surroundings = Surroundings.of(sweep, lines, misalignment)
     to_left, to_right, forward = surroundings.left(), surroundings.right(), surroundings.ahead()
     left, right = _of_one_junction(Fitting(to_left, box, settings).side(), Fitting(to_right, box, settings).side())
@@ -151,7 +152,7 @@ def junction_of(
         right=right,
         left_wall=to_left.wall(settings),
         right_wall=to_right.wall(settings),
-        end=forward.lane(robot.half_width),
+        end=forward.lane(half_width),
         wide=any(way.open and way.width > settings.max_width for way in (left, right))
         or forward.is_empty(settings.open_half_angle, settings.open_range),
         door_depth=settings.door_depth,

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from perception.compass import UNKNOWN, Compass
+from perception.extremes import highest
 from perception.settings import HoughSettings
 from perception.sweep import Floats, Indices
 
@@ -63,11 +64,13 @@ class HoughLine:
 class _Grid:
     """All lines that are voted on, as in ``HoughSettings`` and ``HoughSpace``.
 
-    The transform turns a column (x, y, 1) into the number of a hit's cell for each alpha.
+    Every third row and the rows beside them are all rows. The transform turns a column (x, y, 1) into the number of a
+    hit's cell for each alpha.
     """
 
     step: float
     cell: float
+    every_third: Indices
     alphas: Floats
     ps: Floats
     transform: NDArray[np.float32]
@@ -78,7 +81,9 @@ def _grid(area: float, step: float, cell: float) -> _Grid:
     alphas: Floats = np.arange(max(round(math.pi / step), 1), dtype=np.float64) * step
     half = math.ceil(area * math.sqrt(2) / cell)
     transform = np.stack((np.cos(alphas) / cell, np.sin(alphas) / cell, np.full(len(alphas), half + 0.5)), axis=1)
-    return _Grid(step, cell, alphas, (np.arange(2.0 * half + 1) - half) * cell, transform.astype(np.float32))
+    ps: Floats = (np.arange(2.0 * half + 1) - half) * cell
+    every_third = np.minimum(np.arange(1, len(alphas) + 1, 3), len(alphas) - 1)
+    return _Grid(step, cell, every_third, alphas, ps, transform.astype(np.float32))
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,15 +126,15 @@ class _Voters:
 
     def maximum(self) -> tuple[int, int]:
         """The row of the line with the most votes, the lowest such row, and its votes."""
-        last = len(self.grid.alphas) - 1
-        rows = np.minimum(np.arange(1, last + 2, 3), last)
+        rows = self.grid.every_third
         votes = self.votes(rows)
         tops = votes.max(axis=1)
-        promising = rows[self._bounds(votes) >= tops.max()]
-        beside = np.clip(np.concatenate((promising - 1, promising + 1)), 0, last)
+        promising = rows[self._bounds(votes) >= tops[tops.argmax()]]
+        # Behind the last alpha comes the first, with the other sign of p.
+        beside = np.concatenate((promising - 1, promising + 1)) % len(self.grid.alphas)
         rows, tops = np.concatenate((rows, beside)), np.concatenate((tops, self.votes(beside).max(axis=1)))
-        most = int(tops.max())
-        return int(rows[tops == most].min()), most
+        most = tops.item(tops.argmax())
+        return min(rows[tops == most].tolist()), most
 
     def _bounds(self, votes: Votes) -> Votes:
         """For each row the most votes that a line of the rows beside it can have, shape (rows,).
@@ -139,7 +144,7 @@ class _Voters:
         are too high, which a bound may be.
         """
         x, y, _ = self.columns
-        farthest = math.sqrt(float((x * x + y * y).max()))
+        farthest = math.sqrt(highest(x * x + y * y))
         moves = math.ceil(farthest * self.grid.step / self.grid.cell + 0.01)  # a little more, for single precision
         sums = votes.ravel().cumsum(dtype=np.int32)
         windows = sums.copy()

@@ -93,10 +93,12 @@ class Lines:
     @cached_property
     def nearest(self) -> tuple[Floats, Floats]:
         """Distance, m, and bearing, rad, of each piece's nearest point to the origin, shape (m,) each."""
-        chords = self.ends - self.starts
-        share = -(self.starts * chords).sum(axis=1) / np.maximum((chords**2).sum(axis=1), 1e-12)
-        nearest = self.starts + np.minimum(np.maximum(share, 0.0), 1.0)[:, None] * chords
-        return np.hypot(nearest[:, 0], nearest[:, 1]), np.arctan2(nearest[:, 1], nearest[:, 0])
+        (x, y), (end_x, end_y) = self.starts.T, self.ends.T
+        dx, dy = end_x - x, end_y - y
+        share = -(x * dx + y * dy) / np.maximum(dx * dx + dy * dy, 1e-12)
+        share = np.minimum(np.maximum(share, 0.0), 1.0)
+        x, y = x + share * dx, y + share * dy
+        return np.hypot(x, y), np.arctan2(y, x)
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +190,6 @@ def split_at_end_points(
         First and last index of each piece, in order; neighbours share the point between them.
     """
     x, y = points[:, 0], points[:, 1]
-    away, work = np.empty((2, len(points)))
     waiting = runs[::-1]
     pieces: list[tuple[int, int]] = []
     while waiting:
@@ -201,8 +202,8 @@ def split_at_end_points(
         if norm < 1e-9:
             dx, norm = 1.0, 1.0
         normal_x, normal_y = dy / norm, -dx / norm
-        across = np.multiply(x[first:last], normal_x, out=away[first:last])
-        across += np.multiply(y[first:last], normal_y, out=work[first:last])
+        across = x[first:last] * normal_x
+        across += y[first:last] * normal_y
         chord = normal_x * x0 + normal_y * y0
         highest, lowest = int(across.argmax()), int(across.argmin())
         above, below = across.item(highest) - chord, chord - across.item(lowest)

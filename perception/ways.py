@@ -203,8 +203,8 @@ class View:
     def is_empty(self, half_angle: float, distance: float) -> bool:
         """Whether nothing is seen within an angle of the y axis up to a distance; two bad beams do not count."""
         within = np.abs(self.cotangent) <= math.tan(half_angle)
-        x, y = self.x[within], self.y[within]
-        return bool(len(x)) and int(np.count_nonzero(x * x + y * y < distance * distance)) <= 2
+        near = within & (self.x * self.x + self.y * self.y < distance * distance)
+        return bool(np.count_nonzero(within)) and int(np.count_nonzero(near)) <= 2
 
     def wall(self, settings: JunctionSettings) -> float:
         """Distance to the nearest wall of the corridor beside the robot or ahead of it, m; NaN where there is none."""

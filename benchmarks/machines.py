@@ -70,7 +70,8 @@ class Set:
 SETS = {
     "mazes": Set(SOLVERS, "mazes", time_limit=3600.0),
     "corridors": Set(CORRIDORS, "corridors"),
-    "contest": Set(SOLVERS, (str(DATA / "micromouse"),), time_limit=36000.0),
+    "contest": Set(("pledge", "pledge_smooth"), (str(DATA / "micromouse"),), time_limit=36000.0),
+    "contest_tremaux": Set(("tremaux",), (str(DATA / "micromouse"),), time_limit=36000.0),
     "challenge": Set(SOLVERS, ("final_2015", str(DATA / "emc" / "heightmap_maze_legacy.pgm")), seeds=10),
     "right_hand": Set(("right_hand", "right_hand_loop"), "mazes", time_limit=600.0, count=100),
     "mouse": Set(("random_mouse",), "mazes", time_limit=600.0, count=30),

@@ -1,13 +1,23 @@
 """Files that repeat the code are up to date."""
 
+import re
 import runpy
 from pathlib import Path
 
 import pytest
 
-GENERATED = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "generate.py"))["GENERATED"]
+DOCS = Path(__file__).parents[2] / "docs"
+GENERATED = runpy.run_path(str(DOCS / "generate.py"))["GENERATED"]
 
 
 @pytest.mark.parametrize("path", GENERATED, ids=lambda path: path.name)
 def test_a_generated_file_is_what_the_code_says(path):
     assert path.read_text(encoding="utf-8") == GENERATED[path](), "run: python docs/generate.py"
+
+
+def test_the_pictures_of_the_readme_can_be_drawn(tmp_path):
+    main = runpy.run_path(str(DOCS / "readme_pictures.py"))["main"]
+    main.__globals__["IMAGES"] = tmp_path
+    main()
+    shown = re.findall(r"\]\(docs/images/([^)]+)\)", (DOCS.parent / "README.md").read_text(encoding="utf-8"))
+    assert {path.name for path in tmp_path.iterdir()} == set(shown)

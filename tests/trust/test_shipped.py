@@ -5,6 +5,7 @@ import pytest
 from controller.library import robot_library
 from controller.machines import shipped_machines
 from hsm.coverage import Coverage
+from hsm.properties import Never, Precedence, Recurrence
 from hsm.testing.measured import Measured
 from hsm.testing.mutating import survey
 from hsm.testing.points import Kind
@@ -36,3 +37,13 @@ def test_scenarios_reach_every_state_and_transition_and_nearly_every_outcome_of_
 def test_scenarios_notice_changes(name, robot):
     trial = load_trial(shipped_machines()[name], robot)
     assert survey(trial.machine.model, trial.suites).score >= 90
+
+
+@pytest.mark.parametrize("name", sorted(shipped_machines().keys() - {"door", "watch"}))
+def test_each_machine_that_drives_states_what_follows_its_turns_and_those_with_doors_when_they_stand_still(name, robot):
+    model = load_trial(shipped_machines()[name], robot).machine.model
+    claims = {one.name: one.claim for one in model.properties}
+    assert any("turn" in one and isinstance(claim, Precedence) for one, claim in claims.items())
+    if "open_door.rung" in claims:
+        assert isinstance(claims["quiet"], Never)
+        assert claims["still"] == Recurrence(claims["still"].condition, within=30.0)

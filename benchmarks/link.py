@@ -1,17 +1,17 @@
 """What the link costs and how it fails: ``python benchmarks/link.py [--rounds N] [--faults N]``.
 
 The first table compares a tick of the pledge machine with the real simulator in one process and over the loopback with
-a bare Zenoh ping-pong of the same messages; all in one run, interleaved, medians of the rounds. The second breaks
-things at random moments and measures how long the robot moves on, and how long it takes until it moves again. The third
-says what readers cost that cannot keep up.
+a bare Zenoh ping-pong of the same messages: tick by tick in turn, so that what else the computer does meets all three.
+The second breaks things at random moments and measures how long the robot moves on, and how long it takes until it moves
+again. The third says what readers cost that cannot keep up.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import multiprocessing
-import os
 import queue
 import random
 import signal
@@ -31,17 +31,21 @@ sys.path[0:1] = [str(ROOT), str(ROOT / "tests" / "transport")]
 import zenoh  # noqa: E402
 from programs import base, command, toy  # noqa: E402
 
-from controller.mission import drive, prepare  # noqa: E402
+from controller.loop import ticks  # noqa: E402
+from controller.mission import Mission, prepare  # noqa: E402
 from controller.profile import load_profile  # noqa: E402
 from controller.simulation import SimulatedWorld, find_maze  # noqa: E402
+from perception import Perception  # noqa: E402
+from skills.chain import MotionChain  # noqa: E402
 from transport.connect import connect_robot  # noqa: E402
+from transport.robot import Robot  # noqa: E402
 from transport.world import LockstepRobot  # noqa: E402
 
 SCAN, ODOMETRY, TWIST = 4060, 724, 52
 OBSERVATION_TAG, COMMAND_TAG = 48, 32
 MAZE = "final_2015"
-STRETCH = 20.0
-"""How long a run is, simulated seconds: short, so that a busy moment of the computer spoils one round only."""
+TICKS, WARM = 30, 100
+"""Ticks a round, short enough that a busy moment of the computer spoils one round only; ticks that do not count."""
 
 
 def free_endpoint() -> str:
@@ -78,15 +82,6 @@ def pong(endpoint: str, ready: Connection) -> None:
         del subscriber
 
 
-def processor_time(*processes: int) -> float:
-    """Seconds that processes have worked, of all their threads; this measure bears a busy computer."""
-    total = 0
-    for process in processes:
-        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-        total += int(fields[11]) + int(fields[12])
-    return total / os.sysconf("SC_CLK_TCK")
-
-
 class PingPong:
     """The same bytes as a tick, with nothing done to them."""
 
@@ -106,16 +101,12 @@ class PingPong:
         self.publisher = self.session.declare_publisher("bare/ping", express=True)
         while not self.publisher.matching_status.matching:
             pass
-        self.times(500)
 
-    def times(self, count: int) -> float:
-        """Seconds a round trip."""
-        began = time.perf_counter()
-        for _ in range(count):
-            self.publisher.put(bytes(TWIST), attachment=bytes(COMMAND_TAG))
-            self.answers.get(timeout=10)
-            self.answers.get(timeout=10)
-        return (time.perf_counter() - began) / count
+    def once(self) -> None:
+        """There and back."""
+        self.publisher.put(bytes(TWIST), attachment=bytes(COMMAND_TAG))
+        self.answers.get(timeout=10)
+        self.answers.get(timeout=10)
 
     def close(self) -> None:
         """Let the other side go."""
@@ -124,48 +115,68 @@ class PingPong:
         self.session.close()
 
 
+class Lane:
+    """One way of driving, tick by tick: a step of it ends when the observation after its command is there."""
+
+    def __init__(self, mission: Mission, robot: Robot) -> None:
+        profile = mission.profile
+        self.robot = robot
+        perception, chain = Perception(profile.robot, profile.perception), MotionChain(profile.robot, profile.skills)
+        self._ticks = ticks(robot, mission.machine, mission.parameters, perception, chain)
+
+    def step(self) -> None:
+        """One tick."""
+        next(self._ticks)
+        self.robot.observe()
+
+
 def costs(rounds: int) -> None:
-    profile = load_profile()
-    maze = find_maze(MAZE)
-    mission = prepare("pledge", profile, time_limit=STRETCH)
+    """Print what a tick costs in one process and over the link, and a bare ping-pong."""
+    profile, maze, endpoint = load_profile(), find_maze(MAZE), free_endpoint()
+    mission = prepare("pledge", profile)
     bare = PingPong()
-    endpoint = free_endpoint()
+    took: dict[str, list[float]] = {"in one process": [], "over the link": [], "bare ping-pong, in turn with both": []}
+    flat: list[float] = []
     with command("sim", MAZE, "--listen", endpoint) as simulator:
         simulator.line()
-
-        us, sim, other = os.getpid(), simulator.process.pid, bare.process.pid
-
-        def run(robot: object) -> tuple[float, int]:
-            ending = drive(mission, robot, robot)
-            return ending.elapsed / ending.ticks, ending.ticks
-
-        table: dict[str, list[tuple[float, float]]] = {"in one process": [], "over the link": [], "bare ping-pong": []}
-        for seed in range(rounds + 1):
-            worked = [processor_time(us)]
-            here, ticks = run(LockstepRobot(SimulatedWorld(maze, profile.robot, seed)))
-            worked += [processor_time(us), processor_time(us, sim)]
-            there, same = run(connect_robot(endpoint, profile.robot, profile.link, seed=seed))
-            assert ticks == same
-            worked += [processor_time(us, sim), processor_time(us, other)]
-            ping = bare.times(ticks)
-            worked.append(processor_time(us, other))
-            # The first round compiles and warms up.
-            if seed:
-                for index, (name, value) in enumerate(zip(table, (here, there, ping), strict=True)):
-                    work = (worked[2 * index + 1] - worked[2 * index]) / ticks
-                    table[name].append((value, work))
+        here = Lane(mission, LockstepRobot(SimulatedWorld(maze, profile.robot, 1)))
+        there = Lane(mission, connect_robot(endpoint, profile.robot, profile.link, seed=1))
+        steps = dict(zip(took, (here.step, there.step, bare.once), strict=True))
+        for _ in range(WARM):
+            for step in steps.values():
+                step()
+        # Which of the three comes after which matters to the processor's caches, so they take turns in that too.
+        orders = list(itertools.permutations(steps))
+        for index in range(rounds * TICKS):
+            for name in orders[index % len(orders)]:
+                took[name].append(timed(steps[name]))
+            if index % TICKS == TICKS - 1:
+                flat += [timed(bare.once) for _ in range(TICKS)]
+        there.robot.close()
     bare.close()
-    print(f"A tick of pledge in {MAZE}, {rounds} rounds of {ticks} ticks: median, and the least disturbed round\n")
-    print("| | ms a tick | ticks a second | ms of processor time a tick, both sides |\n|---|---|---|---|")
-    for name, values in table.items():
-        walls, works = zip(*values, strict=True)
-        wall, least = statistics.median(walls), min(walls)
-        times = f"{1e3 * statistics.median(works):.3f}, {1e3 * min(works):.3f}"
-        print(f"| {name} | {1e3 * wall:.3f}, {1e3 * least:.3f} | {1 / wall:.0f}, {1 / least:.0f} | {times} |")
-    here, there, ping = ([wall for wall, _ in values] for values in table.values())
-    added = statistics.median((b - a) / c for a, b, c in zip(here, there, ping, strict=True))
-    least = (min(there) - min(here)) / min(ping)
-    print(f"\nThe link adds {added:.2f}, at the least {least:.2f} bare ping-pongs to a tick (at most 1.5 wanted).\n")
+    print(f"A tick of pledge in {MAZE}, {rounds} rounds of {TICKS} ticks in turn; ms, median and the round at rest\n")
+    print("| | a tick | ticks a second |\n|---|---|---|")
+    for name, times in (took | {"bare ping-pong, flat out": flat}).items():
+        middle, least = statistics.median(times), min(in_rounds(times))
+        print(f"| {name} | {1e3 * middle:.3f}, {1e3 * least:.3f} | {1 / middle:.0f}, {1 / least:.0f} |")
+    local, remote, ping = took.values()
+    added = in_rounds([b - a for a, b in zip(local, remote, strict=True)])
+    print("\nThe link adds to a tick, in bare ping-pongs, median and quartiles of the rounds:")
+    for name, pings in (("in turn", ping), ("flat out", flat)):
+        low, middle, high = statistics.quantiles([a / b for a, b in zip(added, in_rounds(pings), strict=True)])
+        print(f"- {name}: {middle:.2f} ({low:.2f} to {high:.2f})")
+    print(flush=True)
+
+
+def timed(step: Callable[[], object]) -> float:
+    began = time.perf_counter()
+    step()
+    return time.perf_counter() - began
+
+
+def in_rounds(times: list[float]) -> list[float]:
+    """The median of each round: what disturbs a tick now and then does not show."""
+    return [statistics.median(times[first : first + TICKS]) for first in range(0, len(times), TICKS)]
 
 
 # What a fault costs

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from transport.clock import Clock
 
@@ -15,8 +15,7 @@ MAX_PAYLOAD = 1_000_000
 """Larger messages are dropped unread, bytes."""
 
 
-@dataclass(frozen=True, slots=True)
-class Message:
+class Message(NamedTuple):
     """One message as it came from the network: whether it makes sense is for the reader to find out."""
 
     payload: bytes

@@ -117,18 +117,20 @@ def _vector(x: float, y: float, z: float) -> Any:
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 # header (stamp, frame), seven single precision fields, the number of ranges; then the ranges and no intensities
 _SCAN = struct.Struct("<4siII6s2x7fI")
+_SHAPE = struct.Struct("<7fI")
+_STAMP = struct.Struct("<4siI")
 _SCAN_FRAME = struct.pack("<I6s2x", 6, b"laser")
 _NO_INTENSITIES = bytes(4)
 # header (stamp, frame), child frame, position, orientation, covariance, linear, angular, covariance
 _ODOMETRY = struct.Struct("<4siII5s3xI10s6x7d288x6d288x")
 _ODOMETRY_FRAMES = struct.pack("<I5s3xI10s6x", 5, b"odom", 10, b"base_link")
 _TWIST = struct.Struct("<4s6d")
-_CLOCK = struct.Struct("<4siI")
 
 
 @lru_cache(maxsize=16)
-def _geometry(beams: int, first: float, increment: float, shortest: float, longest: float) -> ScanGeometry:
-    """A laser does not change from scan to scan."""
+def _geometry(shape: bytes) -> ScanGeometry:
+    """The beams that a scan says that it has; a laser does not change from scan to scan."""
+    first, _, increment, _, _, shortest, longest, beams = _SHAPE.unpack(shape)
     return ScanGeometry(beams, first, increment, shortest, longest)
 
 
@@ -158,11 +160,11 @@ def decode_scan(payload: bytes) -> Scan:
         CodecError: the payload is not such a message.
     """
     if payload[:4] == _LITTLE_ENDIAN and payload[12:24] == _SCAN_FRAME and len(payload) >= _SCAN.size:
-        _, seconds, rest, _, _, first, _, increment, _, _, shortest, longest, beams = _SCAN.unpack_from(payload)
-        whole = len(payload) == _SCAN.size + 4 * beams + 4 and payload[-4:] == _NO_INTENSITIES
-        if whole and beams <= MAX_BEAMS:
-            ranges = np.frombuffer(payload, dtype=np.float32, count=beams, offset=_SCAN.size)
-            geometry = _geometry(beams, first, increment, shortest, longest)
+        geometry = _geometry(payload[_SCAN.size - _SHAPE.size : _SCAN.size])
+        whole = len(payload) == _SCAN.size + 4 * geometry.beams + 4 and payload[-4:] == _NO_INTENSITIES
+        if whole and geometry.beams <= MAX_BEAMS:
+            ranges = np.frombuffer(payload, dtype=np.float32, count=geometry.beams, offset=_SCAN.size)
+            _, seconds, rest = _STAMP.unpack_from(payload)
             return Scan(seconds * NANOSECONDS + rest, geometry, ranges)
     message = _decode(payload, LASER_SCAN)
     geometry = ScanGeometry(
@@ -222,7 +224,7 @@ def decode_twist(payload: bytes) -> Twist:
 
 def encode_clock(stamp: int) -> bytes:
     """A time in ns as ``rosgraph_msgs/Clock``."""
-    return _CLOCK.pack(_LITTLE_ENDIAN, *_split(stamp))
+    return _STAMP.pack(_LITTLE_ENDIAN, *_split(stamp))
 
 
 def decode_clock(payload: bytes) -> int:

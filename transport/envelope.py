@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 from transport.codec import CodecError
 from transport.messages import DoorReply
@@ -22,17 +21,14 @@ MAX_REASON = 200
 # version, flags, two bytes of nothing, CRC-32, then what the class lists
 _COMMAND = struct.Struct("<BBxxIQQq")
 _OBSERVATION = struct.Struct("<BBxxIIIQQQq")
-_CHECKSUM = struct.Struct("<I")
-_SEAL = struct.calcsize("<BBxx")
-_SEALED = _SEAL + _CHECKSUM.size
-_NO_CHECKSUM = bytes(_CHECKSUM.size)
+_SEAL, _SEALED = struct.calcsize("<BBxx"), struct.calcsize("<BBxxI")
+_NO_CHECKSUM = bytes(_SEALED - _SEAL)
 _RING, _AGAIN = 1, 2
 _FINISHED, _STOPPED, _DOOR, _DOOR_ACCEPTED = 1, 2, 4, 8
 _MOST = 2**32 - 1
 
 
-@dataclass(frozen=True, slots=True)
-class CommandTag:
+class CommandTag(NamedTuple):
     """Rides with a command.
 
     Attributes:
@@ -61,14 +57,13 @@ class CommandTag:
         Raises:
             CodecError: it is not one of a command, of another version, or damaged.
         """
-        flags, (epoch, sequence, answers), rest = _opened(_COMMAND, attachment, payload)
-        if rest:
+        flags, epoch, sequence, answers = _opened(_COMMAND, attachment, payload)
+        if len(attachment) > _COMMAND.size:
             raise CodecError("the attachment of a command is too long")
         return cls(epoch, sequence, answers, bool(flags & _RING), bool(flags & _AGAIN))
 
 
-@dataclass(frozen=True, slots=True)
-class ObservationTag:
+class ObservationTag(NamedTuple):
     """Rides with every scan and every odometry.
 
     Attributes:
@@ -114,11 +109,13 @@ class ObservationTag:
         Raises:
             CodecError: it is not one of an observation, of another version, or damaged.
         """
-        flags, fields, rest = _opened(_OBSERVATION, attachment, payload)
-        if len(rest) > MAX_REASON:
+        flags, rejected, rings, epoch, instance, sequence, stamp = _opened(_OBSERVATION, attachment, payload)
+        if len(attachment) > _OBSERVATION.size + MAX_REASON:
             raise CodecError("the attachment of an observation is too long")
-        rejected, rings, epoch, instance, sequence, stamp = fields
-        door = DoorReply(bool(flags & _DOOR_ACCEPTED), rest.decode(errors="ignore")) if flags & _DOOR else None
+        door = None
+        if flags & _DOOR:
+            reason = attachment[_OBSERVATION.size :].decode(errors="ignore")
+            door = DoorReply(bool(flags & _DOOR_ACCEPTED), reason)
         finished, stopped = bool(flags & _FINISHED), bool(flags & _STOPPED)
         return cls(epoch, sequence, stamp, instance, rejected, rings, finished, stopped, door)
 
@@ -128,23 +125,34 @@ def is_tagged(attachment: bytes) -> bool:
     return len(attachment) >= _OBSERVATION.size
 
 
+def is_whole(payload: bytes, attachment: bytes) -> bool:
+    """Whether a payload and the attachment that rides with it came as they were sent."""
+    return attachment[_SEAL:_SEALED] == _checksum(attachment, payload)
+
+
+def same_observation(attachment: bytes, other: bytes) -> bool:
+    """Whether two attachments belong to one observation: lease, start, number and stamp are equal."""
+    return attachment[_SEALED:] == other[_SEALED:]
+
+
 def sealed(attachment: bytes, payload: bytes) -> bytes:
     """An attachment with the checksum of itself and of the payload that it rides with."""
-    return b"".join((attachment[:_SEAL], _CHECKSUM.pack(_checksum(attachment, payload)), attachment[_SEALED:]))
+    return attachment[:_SEAL] + _checksum(attachment, payload) + attachment[_SEALED:]
 
 
-def _checksum(attachment: bytes, payload: bytes) -> int:
+def _checksum(attachment: bytes, payload: bytes) -> bytes:
     """CRC-32 of an attachment, with zero where its checksum is, and of a payload."""
-    head = zlib.crc32(_NO_CHECKSUM, zlib.crc32(attachment[:_SEAL]))
-    return zlib.crc32(payload, zlib.crc32(attachment[_SEALED:], head))
+    blank = attachment[:_SEAL] + _NO_CHECKSUM + attachment[_SEALED:]
+    return zlib.crc32(payload, zlib.crc32(blank)).to_bytes(4, "little")
 
 
-def _opened(layout: struct.Struct, attachment: bytes, payload: bytes) -> tuple[int, tuple[Any, ...], bytes]:
+def _opened(layout: struct.Struct, attachment: bytes, payload: bytes) -> tuple[int, ...]:
+    """The flags of an attachment and what its class lists."""
     if len(attachment) < layout.size:
         raise CodecError("the attachment is too short: the message comes from a foreign sender")
-    version, flags, checksum, *fields = layout.unpack_from(attachment)
+    version, flags, _, *fields = layout.unpack_from(attachment)
     if version != VERSION:
         raise CodecError(f"the attachment has version {version}, this program speaks version {VERSION}")
-    if _checksum(attachment, payload) != checksum:
+    if not is_whole(payload, attachment):
         raise CodecError("the message was damaged on its way")
-    return flags, tuple(fields), attachment[layout.size :]
+    return flags, *fields

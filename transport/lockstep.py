@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from transport.bus import Bus, Mailbox, Message
 from transport.codec import CodecError, decode_odometry, decode_scan, encode_twist
-from transport.envelope import CommandTag, ObservationTag, is_tagged
+from transport.envelope import CommandTag, ObservationTag, is_tagged, is_whole, same_observation
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, Observation, Odometry, Scan, Twist
 from transport.robot import LinkError
@@ -28,7 +28,9 @@ PATIENCE = 2.0
 """After how long without a word from its holder a lease is free, s."""
 
 _NOT_HELD = State(held=False, reason="the simulator was restarted, or another controller took the robot")
-_FIRST_RESEND, _LONGEST_RESEND = 0.1, 1.0
+# A step is sent again after four times as long as answers usually take, then after twice as long each time, within these
+# limits, s; where it takes more than the doubtful time, the simulator is asked whether it knows the lease.
+_SHORTEST_RESEND, _DOUBTFUL, _LONGEST_RESEND = 0.02, 0.1, 1.0
 
 
 class LockstepServer:
@@ -145,8 +147,10 @@ class RemoteLockstep:
         self.resent = 0
         self._bus, self._robot, self._epoch, self._limit = bus, granted.robot, granted.epoch, limit
         self._sequence = 0
+        self._usual = _DOUBTFUL / 4
         self._finished = False
         self._observation: Observation | None = None
+        self._last: tuple[bytes, ObservationTag] | None = None
         self._scan: tuple[ObservationTag, Scan] | None = None
         self._odometry: tuple[ObservationTag, Odometry] | None = None
         # Scan and odometry wake whoever waits only together: a thread that wakes for half an answer costs as much.
@@ -224,7 +228,7 @@ class RemoteLockstep:
             self.dropped["foreign"] += 1
             return None
         try:
-            tag = ObservationTag.decode(message.attachment, message.payload)
+            tag = self._tag(message)
             value = decode(message.payload)
         except CodecError:
             self.dropped["malformed"] += 1
@@ -234,17 +238,26 @@ class RemoteLockstep:
             return None
         return tag, value
 
+    def _tag(self, message: Message) -> ObservationTag:
+        """What rides with a message; the parts of one observation bear the same, which is taken apart once."""
+        if self._last and same_observation(self._last[0], message.attachment) and is_whole(*message):
+            return self._last[1]
+        tag = ObservationTag.decode(message.attachment, message.payload)
+        self._last = message.attachment, tag
+        return tag
+
     def _pair(self) -> None:
         if self._scan and self._odometry and self._scan[0] == self._odometry[0]:
             self._inbox.put((*self._scan, self._odometry[1]))
 
     def _receive(self) -> Observation:
         began = time.monotonic()
-        deadline, pause = began + self._limit, _FIRST_RESEND
-        resend = began + pause
+        deadline, pause = began + self._limit, min(max(4 * self._usual, _SHORTEST_RESEND), _LONGEST_RESEND)
+        resend, resent = began + pause, self.resent
         while (now := time.monotonic()) < deadline:
             if now >= resend:
-                self._check_lease(deadline)
+                if pause >= _DOUBTFUL:
+                    self._check_lease(deadline)
                 self._publisher.put(*self._step)
                 self.resent += 1
                 pause = min(2 * pause, _LONGEST_RESEND)
@@ -254,6 +267,8 @@ class RemoteLockstep:
                 continue
             tag, scan, odometry = answer
             if tag.sequence == self._sequence:
+                if self.resent == resent:
+                    self._usual += (time.monotonic() - began - self._usual) / 8
                 self._finished = tag.finished
                 return Observation(tag.stamp, scan, odometry, tag.door)
             self.dropped["repeated"] += 1

@@ -27,7 +27,7 @@ class RobotSide:
         self.dropped: Counter[str] = Counter()
         self._desk = desk
         self._inbox: Mailbox[Message | Request] = Mailbox()
-        self._odometry, self._scan = bus.publisher(keys.odometry), bus.publisher(keys.scan)
+        self._odometry, self._scan = bus.publisher(keys.odometry, urgent=True), bus.publisher(keys.scan, urgent=True)
         self._clock = bus.publisher(keys.clock)
         self._shown: list[tuple[Publisher, bytes, bytes]] = []
         bus.subscribe(keys.command, self._inbox.put)

@@ -157,11 +157,12 @@ class ZenohBus:
         self._declared.clear()
 
     def _read(self, sample: zenoh.Sample) -> Message | None:
-        payload, attachment = sample.payload, sample.attachment
-        if len(payload) > MAX_PAYLOAD or (attachment is not None and len(attachment) > MAX_PAYLOAD):
+        attachment = sample.attachment
+        message = Message(sample.payload.to_bytes(), b"" if attachment is None else attachment.to_bytes())
+        if len(message.payload) + len(message.attachment) > MAX_PAYLOAD:
             self.dropped["oversized"] += 1
             return None
-        return Message(payload.to_bytes(), b"" if attachment is None else attachment.to_bytes())
+        return message
 
 
 class ZenohPublisher:

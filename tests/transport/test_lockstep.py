@@ -124,7 +124,7 @@ def replaying(chance: random.Random) -> Fault:
 def test_a_bad_network_changes_nothing_of_the_run(
     make: Callable[[random.Random], Fault], seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("transport.lockstep._FIRST_RESEND", 0.005)
+    monkeypatch.setattr("transport.lockstep._SHORTEST_RESEND", 0.005)
     monkeypatch.setattr("transport.lockstep._LONGEST_RESEND", 0.01)
     network = MemoryNetwork()
     with served(network.bus()):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from perception.facts import Facts
 from skills.safety import Guard
 from skills.settings import SkillSettings
@@ -22,6 +24,11 @@ class MotionChain:
         self._last = STOP
 
     def shape(self, wanted: Twist, facts: Facts) -> Twist:
-        """The command to send for a wanted one; to be called once a tick, in every tick."""
+        """The command to send for a wanted one; to be called once a tick, in every tick.
+
+        A wish that is not a number, as comes of an odometry that is none, is a wish to stop.
+        """
+        if not math.isfinite(wanted.forward + wanted.left + wanted.turn):
+            wanted = STOP
         self._last = self._guard.admit(self._last, wanted, self._surroundings.update(facts))
         return self._last

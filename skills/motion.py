@@ -5,19 +5,57 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
+from hsm.registry import Outcome
 from perception.facts import Facts
 from skills.frames import rotated
+from skills.passage import Passage
 from skills.settings import MotionSettings, SkillSettings
 from transport.messages import Command, Pose, Twist
 
+DONE, BLOCKED = Outcome("done"), Outcome("blocked")
 STANDOFF = 0.2
 """Free way ahead of the robot's centre at which it has no speed left, m."""
+PATIENCE = 2.0
+"""After so long without headway the way is blocked, s."""
 
 
 class Skill:
     """An activity with the gains of its robot."""
 
     settings: ClassVar[SkillSettings] = SkillSettings()
+
+
+def above_zero(name: str, value: float) -> float:
+    """The value of an activity's argument, SI.
+
+    Raises:
+        ValueError: it is not positive and finite.
+    """
+    if not 0 < value < math.inf:
+        raise ValueError(f"`{name}` must be above zero, and is {value:g} in SI units")
+    return value
+
+
+def not_negative(name: str, value: float) -> float:
+    """The value of an activity's argument, SI.
+
+    Raises:
+        ValueError: it is negative or not finite.
+    """
+    if not 0 <= value < math.inf:
+        raise ValueError(f"`{name}` must be zero or above, and is {value:g} in SI units")
+    return value
+
+
+def finite(name: str, value: float) -> float:
+    """The value of an activity's argument, SI.
+
+    Raises:
+        ValueError: it is not finite.
+    """
+    if not math.isfinite(value):
+        raise ValueError(f"`{name}` must be a number, and is {value:g}")
+    return value
 
 
 def along(course_error: float, speed: float, aside: float, ahead: float, settings: MotionSettings) -> Command:
@@ -38,18 +76,51 @@ def along(course_error: float, speed: float, aside: float, ahead: float, setting
     return Command(Twist(*rotated(forward, left, course_error), settings.heading_gain * course_error))
 
 
+def off_the_walls(passage: Passage, settings: SkillSettings) -> float:
+    """How far to the left of the robot the line lies that keeps off the walls of a passage, m.
+
+    The middle of a corridor; in a wider space the robot's own line, unless a wall is too near.
+    """
+    keep_off = settings.wall.keep_off
+    if passage.width < settings.wall.corridor:
+        return (passage.left + passage.right) / 2
+    room_left, room_right = passage.left - keep_off, -passage.right - keep_off
+    return min(room_left, 0.0) - min(room_right, 0.0)
+
+
+MOVED = 0.05
+"""A robot that has moved less has not got anywhere, m."""
+
+
 class Headway:
     """Notices that the robot does not get anywhere."""
 
-    def __init__(self, patience: float) -> None:
-        self._patience = patience
+    def __init__(self, patience: float = PATIENCE, speed: float = math.inf) -> None:
+        """Args: for how long it may stand, s, and the speed that it is to have, m/s: a slow robot is given longer."""
+        self._patience = max(patience, 2 * MOVED / speed)
         self._since: float | None = None
         self._pose = Pose()
 
     def lost(self, facts: Facts) -> bool:
         """Whether the robot has moved less than 5 cm and turned less than 0.1 rad for the time of its patience (s)."""
         pose = facts.observation.odometry.pose
-        moved = math.hypot(pose.x - self._pose.x, pose.y - self._pose.y) > 0.05
+        moved = math.hypot(pose.x - self._pose.x, pose.y - self._pose.y) > MOVED
         if self._since is None or moved or abs(math.remainder(pose.heading - self._pose.heading, math.tau)) > 0.1:
             self._since, self._pose = facts.time, pose
         return facts.time - self._since > self._patience
+
+
+class Progress:
+    """Notices that a distance that is to be driven does not shrink, whatever the robot does meanwhile."""
+
+    def __init__(self, patience: float, speed: float) -> None:
+        """Args: for how long it may not shrink, s, and the speed that the robot is to have, m/s."""
+        self._patience = max(patience, 2 * MOVED / speed)
+        self._since: float | None = None
+        self._least = math.inf
+
+    def lost(self, left: float, time: float) -> bool:
+        """Whether what is left (m) has not shrunk by 5 cm for the time of its patience."""
+        if self._since is None or left < self._least - MOVED:
+            self._since, self._least = time, left
+        return time - self._since > self._patience

@@ -16,6 +16,8 @@ from transport.messages import STOP, Pose, Twist
 
 SOFT = 0.02
 """Depth within the margin at which the robot moves away with the full push, m."""
+OPPOSITE = 0.9
+"""Cosine of the angle within which a point is opposite to another; the other wall of a corner is not."""
 
 
 class Guard:
@@ -81,7 +83,7 @@ class Guard:
     def _margin_across(self, apart: Points, distance: NDArray[np.float64], nearest: int) -> float:
         """The margin between the nearest point and what is opposite to it, however the robot stands."""
         towards = apart[nearest] / max(float(distance[nearest]), 1e-9)
-        opposite = distance[apart @ towards < -0.5 * distance]
+        opposite = distance[apart @ towards < -OPPOSITE * distance]
         return self._margin_for(float(distance[nearest] + opposite.min()) if len(opposite) else math.inf)
 
     def _margin_for(self, room: float) -> float:

@@ -8,26 +8,29 @@ from perception.facts import Facts
 from skills.activities.drive import Drive
 from skills.frames import Frame
 from skills.library import LIBRARY
-from transport.messages import Command
+from skills.motion import DONE, above_zero
+from skills.passage import Passage
 
 
 @LIBRARY.activity("advance", outcomes=("done", "blocked"), holds=("base",))
 class Advance(Drive):
     """Drive a distance straight on, like `drive`.
 
-    Outcomes: `done` when it is driven, `blocked` when the robot gets no farther.
+    The robot is still at speed when the distance is driven, so that what follows need not start from rest; `move`
+    comes to rest. Outcomes: `done` when it is driven, `blocked` when the robot gets no farther.
     """
 
     def __init__(self, distance: Length, speed: Speed = 0.5) -> None:
         super().__init__(speed)
-        self._distance = distance
+        self._distance = above_zero("distance", distance)
         self._start: Frame | None = None
 
-    def tick(self, facts: Facts) -> Command | Outcome:
-        """The next velocity."""
+    def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:
         pose = facts.observation.odometry.pose
         if self._start is None:
             self._start = Frame(pose)
-        if self._start.local(pose).x >= self._distance:
-            return Outcome("done")
-        return super().tick(facts)
+        return DONE if self._start.local(pose).x >= self._distance or self._arrived(facts) else None
+
+    def _arrived(self, facts: Facts) -> bool:
+        """Whether the robot is where it should be before it has driven the distance."""
+        return False

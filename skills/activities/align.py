@@ -7,7 +7,7 @@ from hsm.types import Length
 from perception.facts import Facts
 from skills.course import Course
 from skills.library import LIBRARY
-from skills.motion import Headway, Skill, along
+from skills.motion import BLOCKED, DONE, Headway, Skill, along, not_negative
 from skills.passage import passage_of, points_along
 from skills.sides import Side
 from transport.messages import Command
@@ -29,7 +29,7 @@ class Align(Skill):
 
     def __init__(self, side: Side = Side.RIGHT, distance: Length = 0.0) -> None:
         self._side = side
-        self._distance = distance or self.settings.wall.distance
+        self._distance = not_negative("distance", distance) or self.settings.wall.distance
         self._course = Course()
         self._headway = Headway(PATIENCE)
 
@@ -41,7 +41,7 @@ class Align(Skill):
         known = wall < self.settings.wall.reach
         aside = self._side.sign * (wall - min(self._distance, passage.width / 2)) if known else 0.0
         if abs(error) < STRAIGHT and abs(aside) < NEAR:
-            return Outcome("done" if known else "blocked")
+            return DONE if known else BLOCKED
         if self._headway.lost(facts):
-            return Outcome("blocked")
+            return BLOCKED
         return along(error, 0.0, aside, passage.ahead, self.settings.motion)

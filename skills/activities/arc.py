@@ -7,13 +7,11 @@ import math
 from hsm.registry import Outcome
 from hsm.types import Speed
 from perception.facts import Facts
-from skills.activities.drive import BLOCKED, PATIENCE, off_the_walls
-from skills.course import TRUSTED, Course
+from skills.activities.to_opening import ToOpening
+from skills.course import TRUSTED
 from skills.frames import Frame, Turned, rotated
 from skills.library import LIBRARY
-from skills.motion import Headway, Skill, along
-from skills.opening import Opening, opening_of
-from skills.passage import passage_of, points_along
+from skills.motion import BLOCKED, DONE
 from skills.sides import Side
 from transport.messages import Command, Pose, Twist
 
@@ -23,7 +21,7 @@ CLOSE = 0.35
 
 
 @LIBRARY.activity("arc", outcomes=("done", "blocked"), holds=("base",))
-class Arc(Skill):
+class Arc(ToOpening):
     """Turn into the opening at a side while driving on.
 
     The distances to the opening's corners give the radius of a quarter circle that ends in the middle of the opening,
@@ -34,11 +32,7 @@ class Arc(Skill):
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5) -> None:
-        self._side = side
-        self._speed = speed
-        self._course = Course()
-        self._headway = Headway(PATIENCE)
-        self._opening: Opening | None = None
+        super().__init__(side, speed)
         self._circle: _Circle | None = None
         self._on_the_spot = False
 
@@ -54,21 +48,15 @@ class Arc(Skill):
 
     def _to_the_circle(self, facts: Facts) -> Command | Outcome:
         """Drive straight on to where the circle begins."""
-        settings = self.settings
-        error = self._course.error(facts)
-        points = points_along(facts, error)
+        approach = self._approach(facts, self.settings.wall.distance)
+        smallest, largest = self.settings.arc.smallest_radius, self.settings.arc.largest_radius
+        radius = min(max(min(approach.left, approach.beside), smallest), largest)
+        if approach.left > radius + 0.02:
+            return self._straight_on(approach, self._speed)
         pose = facts.observation.odometry.pose
-        if self._opening is None:
-            self._opening = opening_of(points, facts.robot, self._side, pose, error)
-        self._opening.update(points, pose)
-        middle = self._opening.middle(settings.wall.distance) - self._opening.driven(pose)
-        passage = passage_of(points, facts.robot, settings.motion.look_ahead)
-        beside = self._opening.aside
-        radius = min(max(min(middle, beside), settings.arc.smallest_radius), settings.arc.largest_radius)
-        if middle <= radius + 0.02:
-            self._circle = _Circle(Frame(Pose(pose.x, pose.y, pose.heading + error)), radius, self._side, pose.heading)
-            return self._along_the_circle(facts, self._circle)
-        return along(error, self._speed, off_the_walls(passage, settings), passage.ahead, settings.motion)
+        frame = Frame(Pose(pose.x, pose.y, pose.heading + approach.error))
+        self._circle = _Circle(frame, radius, self._side, pose.heading)
+        return self._along_the_circle(facts, self._circle)
 
     def _along_the_circle(self, facts: Facts, circle: _Circle) -> Command | Outcome:
         """Feed the path's speed forward, and the distance from the path back."""
@@ -79,7 +67,7 @@ class Arc(Skill):
         if abs(left) < CLOSE and facts.compass.known and abs(misalignment - left) < TRUSTED:
             left = misalignment
         if left < self.settings.arc.tolerance:
-            return Outcome("done")
+            return DONE
         if self._on_the_spot:
             return Command(Twist(turn=self._side.sign * self.settings.rotate.rate))
         target = circle.place(min(turned, QUARTER))

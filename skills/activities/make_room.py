@@ -10,7 +10,7 @@ from hsm.registry import Outcome
 from hsm.types import Duration
 from perception.facts import Facts
 from skills.library import LIBRARY
-from skills.motion import Skill
+from skills.motion import BLOCKED, DONE, Skill, not_negative
 from transport.messages import Command, Twist
 
 CLEAR = 0.2
@@ -26,7 +26,7 @@ class MakeRoom(Skill):
     """
 
     def __init__(self, timeout: Duration = 2.0) -> None:
-        self._timeout = timeout
+        self._timeout = not_negative("timeout", timeout)
         self._began: float | None = None
 
     def tick(self, facts: Facts) -> Command | Outcome:
@@ -34,9 +34,9 @@ class MakeRoom(Skill):
         if self._began is None:
             self._began = facts.time
         if facts.clearance > CLEAR:
-            return Outcome("done")
+            return DONE
         if facts.time - self._began > self._timeout:
-            return Outcome("blocked")
+            return BLOCKED
         distance = np.hypot(facts.points[:, 0], facts.points[:, 1])
         near = facts.points[distance < facts.robot.radius + 2 * CLEAR]
         push = -(near / (near**2).sum(axis=1, keepdims=True)).sum(axis=0)

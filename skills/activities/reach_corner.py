@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from hsm.registry import Outcome
 from hsm.types import Length, Speed
 from perception.facts import Facts
-from skills.activities.drive import Drive
-from skills.frames import Frame
+from skills.activities.advance import Advance
 from skills.library import LIBRARY
 from skills.passage import points_along
 from skills.sides import Side
-from transport.messages import Command
 
 JUST_PASSED = 0.1
 """The corner is reached when it is beside the robot's origin, or this much behind, m: two ticks at full speed."""
@@ -19,7 +16,7 @@ BESIDE = 0.1
 
 
 @LIBRARY.activity("reach_corner", outcomes=("done", "blocked"), holds=("base",))
-class ReachCorner(Drive):
+class ReachCorner(Advance):
     """Drive straight on until a wall or its end stands beside the robot.
 
     After a turn into an opening the corner is still ahead; to look for space at that side before it is reached would
@@ -28,21 +25,10 @@ class ReachCorner(Drive):
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5, distance: Length = 1.2) -> None:
-        super().__init__(speed)
+        super().__init__(distance, speed)
         self._side = side
-        self._distance = distance
-        self._start: Frame | None = None
 
-    def tick(self, facts: Facts) -> Command | Outcome:
-        """The next velocity."""
-        pose = facts.observation.odometry.pose
-        if self._start is None:
-            self._start = Frame(pose)
-        if self._start.local(pose).x >= self._distance or self._reached(facts):
-            return Outcome("done")
-        return super().tick(facts)
-
-    def _reached(self, facts: Facts) -> bool:
+    def _arrived(self, facts: Facts) -> bool:
         return self._beside(facts, self._side)
 
     def _beside(self, facts: Facts, side: Side) -> bool:
@@ -63,5 +49,5 @@ class LeaveJunction(ReachCorner):
     def __init__(self, speed: Speed = 0.5, distance: Length = 1.2) -> None:
         super().__init__(Side.LEFT, speed, distance)
 
-    def _reached(self, facts: Facts) -> bool:
+    def _arrived(self, facts: Facts) -> bool:
         return self._beside(facts, Side.LEFT) and self._beside(facts, Side.RIGHT)

@@ -10,12 +10,14 @@ from perception.facts import Facts
 from skills.course import TRUSTED
 from skills.frames import Frame, Turned, rotated
 from skills.library import LIBRARY
-from skills.motion import Headway, Skill
+from skills.motion import BLOCKED, DONE, Headway, Skill, finite
 from skills.passage import passage_of, points_along
 from transport.messages import Command, Pose, Twist
 
 CLOSE = 0.35
 """With less than this left to turn the compass says where the turn ends, rad."""
+PUSHED = 0.05
+"""A robot that is this much farther from its spot than it was has given way to something, m."""
 
 
 @LIBRARY.activity("rotate", outcomes=("done", "blocked"), holds=("base",))
@@ -29,13 +31,15 @@ class Rotate(Skill):
     """
 
     def __init__(self, angle: Angle) -> None:
-        self._angle = angle
+        self._angle = finite("angle", angle)
         self._goal = angle
         self._headway = Headway(self.settings.rotate.patience)
         self._turned: Turned | None = None
         self._along_walls = False
         self._error = 0.0
         self._spot = Frame(Pose())
+        self._away = 0.0
+        self._nearest = math.inf
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
@@ -51,7 +55,7 @@ class Rotate(Skill):
             left = compass.misalignment
         settings = self.settings.rotate
         if abs(left) < settings.tolerance:
-            return Outcome("done" if self._goal == self._angle else "blocked")
+            return DONE if self._goal == self._angle else BLOCKED
         if self._headway.lost(facts):
             self._goal = self._angle - self._goal
             self._headway = Headway(settings.patience)
@@ -79,7 +83,21 @@ class Rotate(Skill):
         here = self._spot.local(pose)
         gain, most = self.settings.motion.lateral_gain, self.settings.motion.lateral_speed
         distance = math.hypot(here.x, here.y)
+        if self._pushed_off(distance):
+            self._spot, self._away, self._nearest = Frame(pose), 0.0, 0.0
+            return 0.0, 0.0
         if distance < self.settings.motion.dead_zone:
             return 0.0, 0.0
         speed = min(most, gain * distance)
         return rotated(-speed * here.x / distance, -speed * here.y / distance, -here.heading)
+
+    def _pushed_off(self, distance: float) -> bool:
+        """Whether the robot, on its way to the spot or there, has been made to leave it.
+
+        What it gives way to may follow it, also behind its back, where it sees nothing: it does not go back there. At
+        first it may roll on, which does not count.
+        """
+        if distance < self._away:
+            self._nearest = min(self._nearest, distance)
+        self._away = distance
+        return distance > self._nearest + PUSHED

@@ -35,8 +35,9 @@ class Drive:
 
 @pytest.fixture
 def world():
-    def make(walls, pose=Pose(), doors=()):  # noqa: B008
-        return Maze("test", np.asarray(walls, dtype=float).reshape(-1, 4), Start(pose), doors=tuple(doors))
+    def make(walls, pose=Pose(), doors=(), objects=()):  # noqa: B008
+        walls = np.asarray(walls, dtype=float).reshape(-1, 4)
+        return Maze("test", walls, Start(pose), doors=tuple(doors), objects=tuple(objects))
 
     return make
 
@@ -95,5 +96,22 @@ def side_exit():
             (2, y, 2, out),
             (2 + opening, -y, 2 + opening, out),
         ]
+
+    return make
+
+
+@pytest.fixture
+def hall():
+    """The walls of a hall, 8 m along x and 6 m along y; the robot stands in its middle line, 2 m from one end."""
+    return [(-2, -3, 6, -3), (6, -3, 6, 3), (6, 3, -2, 3), (-2, 3, -2, -3)]
+
+
+@pytest.fixture
+def block():
+    """The sides of a block by its middle, length and width."""
+
+    def make(x, y, length, width):
+        left, right, low, high = x - length / 2, x + length / 2, y - width / 2, y + width / 2
+        return [(left, low, right, low), (right, low, right, high), (right, high, left, high), (left, high, left, low)]
 
     return make

@@ -6,14 +6,17 @@ from sim.maze import Door
 from skills.activities.advance import Advance
 from skills.activities.align import Align
 from skills.activities.arc import Arc
+from skills.activities.cross_space import CrossSpace
 from skills.activities.door import Ring
 from skills.activities.drive import Drive
 from skills.activities.follow_wall import FollowWall
 from skills.activities.make_room import MakeRoom
+from skills.activities.move import Move
 from skills.activities.pass_corner import PassCorner
 from skills.activities.reach_corner import ReachCorner
 from skills.activities.rotate import Rotate
 from skills.activities.stop import Stop
+from skills.frames import Frame
 from skills.sides import Side
 from transport.description import Limits
 from transport.messages import STOP, Pose, wrap_angle
@@ -98,6 +101,73 @@ def test_advancing_goes_the_distance(world, corridor, drive, distance):
 
 def test_advancing_against_a_wall_is_blocked(world, corridor, drive):
     assert drive(Advance(3.0), world(corridor(1.0, length=1.5))).outcome == "blocked"
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("forward", "left"), [(1.0, 0.0), (0.0, 0.6), (0.0, -0.6), (0.7, 0.7), (0.3, -1.0)])
+def test_moving_goes_straight_there_and_stops(world, hall, drive, forward, left, seed):  # noqa: PLR0917
+    heading = 0.5
+    done = drive(Move(forward, left), world(hall, Pose(1, 0, heading)), seed)
+    wanted = Frame(Pose(1, 0, heading)).outer(Pose(forward, left))
+    assert done.outcome == "done"
+    assert math.dist((done.end.x, done.end.y), (wanted.x, wanted.y)) < 0.05
+    assert degrees_between(done.end.heading, heading) < 2
+    assert done.last == STOP
+    way = math.hypot(forward, left)
+    for pose in done.path:
+        here = Frame(Pose(1, 0, heading)).local(pose)
+        assert abs(forward * here.y - left * here.x) / way < 0.04
+
+
+@pytest.mark.parametrize(("forward", "left"), [(2.0, 0.0), (0.0, 1.0), (0.0, -2.0), (1.0, 1.0)])
+def test_moving_into_a_wall_is_blocked(world, block, drive, forward, left):
+    done = drive(Move(forward, left), world(block(0, 0, 1.4, 1.4)))
+    assert done.outcome == "blocked"
+    assert done.clearance > 0.1
+
+
+def test_moving_slowly_is_not_taken_for_being_blocked(world, hall, drive):
+    done = drive(Move(0.3, speed=0.02), world(hall), limit=40)
+    assert done.outcome == "done"
+
+
+WIDENS = [(-2, -0.5, 8, -0.5), (-2, 0.5, 0, 0.5), (0, 0.5, 0, 4), (0, 4, 5, 4), (5, 4, 5, 0.5), (5, 0.5, 8, 0.5)]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("side", list(Side))
+def test_an_open_space_is_crossed_along_the_wall_to_where_a_corridor_begins(world, drive, side, seed):
+    walls = [(ax, -side.sign * ay, bx, -side.sign * by) for ax, ay, bx, by in WIDENS]
+    done = drive(CrossSpace(side), world(walls, Pose(-1, 0)), seed)
+    assert done.outcome == "done"
+    assert done.end.x == pytest.approx(4.6, abs=0.2)
+    assert abs(done.end.y) < 0.05
+    assert done.clearance > 0.25
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_at_the_far_wall_of_an_open_space_it_is_crossed(world, hall, drive, seed):
+    done = drive(CrossSpace(Side.RIGHT, distance=0.7), world(hall, Pose(-1, -2.5)), seed)
+    assert done.outcome == "done"
+    assert done.end.x == pytest.approx(5.5, abs=0.1)
+    assert all(pose.y == pytest.approx(-2.3, abs=0.06) for pose in done.path if pose.x > 1)
+
+
+@pytest.mark.parametrize("side", list(Side))
+def test_the_wall_ends_before_the_open_space_is_crossed(world, drive, side):
+    y = side.sign * 0.5
+    walls = [(-1, y, 2.5, y), (3.5, y, 6, y), (6, -3, 6, 3)]
+    done = drive(CrossSpace(side), world(walls))
+    assert done.outcome == "lost"
+    assert done.end.x == pytest.approx(2.65, abs=0.15)
+
+
+def test_without_a_wall_there_is_nothing_to_cross_along(world, hall, drive):
+    assert drive(CrossSpace(Side.LEFT), world(hall)).outcome == "lost"
+
+
+def test_following_a_wall_does_not_tell_that_the_space_is_crossed(world, drive):
+    assert drive(FollowWall(Side.RIGHT), world(WIDENS, Pose(-1, 0)), limit=14).outcome is None
 
 
 @pytest.mark.parametrize("side", list(Side))

@@ -32,12 +32,13 @@ def seen_from(points, pose):
     return (points - (pose.x, pose.y)) @ np.array([[cos, -sin], [sin, cos]])
 
 
-def driven(points, wanted, ticks=80):
+def driven(points, wanted, ticks=80, noise=0.0, seed=0):
     """The smallest clearance on a drive with a constant wish, and where it ends."""
     guard, pose, twist, least = Guard(ROBOT, SETTINGS), Pose(), STOP, math.inf
+    rng = np.random.default_rng(seed)
     for _ in range(ticks):
         seen = seen_from(points, pose)
-        twist = guard.admit(twist, wanted, seen)
+        twist = guard.admit(twist, wanted, seen + rng.normal(0, noise, seen.shape))
         pose = moved(pose, twist, ROBOT.period)
         least = min(least, guard.clearance(seen_from(points, pose), np.zeros((1, 3))))
     return least, pose
@@ -66,6 +67,16 @@ def test_without_the_guard_it_would_have_hit_it():
 def test_a_robot_that_wants_along_a_wall_and_into_it_slides_along_it():
     _, pose = driven(corridor(1.0, length=6.0), Twist(0.3, 0.2))
     assert pose.x > 1.5
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("towards", [20, 45, 70])
+def test_in_a_corner_the_margin_is_kept_however_long_the_robot_presses(towards, seed):
+    corner = np.concatenate([wall_ahead(1.0), wall_ahead(1.0)[:, ::-1]])
+    corner = corner[(corner <= 1.0).all(axis=1)]
+    wanted = Twist(0.3 * math.cos(math.radians(towards)), 0.3 * math.sin(math.radians(towards)))
+    least, _ = driven(corner, wanted, 150, noise=0.005, seed=seed)
+    assert least >= SETTINGS.margin - 0.03
 
 
 def test_a_corridor_of_60_cm_can_be_driven():

@@ -1,0 +1,43 @@
+"""Crossing an open space along a wall."""
+
+from __future__ import annotations
+
+import math
+
+from hsm.registry import Outcome
+from hsm.types import Length, Speed
+from perception.facts import Facts
+from perception.space import look
+from skills.activities.follow_wall import FollowWall
+from skills.library import LIBRARY
+from skills.motion import DONE
+from skills.passage import Passage
+from skills.sides import Side
+
+LOST = Outcome("lost")
+BEYOND = 0.4
+"""There is no wall any more where nothing is nearer than the distance to keep and this, m."""
+
+
+@LIBRARY.activity("cross_space", outcomes=("done", "lost", "blocked"), holds=("base",))
+class CrossSpace(FollowWall):
+    """Cross an open space along the wall at a side, as `follow_wall` does, to where the space or the wall ends.
+
+    Outcomes: `done` at the far side, where a wall stands ahead or a corridor begins; `lost` where the wall ends at
+    that side, as at an opening, or is not there at all; `blocked` when the robot gets no farther.
+    """
+
+    def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5, distance: Length = 0.0) -> None:
+        super().__init__(side, speed, distance)
+        self._in_the_open = False
+
+    def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:
+        settings = facts.settings.space
+        threshold = self._distance + BEYOND
+        beside = look(facts.sweep, self._side.sign * math.pi / 2, settings.width, threshold, settings.bad_share)
+        if beside.free:
+            return LOST
+        narrow = passage.width < self.settings.wall.corridor
+        self._in_the_open = self._in_the_open or not narrow
+        front = facts.space.front
+        return DONE if (front.known and not front.free) or (self._in_the_open and narrow) else None

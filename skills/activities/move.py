@@ -1,0 +1,49 @@
+"""Moving to a place near by."""
+
+from __future__ import annotations
+
+import math
+
+from hsm.registry import Outcome
+from hsm.types import Length, Speed
+from perception.facts import Facts
+from skills.frames import Frame, rotated
+from skills.library import LIBRARY
+from skills.motion import BLOCKED, DONE, PATIENCE, Progress, Skill, above_zero, finite, not_negative
+from transport.messages import Command, Pose, Twist
+
+THERE = 0.02
+"""The robot has arrived when it is this near, m."""
+SLOWEST = 0.05
+"""The robot arrives at this speed, m/s."""
+
+
+@LIBRARY.activity("move", outcomes=("done", "blocked"), holds=("base",))
+class Move(Skill):
+    """Move in a straight line, without turning, and come to rest.
+
+    The way is given as the robot stands at first: so far forward and so far to the left, negative to the right. Not
+    back: what is behind the laser does not see; turn first. Odometry measures the way; walls do not guide the robot,
+    only the guard keeps it off them. Outcomes: `done` within 2 cm; `blocked` when the robot gets no nearer.
+    """
+
+    def __init__(self, forward: Length = 0.0, left: Length = 0.0, speed: Speed = 0.3) -> None:
+        self._way = Pose(not_negative("forward", forward), finite("left", left))
+        self._speed = above_zero("speed", speed)
+        self._progress = Progress(PATIENCE, speed)
+        self._goal: Frame | None = None
+
+    def tick(self, facts: Facts) -> Command | Outcome:
+        """The next velocity."""
+        pose = facts.observation.odometry.pose
+        if self._goal is None:
+            self._goal = Frame(Frame(pose).outer(self._way))
+        here = self._goal.local(pose)
+        left = math.hypot(here.x, here.y)
+        if left < THERE:
+            return DONE
+        if self._progress.lost(left, facts.time):
+            return BLOCKED
+        speed = min(self._speed, max(SLOWEST, self.settings.arc.gain * left)) / left
+        turn = -self.settings.motion.heading_gain * here.heading
+        return Command(Twist(*rotated(-speed * here.x, -speed * here.y, -here.heading), turn))

@@ -1,0 +1,58 @@
+"""Driving straight on beside an opening: how the skills begin that take it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hsm.types import Length, Speed
+from perception.facts import Facts
+from skills.course import Course
+from skills.motion import Headway, Skill, above_zero, along, off_the_walls
+from skills.opening import Opening, opening_of
+from skills.passage import Passage, passage_of, points_along
+from skills.sides import Side
+from transport.messages import Command
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """Where the robot is before an opening at its side.
+
+    Attributes:
+        error: how far to turn to be on course, rad.
+        left: how far it is along the course to where the robot can turn into the opening, m.
+        beside: distance to the wall before the opening, m.
+        passage: the gap that the robot drives in.
+    """
+
+    error: float
+    left: float
+    beside: float
+    passage: Passage
+
+
+class ToOpening(Skill):
+    """An activity that drives past the end of the wall at a side."""
+
+    def __init__(self, side: Side, speed: Speed) -> None:
+        self._side = side
+        self._speed = above_zero("speed", speed)
+        self._course = Course()
+        self._headway = Headway(speed=speed)
+        self._opening: Opening | None = None
+
+    def _approach(self, facts: Facts, past: Length) -> Approach:
+        """Measure the opening again; the robot turns in its middle, or so far past its near corner."""
+        error = self._course.error(facts)
+        points = points_along(facts, error)
+        pose = facts.observation.odometry.pose
+        if self._opening is None:
+            self._opening = opening_of(points, facts.robot, self._side, pose, error)
+        self._opening.update(points, pose)
+        passage = passage_of(points, facts.robot, self.settings.motion.look_ahead)
+        return Approach(error, self._opening.middle(past) - self._opening.driven(pose), self._opening.aside, passage)
+
+    def _straight_on(self, approach: Approach, speed: float) -> Command:
+        """Drive on along the course."""
+        aside = off_the_walls(approach.passage, self.settings)
+        return along(approach.error, speed, aside, approach.passage.ahead, self.settings.motion)

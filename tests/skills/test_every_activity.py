@@ -1,0 +1,124 @@
+"""What every activity keeps to, whatever it sees and is asked for: the robot's limits and the outcomes it declares."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hsm.registry import Outcome
+from hsm.types import BOOLEAN, INTEGER, Enumeration
+from perception import Perception
+from skills.chain import MotionChain
+from skills.library import library
+from skills.settings import SkillSettings
+from transport.description import Laser, Limits, RobotDescription
+from transport.messages import NANOSECONDS, STOP, Command, DoorReply, Observation, Odometry, Scan
+
+LIBRARY = library(SkillSettings())
+TICKS = 12
+ROBOTS = (
+    RobotDescription(),
+    RobotDescription(laser=Laser(beams=180, angle_min=-1.5, angle_max=1.5, range_max=4.0)),
+    RobotDescription(limits=Limits(speed=0.2, turn_rate=0.4, acceleration=0.3, turn_acceleration=0.8)),
+    RobotDescription(limits=Limits(translation="axis")),
+)
+positive = st.floats(0.01, 20)
+
+
+@dataclass(frozen=True)
+class World:
+    """What a robot senses in a run, drawn from a seed."""
+
+    seed: int
+    scans: str
+    odometry: str
+
+    def observations(self, robot):
+        """One a tick."""
+        rng = np.random.default_rng(self.seed)
+        geometry = robot.laser.geometry()
+        at, scale = np.zeros(3), {"still": 0.0, "walk": 0.05, "jumps": 2.0, "broken": 0.05}[self.odometry]
+        middle = rng.uniform(0.05, 3.0)
+        for tick in range(TICKS):
+            stamp = round(tick * robot.period * NANOSECONDS)
+            ranges = {
+                "near": rng.uniform(0.0, 0.5, geometry.beams),
+                "anything": rng.uniform(0.0, 12.0, geometry.beams),
+                "wall": rng.normal(middle, 0.01, geometry.beams),
+                "steps": np.repeat(rng.uniform(0.1, 3.0, 20), math.ceil(geometry.beams / 20))[: geometry.beams],
+                "nothing": np.full(geometry.beams, np.inf),
+                "unknown": np.full(geometry.beams, np.nan),
+                "odd": rng.choice([0.0, -1.0, np.nan, np.inf, -np.inf, 0.2, 1.0, 1e30], geometry.beams),
+            }[self.scans]
+            at = at + rng.normal(0, 1, 3) * scale
+            x, y, heading = at if self.odometry != "broken" or rng.random() < 0.5 else (math.nan, math.inf, math.nan)
+            odometry = Odometry(stamp, x, y, math.sin(heading / 2) if math.isfinite(heading) else heading, 1.0)
+            door = DoorReply(bool(rng.random() < 0.5)) if rng.random() < 0.3 else None
+            yield Observation(stamp, Scan(stamp, geometry, ranges.astype(np.float32)), odometry, door)
+
+
+worlds = st.builds(
+    World,
+    st.integers(0, 10_000),
+    st.sampled_from(["near", "anything", "wall", "steps", "nothing", "unknown", "odd"]),
+    st.sampled_from(["still", "walk", "jumps", "broken"]),
+)
+
+
+def argument(parameter):
+    """Values that an activity takes for a parameter."""
+    if isinstance(parameter.type, Enumeration):
+        return st.sampled_from(list(LIBRARY.enumerations[parameter.type.name]))
+    if parameter.type in (BOOLEAN, INTEGER):
+        return st.booleans() if parameter.type == BOOLEAN else st.integers(-5, 5)
+    return st.one_of(positive, st.sampled_from([1e-6, 1.0, 1e6]))
+
+
+def within(limits, twist):
+    """Whether a twist keeps the limits of speed."""
+    speed = twist.speed if limits.translation == "norm" else max(abs(twist.forward), abs(twist.left))
+    return speed <= limits.speed + 1e-9 and abs(twist.turn) <= limits.turn_rate + 1e-9
+
+
+def reachable(limits, before, twist, period):
+    """Whether a twist keeps the limits of acceleration."""
+    change = math.hypot(twist.forward - before.forward, twist.left - before.left)
+    turn = abs(twist.turn - before.turn)
+    return change <= limits.acceleration * period + 1e-9 and turn <= limits.turn_acceleration * period + 1e-9
+
+
+@pytest.mark.parametrize("name", LIBRARY.activities)
+@given(st.data(), worlds, st.sampled_from(ROBOTS))
+@settings(max_examples=12, deadline=None, derandomize=True)
+def test_no_command_breaks_the_limits(name, data, world, robot):
+    declared = LIBRARY.activities[name]
+    activity = declared.factory(*(data.draw(argument(parameter)) for parameter in declared.parameters))
+    perception, chain, before = Perception(robot), MotionChain(robot, SkillSettings()), STOP
+    for observation in world.observations(robot):
+        facts = perception.facts(observation)
+        effect = activity.tick(facts)
+        if isinstance(effect, Outcome):
+            assert effect.name in declared.outcomes
+            effect = Command()
+        sent = chain.shape(effect.twist, facts)
+        assert within(robot.limits, sent), sent
+        assert reachable(robot.limits, before, sent, robot.period), (before, sent)
+        before = sent
+
+
+@pytest.mark.parametrize("name", LIBRARY.activities)
+@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf])
+def test_what_makes_no_sense_is_refused_with_the_argument_s_name(name, value):
+    for parameter in LIBRARY.activities[name].parameters:
+        if isinstance(parameter.type, Enumeration) or (value < 0 and parameter.name in SIGNED):
+            continue
+        required = {one.name: 1.0 for one in LIBRARY.activities[name].parameters if one.required}
+        with pytest.raises(ValueError, match=f"`{parameter.name}` must be"):
+            LIBRARY.activities[name].factory(**(required | {parameter.name: value}))
+
+
+SIGNED = ("angle", "bearing", "left")
+"""Parameters that may be negative."""

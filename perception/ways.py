@@ -164,11 +164,26 @@ def _flanks(lines: Lines, cosine: float, sine: float) -> list[Flank]:
 
 def _towards(component: Floats) -> slice | Indices:
     """The beams that lead to one side, in order; a slice where they follow each other, which saves copies."""
-    beams = (component > 0.03).nonzero()[0]
-    if len(beams) == 0 or int(beams[-1]) - int(beams[0]) == len(beams) - 1:
-        return slice(int(beams[0]), int(beams[-1]) + 1) if len(beams) else slice(0)
+    towards = component > 0.03
+    runs = _runs(towards)
+    if len(runs) <= 1:
+        return slice(*runs[0]) if runs else slice(0)
     # The beams of a sensor that looks all round begin somewhere within the half.
-    return np.roll(beams, -1 - int(np.argmax(np.diff(beams))))
+    beams = towards.nonzero()[0]
+    return np.roll(beams, runs[0][0] - runs[0][1])
+
+
+def _runs(mask: Mask) -> list[tuple[int, int]]:
+    """Where a mask is true: the first of each run and the one behind its last."""
+    runs = []
+    # Bytes are searched without the cost of a call to numpy for each step.
+    values = mask.tobytes()
+    first = values.find(1)
+    while first >= 0:
+        stop = values.find(0, first)
+        runs.append((first, stop if stop >= 0 else len(values)))
+        first = values.find(1, stop) if stop >= 0 else -1
+    return runs
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,9 +217,9 @@ class View:
 
     def is_empty(self, half_angle: float, distance: float) -> bool:
         """Whether nothing is seen within an angle of the y axis up to a distance; two bad beams do not count."""
-        within = np.abs(self.cotangent) <= math.tan(half_angle)
-        near = within & (self.x * self.x + self.y * self.y < distance * distance)
-        return bool(np.count_nonzero(within)) and int(np.count_nonzero(near)) <= 2
+        within = slice(self._after(math.tan(half_angle)), self._after(-math.tan(half_angle)))
+        x, y = self.x[within], self.y[within]
+        return bool(len(x)) and int(np.count_nonzero(x * x + y * y < distance * distance)) <= 2
 
     def wall(self, settings: JunctionSettings) -> float:
         """Distance to the nearest wall of the corridor beside the robot or ahead of it, m; NaN where there is none."""
@@ -217,24 +232,20 @@ class View:
 
         Two bad beams do not end one.
         """
-        beyond = self.y > level
-        if limit < math.inf:
-            beyond &= self.cotangent * (level - self.origin[1]) <= limit - self.origin[0]
-        edges = ((beyond[1:] != beyond[:-1]).nonzero()[0] + 1).tolist()
-        if len(beyond) and beyond[0]:
-            edges.insert(0, 0)
-        if len(beyond) and beyond[-1]:
-            edges.append(len(beyond))
+        height = level - self.origin[1]
+        begin = self._after((limit - self.origin[0]) / height) if height > 0 else 0
         runs: list[tuple[int, int]] = []
-        for first, stop in zip(edges[::2], edges[1::2], strict=True):
-            if runs and first - runs[-1][1] <= 2:
-                runs[-1] = (runs[-1][0], stop)
-            else:
-                runs.append((first, stop))
+        for first, stop in _runs(self.y[begin:] > level):
+            joins = bool(runs) and first - runs[-1][1] <= 2
+            runs.append((runs.pop()[0] if joins else first, stop))
         return [
             Gap(self.crossing(level, stop - 1), self.crossing(level, first), first, stop - 1)
-            for first, stop in reversed(runs)
+            for first, stop in ((begin + first, begin + stop) for first, stop in reversed(runs))
         ]
+
+    def _after(self, cotangent: float) -> int:
+        """The first beam whose cotangent is not more than this."""
+        return len(self.cotangent) - int(self.cotangent[::-1].searchsorted(cotangent, "right"))
 
     def clipped(self, gap: Gap, bottom: float, top: float) -> tuple[float, float]:
         """The part of a gap before which no hit lies between two levels, as lowest and highest x."""
@@ -247,9 +258,9 @@ class View:
 
     def far_corner(self, gap: Gap, level: float) -> float:
         """Where the wall at ``level`` goes on behind a gap: the x of the last hits before the beams that go through."""
-        before = slice(max(gap.first - 3, 0), gap.first)
-        wall = self.hit[before] & (self.y[before] > level - 0.1)
-        return lowest(self.x[before][wall])
+        before = range(max(gap.first - 3, 0), gap.first)
+        wall = (self.x.item(beam) for beam in before if self.hit[beam] and self.y.item(beam) > level - 0.1)
+        return min(wall, default=math.inf)
 
 
 def _fifth(values: Floats) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from transport.messages import Pose, ScanGeometry, Twist
@@ -109,4 +108,4 @@ class RobotDescription(Settings):
     @property
     def half_width(self) -> float:
         """Largest extent to a side, m."""
-        return float(np.abs(np.asarray(self.footprint)[:, 1]).max())
+        return max(abs(y) for _, y in self.footprint)

@@ -101,17 +101,17 @@ def next_lane(before: Lane, sweep: Sweep, misalignment: float, body: Body, setti
 
 def _measured(x: Floats, y: Floats, body: Body, settings: ExitSettings) -> Lane | None:
     """The lane by what stands beside the robot on both sides; None where nothing does, or a wall is just ahead."""
-    close = np.abs(x) <= settings.beside
-    across = np.abs(y)
-    if np.count_nonzero(close & (x > 0.0) & (across < body.half_width)) > STRAY:
+    close = (np.abs(x) <= settings.beside).nonzero()[0]
+    close_y = y[close]
+    across = np.abs(close_y)
+    if np.count_nonzero((x[close] > 0.0) & (across < body.half_width)) > STRAY:
         return None
-    beside = y[close & (across >= body.half_width) & (across <= settings.max_half_width)]
+    beside = close_y[(across >= body.half_width) & (across <= settings.max_half_width)]
     left = lowest(beside[beside > 0.0], passed_over=STRAY)
     right = -highest(beside[beside < 0.0], passed_over=STRAY)
     if math.isinf(left + right):
         return None
-    lane = Lane(left, right)
-    return replace(lane, end=_last(x[_within(y, lane, settings)], math.inf))
+    return Lane(left, right, _last(x[_within(y, Lane(left, right), settings)], math.inf))
 
 
 def _within(y: Floats, lane: Lane, settings: ExitSettings) -> Mask:

@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from perception.extremes import lowest
 from perception.settings import LineSettings
 from perception.sweep import Floats, Indices, Sweep
 
@@ -231,42 +232,48 @@ def _sums(points: Floats, weights: Floats, firsts: Indices, lasts: Indices) -> F
     return np.add.reduceat(terms, edges, axis=1)[:, ::2]
 
 
-def _scatter(sums: Floats) -> tuple[Floats, Floats, Floats]:
-    """Sums of w (x - mean x)^2, w (x - mean x) (y - mean y) and w (y - mean y)^2 of each piece."""
+def _scatter(sums: Floats) -> Floats:
+    """Sums of w (x - mean x)^2, w (x - mean x) (y - mean y) and w (y - mean y)^2 of each piece, shape (3, m)."""
     total, sx, sy, sxx, sxy, syy = sums
-    return sxx - sx * sx / total, sxy - sx * sy / total, syy - sy * sy / total
+    return np.array((sxx - sx * sx / total, sxy - sx * sy / total, syy - sy * sy / total))
 
 
-def _deviation(sums: Floats) -> Floats:
+def _deviation(sums: Floats, scatter: Floats) -> Floats:
     """Root mean square distance of each piece's hits from the line that fits best, m."""
-    cxx, cxy, cyy = _scatter(sums)
+    cxx, cxy, cyy = scatter
     across = (cxx + cyy) / 2 - np.hypot((cxx - cyy) / 2, cxy)
     deviation: Floats = np.sqrt(np.maximum(across, 0.0) / sums[0])
     return deviation
 
 
-def _merged(sums: Floats, firsts: Indices, lasts: Indices, settings: LineSettings) -> tuple[Floats, Indices, Indices]:
+def _merged(
+    sums: Floats, firsts: Indices, lasts: Indices, settings: LineSettings
+) -> tuple[Floats, Floats, Indices, Indices]:
     """Put neighbours together that one line fits about as well as two, the best pair first.
 
     A split that noise put a little beside a corner tilts the chord of the next piece so that it is split once more.
+
+    Returns:
+        Sums, scatter, first and last hits of the pieces that are left.
     """
-    while len(firsts) > 1:
-        joined = firsts[1:] - lasts[:-1] == 2
-        deviations = _deviation(np.concatenate((sums, sums[:, 1:] + sums[:, :-1]), axis=1))
-        own, of_pairs = deviations[: len(firsts)], deviations[len(firsts) :]
+    while True:
+        count = len(firsts)
+        both = np.concatenate((sums, sums[:, 1:] + sums[:, :-1]), axis=1)
+        scatter = _scatter(both)
+        deviations = _deviation(both, scatter)
+        own, of_pairs = deviations[:count], deviations[count:]
         excess = of_pairs - 1.2 * np.maximum(own[1:], own[:-1])
-        excess[~joined] = math.inf
+        excess[firsts[1:] - lasts[:-1] != 2] = math.inf
+        if lowest(excess) > settings.merge:
+            return sums, scatter[:, :count], firsts, lasts
         best = int(excess.argmin())
-        if excess[best] > settings.merge:
-            break
-        sums = np.delete(sums, best + 1, axis=1) + np.eye(1, len(firsts) - 1, best) * sums[:, best + 1, None]
+        sums = np.delete(sums, best + 1, axis=1) + np.eye(1, count - 1, best) * sums[:, best + 1, None]
         firsts, lasts = np.delete(firsts, best + 1), np.delete(lasts, best)
-    return sums, firsts, lasts
 
 
-def _fit(points: Floats, sums: Floats, firsts: Indices, lasts: Indices) -> Lines:
+def _fit(points: Floats, sums: Floats, scatter: Floats, firsts: Indices, lasts: Indices) -> Lines:
     """Weighted total least squares of each piece: the normal is the eigenvector of the scatter's smaller eigenvalue."""
-    cxx, cxy, cyy = _scatter(sums)
+    cxx, cxy, cyy = scatter
     alpha = 0.5 * np.arctan2(-2 * cxy, cyy - cxx)
     cosine, sine = np.cos(alpha), np.sin(alpha)
     p = (sums[1] * cosine + sums[2] * sine) / sums[0]

@@ -2,8 +2,8 @@
 
 The first table compares a tick of the pledge machine with the real simulator in one process and over the loopback with
 a bare Zenoh ping-pong of the same messages: tick by tick in turn, so that what else the computer does meets all three.
-The second breaks things at random moments and measures how long the robot moves on, and how long it takes until it moves
-again. The third says what readers cost that cannot keep up.
+The second breaks things at random moments and measures how long the robot moves on, and how long it takes until it
+moves again. The third says what readers cost that cannot keep up.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from transport.envelope import CommandTag, ObservationTag
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply
 from transport.robot import LinkError
-from transport.session import Granted, Open, Refused, ask_state, close_session, read_answer
+from transport.session import Granted, Open, Refused, ask_state, close_session, read_answer, written
 
 T = TypeVar("T")
 
@@ -94,7 +94,7 @@ class LeasedDriver:
     def _retake(self) -> None:
         self._question = self._question.model_copy(update={"request": secrets.token_hex(8), "previous": self._epoch})
         # One short try a tick: a loop that waits for a lease does not watch its sensors.
-        payload = self._bus.ask(self._keys.session, self._question.model_dump_json().encode(), 0.05)
+        payload = self._bus.ask(self._keys.session, written(self._question), 0.05)
         if payload is None:
             return
         with suppress(CodecError):

@@ -28,8 +28,8 @@ PATIENCE = 2.0
 """After how long without a word from its holder a lease is free, s."""
 
 _NOT_HELD = State(held=False, reason="the simulator was restarted, or another controller took the robot")
-# A step is sent again after four times as long as answers usually take, then after twice as long each time, within these
-# limits, s; where it takes more than the doubtful time, the simulator is asked whether it knows the lease.
+# A step is sent again after four times as long as answers usually take, then after twice as long each time, within
+# these limits, s; where it takes more than the doubtful time, the simulator is asked whether it knows the lease.
 _SHORTEST_RESEND, _DOUBTFUL, _LONGEST_RESEND = 0.02, 0.1, 1.0
 
 

@@ -1,9 +1,14 @@
-"""How a controller takes and gives back a robot: questions and answers in JSON on ``<robot>/session``."""
+"""How a controller takes and gives back a robot: questions and answers in JSON on ``<robot>/session``.
+
+Behind the JSON stands a line with its CRC-32 in eight hexadecimal digits, so that one that was damaged is never taken
+for a good one: whoever cannot read a question says so, and it is asked again.
+"""
 
 from __future__ import annotations
 
 import secrets
 import time
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Literal, Protocol
@@ -20,8 +25,9 @@ PROTOCOL = 1
 """Version of the whole conversation; both sides must speak the same."""
 
 MAX_QUESTION = 4096
-_PAUSE = 0.2
+_PAUSE, _AGAIN = 0.2, 0.02
 _MONOTONIC = MonotonicClock()
+_MISUNDERSTANDING = f"the robot's side speaks {{}}, this program speaks version {PROTOCOL}"
 
 Mode = Literal["lockstep", "realtime"]
 
@@ -105,10 +111,31 @@ class State(_Part):
     """The referee's verdict so far, where there is a referee."""
 
 
+class Unread(_Part):
+    """The question came damaged, or in another language."""
+
+    kind: Literal["unread"] = "unread"
+    protocol: int = PROTOCOL
+    reason: str = f"the question is not one of protocol version {PROTOCOL}"
+
+
 _Question = Annotated[Open | Close | Ask, Field(discriminator="kind")]
-_Answer = Annotated[Granted | Refused | State, Field(discriminator="kind")]
+_Answer = Annotated[Granted | Refused | State | Unread, Field(discriminator="kind")]
 _QUESTION: TypeAdapter[Open | Close | Ask] = TypeAdapter(_Question)
-_ANSWER: TypeAdapter[Granted | Refused | State] = TypeAdapter(_Answer)
+_ANSWER: TypeAdapter[Granted | Refused | State | Unread] = TypeAdapter(_Answer)
+
+
+def written(part: BaseModel) -> bytes:
+    """A question or an answer as it is sent."""
+    text = part.model_dump_json().encode()
+    return b"%s\n%08x" % (text, zlib.crc32(text))
+
+
+def _text(payload: bytes) -> bytes:
+    text, _, checksum = payload.rpartition(b"\n")
+    if checksum != b"%08x" % zlib.crc32(text):
+        raise CodecError("not a question or an answer, or one that was damaged on its way")
+    return text
 
 
 def read_question(payload: bytes) -> Open | Close | Ask:
@@ -120,19 +147,19 @@ def read_question(payload: bytes) -> Open | Close | Ask:
     if len(payload) > MAX_QUESTION:
         raise CodecError("a question is too long")
     try:
-        return _QUESTION.validate_json(payload)
+        return _QUESTION.validate_json(_text(payload))
     except ValidationError as error:
         raise CodecError(f"not a question: {error.error_count()} faults") from None
 
 
-def read_answer(payload: bytes) -> Granted | Refused | State:
+def read_answer(payload: bytes) -> Granted | Refused | State | Unread:
     """The answer in a payload.
 
     Raises:
         CodecError: it is none.
     """
     try:
-        return _ANSWER.validate_json(payload)
+        return _ANSWER.validate_json(_text(payload))
     except ValidationError as error:
         raise CodecError(f"not an answer: {error.error_count()} faults") from None
 
@@ -210,12 +237,11 @@ class Desk(Protocol):
 
 def respond(desk: Desk, payload: bytes) -> tuple[bytes, bool]:
     """The answer to a question, and whether it made sense."""
-    answer: Granted | Refused | State
+    answer: Granted | Refused | State | Unread
     try:
         question = read_question(payload)
     except CodecError:
-        answer = Refused(reason=f"the question is not one of protocol version {PROTOCOL}")
-        return answer.model_dump_json().encode(), False
+        return written(Unread()), False
     if question.protocol != PROTOCOL:
         answer = Refused(reason=f"the robot's side speaks protocol version {PROTOCOL}, not {question.protocol}")
     elif isinstance(question, Close):
@@ -224,23 +250,36 @@ def respond(desk: Desk, payload: bytes) -> tuple[bytes, bool]:
         answer = desk.state(question)
     else:
         answer = desk.open(question)
-    return answer.model_dump_json().encode(), True
+    return written(answer), True
 
 
 def _converse(
     bus: Bus, robot: str, question: Open | Close | Ask, timeout: float, clock: Clock
 ) -> Granted | Refused | State | None:
-    payload = ask_until(bus, RobotKeys(robot).session, question.model_dump_json().encode(), timeout, clock)
-    if payload is None:
-        return None
+    """The answer to a question, which is asked until both have come through whole; None where nobody answers."""
+    deadline = clock.now() + timeout
+    spoken = ""
+    while (left := deadline - clock.now()) > 0:
+        payload = ask_until(bus, RobotKeys(robot).session, written(question), left, clock)
+        if payload is None:
+            break
+        answer = _understood(payload)
+        if answer is not None and answer.protocol != PROTOCOL:
+            raise LinkError(_MISUNDERSTANDING.format(f"version {answer.protocol} of the protocol"))
+        if answer is not None and not isinstance(answer, Unread):
+            return answer
+        spoken = "another protocol"
+        clock.wait(min(_AGAIN, left))
+    if spoken:
+        raise LinkError(_MISUNDERSTANDING.format(spoken))
+    return None
+
+
+def _understood(payload: bytes) -> Granted | Refused | State | Unread | None:
     try:
-        answer = read_answer(payload)
+        return read_answer(payload)
     except CodecError:
-        answer = None
-    if answer is None or answer.protocol != PROTOCOL:
-        spoken = "another protocol" if answer is None else f"version {answer.protocol} of the protocol"
-        raise LinkError(f"the robot's side speaks {spoken}, this program speaks version {PROTOCOL}")
-    return answer
+        return None
 
 
 def open_session(bus: Bus, robot: str, question: Open, timeout: float, clock: Clock = _MONOTONIC) -> Granted:

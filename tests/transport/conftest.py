@@ -12,8 +12,18 @@ if str(HERE) not in sys.path:
     sys.path.insert(0, str(HERE))
 
 
+def free_endpoint() -> str:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        return f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+
+
 @pytest.fixture
 def endpoint() -> str:
     """An endpoint on loopback that was free a moment ago."""
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        return f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+    return free_endpoint()
+
+
+@pytest.fixture
+def other() -> str:
+    """Another one."""
+    return free_endpoint()

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -79,13 +80,30 @@ def program(*arguments: str, cwd: Path | None = None) -> Iterator[Program]:
         started.process.stderr.close()
 
 
+@dataclass(frozen=True)
+class Told:
+    """What a toy's base was told, and when, on the monotonic clock."""
+
+    at: float
+    moving: bool
+    twist: tuple[float, float, float]
+
+
+def told(robot: Program) -> Told:
+    """The next thing that a toy's base was told."""
+    # Verdicts on episodes are lines too.
+    while len(line := robot.line().split()) != 5:
+        pass
+    at, moving, *twist = map(float, line)
+    return Told(at, bool(moving), tuple(twist))
+
+
 def base(robot: Program, moving: bool, after: float = 0.0) -> float:
     """When a toy's base was told to move, or to stand, first after a moment."""
     while True:
-        # Verdicts on episodes are lines too.
-        line = robot.line().split()
-        if len(line) == 2 and int(line[1]) == moving and float(line[0]) >= after:
-            return float(line[0])
+        order = told(robot)
+        if order.moving == moving and order.at >= after:
+            return order.at
 
 
 def toy(name: str, *arguments: str) -> object:

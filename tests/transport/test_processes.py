@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import random
 import signal
@@ -12,13 +13,14 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from programs import base, command, toy
+from programs import base, command, told, toy
 from toy_world import PERIOD, ToyWorld, seen, wander
 
 from transport.settings import LinkSettings
 from transport.world import LockstepRobot
 
 STEPS = 400
+PERIOD_NS = 100_000_000
 SLACK = 2.0
 """What a computer that is busy with other tests may add, s; the limit itself is tested on a clock turned by hand."""
 
@@ -182,6 +184,41 @@ def test_one_who_looks_on_and_cannot_keep_up_disturbs_no_step(endpoint: str, fro
                 assert controller.line() == expected(1)
 
 
+def faulty(inside: str, outside: str, seed: int) -> object:
+    """A network between two endpoints that loses, doubles, delays and damages messages."""
+    return toy("faulty_relay", inside, outside, str(seed))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_lost_doubled_late_and_damaged_messages_change_nothing_of_a_run(endpoint: str, other: str, seed: int) -> None:
+    with toy("toy_world", other, "lockstep") as sim:
+        sim.line()
+        with faulty(other, endpoint, seed) as network:
+            network.line()
+            with toy("toy_controller", endpoint, str(seed), "150") as controller:
+                controller.until("driving")
+                assert controller.line() == expected(seed, 150)
+            network.send(signal.SIGTERM)
+            assert set(ast.literal_eval(network.line())) == {"lost", "doubled", "late", "damaged", "whole"}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_in_real_time_a_bad_network_lets_nothing_but_valid_commands_through(
+    endpoint: str, other: str, seed: int
+) -> None:
+    with toy("toy_world", other, "realtime") as robot:
+        robot.line()
+        with faulty(other, endpoint, seed) as network:
+            network.line()
+            with toy("toy_controller", endpoint, "1"):
+                orders = [told(robot) for _ in range(40)]
+    moving = [order.twist for order in orders if order.moving]
+    assert len(moving) > 10
+    # Each is an answer to an observation that was shown, whole, and none comes after a later one.
+    assert all(twist == (1e-12 * (PERIOD_NS * round(1e4 * twist[0])), 0.0, 0.0) for twist in moving)
+    assert moving == sorted(moving)
+
+
 # Real time: the dead man, whatever happens to the controller
 
 
@@ -234,12 +271,10 @@ def test_a_second_controller_is_told_who_drives_and_disturbs_nobody(endpoint: st
             base(robot, moving=False, after=ended)
 
 
-def test_a_gate_stops_a_driver_that_would_drive_on_for_ever(endpoint: str) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        inside = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
-    with toy("toy_world", inside, "bare") as driver:
+def test_a_gate_stops_a_driver_that_would_drive_on_for_ever(endpoint: str, other: str) -> None:
+    with toy("toy_world", other, "bare") as driver:
         driver.line()
-        with command("gate", inside, "--listen", endpoint, "--set", "robot.name=toy") as gate:
+        with command("gate", other, "--listen", endpoint, "--set", "robot.name=toy") as gate:
             assert gate.line() == f"toy behind a gate listens at {endpoint}"
             with toy("toy_controller", endpoint, "1") as controller:
                 base(driver, moving=True)
@@ -288,11 +323,9 @@ def test_a_run_whose_robot_is_gone_ends_with_one_line_and_status_4(endpoint: str
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-def test_a_gate_that_failed_is_taken_again_when_it_is_back(endpoint: str, number: signal.Signals) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        inside = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
-    guarded = ["gate", inside, "--listen", endpoint, "--set", "robot.name=toy"]
-    with toy("toy_world", inside, "guarded") as driver, ExitStack() as stack:
+def test_a_gate_that_failed_is_taken_again_when_it_is_back(endpoint: str, other: str, number: signal.Signals) -> None:
+    guarded = ["gate", other, "--listen", endpoint, "--set", "robot.name=toy"]
+    with toy("toy_world", other, "guarded") as driver, ExitStack() as stack:
         driver.line()
         gate = stack.enter_context(command(*guarded))
         gate.line()

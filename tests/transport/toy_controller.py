@@ -42,6 +42,11 @@ def step_along(robot: RemoteLockstep, steps: int) -> None:
     print(digest.hexdigest(), robot.report()["steps"], flush=True)
 
 
+def answer_to(stamp: int) -> Twist:
+    """What the toy is told in answer to an observation: faster with each, so that one can tell which it was."""
+    return Twist(1e-12 * stamp, 0.0, 0.0)
+
+
 def drive(robot: RealtimeRobot) -> None:
     was = None
     while True:
@@ -51,7 +56,7 @@ def drive(robot: RealtimeRobot) -> None:
         if now != was:
             was = now
             print(now, flush=True)
-        robot.command(Command(STOP if stopped else Twist(0.1, 0.0, 0.0), answers=observation.stamp))
+        robot.command(Command(STOP if stopped else answer_to(observation.stamp), answers=observation.stamp))
 
 
 def main() -> None:

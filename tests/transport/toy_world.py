@@ -88,11 +88,11 @@ def wander(observation: Observation) -> Command:
 
 
 class ToldBase(PacedWorld):
-    """A paced world that says with each thing it is told when that was, on the monotonic clock, and whether to move."""
+    """A paced world that says with each thing it is told when, on the monotonic clock, whether to move, and how."""
 
     def move(self, twist: Twist) -> None:
         super().move(twist)
-        print(time.monotonic(), int(twist != STOP), flush=True)
+        print(time.monotonic(), int(twist != STOP), twist.forward, twist.left, twist.turn, flush=True)
 
 
 def drive_bare(bus: Bus, timeout: float) -> None:

@@ -39,35 +39,53 @@ class Behaviour:
         context: what all stages share.
         declarations: the file's events.
         transitions: the machine's transitions so far.
-        unresolved: some transition may lead anywhere, because its target is not known.
+        uncertain: those of which something is not known, by index.
+        idle: some state does not do what it should, because that is at fault.
     """
 
     context: Context
     declarations: Declarations
     transitions: list[Transition] = field(default_factory=list)
-    unresolved: bool = False
+    uncertain: set[int] = field(default_factory=set)
+    idle: bool = False
 
     def activity(self, draft: Draft) -> ActivityCall | None:
         """What a state does; None where that is nothing, or at fault."""
         if draft.activity is None:
             return None
-        call = draft.activity.call
-        declared = self.context.library.activities.get(str(call.name))
+        found = self._activity(draft.activity.call)
+        self.idle |= found is None
+        return found
+
+    def _activity(self, call: syntax.CallSyntax) -> ActivityCall | None:
+        activities = self.context.library.activities
+        declared = activities.get(str(call.name))
         if declared is None:
-            if call.name not in self.context.plan.doubtful:
-                hint = self.context.report.guess(call.name, self.context.library.activities).text
-                self.context.add("E0204", call.name, f"there is no activity `{call.name}`", hint)
-            self.look_at(call)
+            self._unknown_activity(call)
             return None
         arguments = self.context.scope.arguments(call, declared.parameters, f"activity `{call.name}`")
         if arguments is None:
             return None
         return ActivityCall(declared, arguments, self.context.place(call.name, call.closing))
 
+    def _unknown_activity(self, call: syntax.CallSyntax) -> None:
+        """Report an unknown activity; its arguments are looked at as those of the one that was probably meant."""
+        activities = self.context.library.activities
+        guess = self.context.report.guess(call.name, activities)
+        if call.name not in self.context.plan.doubt.names:
+            hint = guess.text
+            if call.name.value in self.context.library.actions:
+                hint = f"`{call.name}` is an action: it takes no time, and stands behind a slash"
+            self.context.add_once("E0204", call.name, f"there is no activity `{call.name}`", hint)
+        if guess.name is None:
+            self.look_at(call)
+        else:
+            self.context.scope.arguments(call, activities[guess.name].parameters, f"activity `{guess.name}`")
+
     def look_at(self, call: syntax.CallSyntax) -> None:
         """Look at the arguments of a call of something that is not known, so that what they name counts as used."""
         for argument in call.arguments:
-            self.context.scope.expression(argument.value if isinstance(argument, syntax.Named) else argument)
+            self.context.scope.used.update(syntax.names_in(argument))
 
     def stay(self, line: syntax.StayLine) -> Stay:
         """A ``stay`` line with its typed condition."""
@@ -77,6 +95,7 @@ class Behaviour:
 
     def transition(self, draft: Draft, line: syntax.TransitionLine) -> Transition:
         """A transition, the next in document order; its trigger is on nothing where it is at fault."""
+        uncertain = False
         trigger = self._trigger(draft, line)
         guard = self.context.scope.condition(line.guard) if line.guard is not None else None
         actions = self.actions(line.actions)
@@ -86,14 +105,21 @@ class Behaviour:
             kind = TransitionKind.LOCAL if line.target.arrow == "->" else TransitionKind.EXTERNAL
             targets = self._targets(line.target)
             kind = kind if targets else TransitionKind.INTERNAL
+            uncertain = len(targets) < len(line.target.names)
         elif not line.actions:
-            hint = "say where it goes: `-> state`, or what it does: `/ action`"
-            self.context.add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
-        if trigger is None:
-            self.unresolved |= not targets
-            trigger = On(())
+            if trigger is not None and (guard is not None or line.guard is None):
+                hint = "say where it goes: `-> state`, or what it does: `/ action`"
+                self.context.add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
+            # The line is not at its end: what is missing may name anything.
+            self.context.plan.unresolved = draft.deaf = uncertain = True
+            self.context.scope.puzzled = True
+        index = len(self.transitions)
+        operands = [one for one in (line.operand, line.guard) if one is not None]
+        uncertain |= any(name in self.context.plan.doubt.names for one in operands for name in syntax.names_in(one))
+        if uncertain or trigger is None or (guard is None and line.guard is not None):
+            self.uncertain.add(index)
         place = self.context.place(line.keyword, _last_token(line))
-        return Transition(len(self.transitions), draft.index, targets, trigger, guard, actions, kind, place)
+        return Transition(index, draft.index, targets, trigger or On(()), guard, actions, kind, place)
 
     def _trigger(self, draft: Draft, line: syntax.TransitionLine) -> Trigger | None:
         if line.operand is None:
@@ -125,16 +151,19 @@ class Behaviour:
         owner, dot, suffix = name.rpartition(".")
         if dot and owner in self.context.plan.states and suffix in HISTORY:
             return self.context.plan.states[owner].histories.get(HISTORY[suffix])
-        if name in self.context.plan.doubtful or owner in self.context.plan.doubtful:
-            self.unresolved = True
+        doubt = self.context.plan.doubt
+        if name in doubt or owner in doubt:
+            self.context.plan.unresolved = True
             return None
         if dot and owner in self.context.plan.states:
             hint = f"go to `{owner}`, or to `{owner}.history`"
             self.context.add("E0201", name, f"a state inside `{owner}` cannot be entered by this name", hint)
             return self.context.plan.states[owner]
-        close = self.context.report.guess(name, self.context.plan.states)
-        self.context.add("E0201", name, f"there is no state `{name}`", close.text)
-        self.unresolved |= close.name is None
+        wanted = owner if suffix in HISTORY else str(name)
+        close = self.context.report.guess(wanted, self.context.plan.states)
+        place = self.context.place(name)
+        self.context.report.add_once("E0201", place, f"there is no state `{wanted}`", close.text)
+        self.context.plan.unresolved |= close.name is None
         return self.context.plan.states.get(close.name or "")
 
     def actions(self, lines: tuple[syntax.ActionSyntax, ...]) -> tuple[Action, ...]:
@@ -148,28 +177,41 @@ class Behaviour:
                 return Raise(str(event), self.context.place(event))
             case syntax.AssignSyntax():
                 return self._assignment(line)
-            case syntax.CallSyntax(name):
-                declared = self.context.library.actions.get(str(name))
-                if declared is None:
-                    if name not in self.context.plan.doubtful:
-                        hint = self.context.report.guess(name, self.context.library.actions).text
-                        if name.value in self.context.library.activities:
-                            hint = f"`{name}` is an activity: it takes time, and stands behind `do`"
-                        self.context.add("E0205", name, f"there is no action `{name}`", hint)
-                    self.look_at(line)
-                    return None
-                arguments = self.context.scope.arguments(line, declared.parameters, f"action `{name}`")
-                if arguments is None:
-                    return None
-                return Call(declared, arguments, self.context.place(name, line.closing))
+            case syntax.CallSyntax():
+                return self._call(line)
+
+    def _call(self, line: syntax.CallSyntax) -> Call | None:
+        declared = self.context.library.actions.get(str(line.name))
+        if declared is None:
+            self._unknown_action(line)
+            return None
+        arguments = self.context.scope.arguments(line, declared.parameters, f"action `{line.name}`")
+        if arguments is None:
+            return None
+        return Call(declared, arguments, self.context.place(line.name, line.closing))
+
+    def _unknown_action(self, line: syntax.CallSyntax) -> None:
+        """Report an unknown action; its arguments are looked at as those of the one that was probably meant."""
+        name, actions = line.name, self.context.library.actions
+        guess = self.context.report.guess(name, actions)
+        if name not in self.context.plan.doubt.names:
+            hint = guess.text
+            if name.value in self.context.library.activities:
+                hint = f"`{name}` is an activity: it takes time, and stands behind `do`"
+            self.context.add_once("E0205", name, f"there is no action `{name}`", hint)
+        if guess.name is None:
+            self.look_at(line)
+        else:
+            self.context.scope.arguments(line, actions[guess.name].parameters, f"action `{guess.name}`")
 
     def _assignment(self, line: syntax.AssignSyntax) -> Assign | None:
         name = line.variable
         declared = self.context.scope.variables.get(str(name))
         if declared is None:
-            if name not in self.context.plan.doubtful:
+            if name not in self.context.plan.doubt:
                 close = self.context.report.guess(name, self.context.scope.variables)
-                self.context.add("E0202", name, f"there is no variable `{name}`", close.text)
+                self.context.add_once("E0202", name, f"there is no variable `{name}`", close.text)
+                self.context.scope.puzzled |= close.name is None
             self.context.scope.expression(line.value)
             return None
         if declared.constant:

@@ -63,18 +63,28 @@ def compile_file(
 
 @dataclass(slots=True)
 class _Compiler:
-    """The work of one compilation, in the order of ``run``."""
+    """The work of one compilation, in the order of ``run``.
+
+    Attributes:
+        context: what all stages share.
+        machines: what the file imports.
+        declarations: the file's parameters, variables and events.
+        behaviour: gives the lines of states their meaning.
+        strange: some state is an instance of a machine that is not imported.
+        copied_properties: those of instances.
+    """
 
     context: Context
     machines: Mapping[str, Unit | None]
     declarations: Declarations
     behaviour: Behaviour
+    strange: bool = False
     copied_properties: list[Property] = field(default_factory=list)
 
     def run(self) -> Unit:
         """All stages."""
         plan, report = self.context.plan, self.context.report
-        self.context.scope.doubtful = plan.doubtful
+        self.context.scope.doubt = plan.doubt
         self.declarations.declare()
         drafts = plan.all_states()
         for draft in drafts:
@@ -83,17 +93,18 @@ class _Compiler:
             self._request_histories(draft)
         order = self._number()
         self.context.scope.states = self._names_of_states(order)
-        self.declarations.gather_events(
-            order, [name for unit in self.machines.values() if unit for name in unit.events]
-        )
+        known = [unit for unit in self.machines.values() if unit is not None and unit.model is not None]
+        events = [name for unit in self.machines.values() if unit is not None for name in unit.events]
+        complete = len(known) == len(self.machines) and not self.strange and not plan.doubt.eventful
+        self.declarations.gather_events(order, events, complete=complete)
         states: list[State] = []
         for draft in order:
             states.extend(self._states(draft))
         subject = self._subject(order, self._model(states))
         report.found.extend(checks.errors(subject))
         failed = any(one.severity is Severity.ERROR for one in report.found)
-        events = frozenset(self.declarations.events)
-        return Unit(self.context.tree, None if failed else subject.model, subject, tuple(report.found), events)
+        own = frozenset(self.declarations.events)
+        return Unit(self.context.tree, None if failed else subject.model, subject, tuple(report.found), own)
 
     def _subject(self, order: Sequence[Draft], model: Model) -> Subject:
         plan = self.context.plan
@@ -103,15 +114,18 @@ class _Compiler:
             file=self.context.tree.name,
             model=model,
             stays={draft.index: tuple(map(self.behaviour.stay, draft.stays)) for draft in order if draft.stays},
-            doubtful=frozenset(plan.doubtful),
-            unresolved=self.behaviour.unresolved,
+            doubt=plan.doubt,
+            unresolved=plan.unresolved or plan.doubt.unread,
+            uncertain=frozenset(self.behaviour.uncertain),
+            deaf=frozenset(draft.index for draft in order if draft.deaf),
             broken=frozenset(draft.index for draft in order if draft.broken),
             opaque=frozenset(draft.index for draft in order if draft.opaque),
-            unused=() if plan.doubtful else tuple(self.declarations.unused(idle)),
+            unused=() if plan.doubt.unread else tuple(self.declarations.unused([] if self.strange else idle)),
         )
 
     def _model(self, states: list[State]) -> Model:
-        heading = self.context.plan.heading
+        plan = self.context.plan
+        heading = plan.heading
         files = [self.context.tree.name]
         for unit in self.machines.values():
             if unit is not None and unit.model is not None:
@@ -129,6 +143,7 @@ class _Compiler:
                 self.context.tree.lines,
                 self.context.scope,
                 states,
+                certain=not (plan.root.opaque or plan.unresolved or self.behaviour.idle or self.declarations.puzzled),
             )
             + tuple(self.copied_properties),
         )
@@ -141,12 +156,16 @@ class _Compiler:
         unit = self.machines.get(str(name))
         draft.model = unit.model if unit is not None else None
         draft.opaque = draft.model is None
-        if name not in self.machines and name not in self.context.plan.doubtful:
-            hint = (
-                self.context.report.guess(name, self.machines).text
-                or f"import it at the top of the file: `import {name}`"
-            )
-            self.context.add("E0208", name, f"there is no machine `{name}`", hint)
+        if name in self.machines:
+            return
+        self.strange = True
+        # Where an import is at fault, it is most likely the one that is meant.
+        if None in self.machines.values() or name in self.context.plan.doubt:
+            return
+        hint = (
+            self.context.report.guess(name, self.machines).text or f"import it at the top of the file: `import {name}`"
+        )
+        self.context.add_once("E0208", name, f"there is no machine `{name}`", hint)
 
     def _request_histories(self, draft: Draft) -> None:
         for line in draft.lines:
@@ -158,8 +177,10 @@ class _Compiler:
                 if not dot or suffix not in HISTORY or owner is None:
                     continue
                 if owner.kind in (StateKind.ATOMIC, StateKind.FINAL):
-                    self.context.add("E0407", target, f"`{owner_name}` has no states inside, so it has no history")
-                    self.behaviour.unresolved = True
+                    if not (owner.broken or owner.opaque or self.context.plan.doubt.unread):
+                        message = f"`{owner_name}` has no states inside, so it has no history"
+                        self.context.add_once("E0407", target, message)
+                    self.context.plan.unresolved = True
                 elif HISTORY[suffix] not in owner.histories:
                     kind = HISTORY[suffix]
                     owner.histories[kind] = Draft(str(target), kind, owner, owner.token)
@@ -254,7 +275,7 @@ class _Compiler:
             return self._default_of(draft), ()
         target = self.behaviour.named_state(draft.initial.target)
         actions = self.behaviour.actions(draft.initial.actions)
-        if target is not None and (target is draft or draft not in target.ancestors()):
+        if target is not None and not draft.broken and (target is draft or draft not in target.ancestors()):
             self.context.add("E0405", draft.initial.target, f"`{target.name}` does not lie in `{draft.name}`")
             target = None
         return (target.index,) if target is not None else (), actions

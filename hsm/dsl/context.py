@@ -40,3 +40,7 @@ class Context:
     def add(self, code: str, token: Token, message: str, suggestion: str | None = None) -> None:
         """Report a finding at a token."""
         self.report.add(code, self.place(token), message, suggestion)
+
+    def add_once(self, code: str, token: Token, message: str, suggestion: str | None = None) -> None:
+        """Report a name that means nothing; where it stands again is told with it."""
+        self.report.add_once(code, self.place(token), message, suggestion, subject=str(token))

@@ -16,6 +16,8 @@ from hsm.expressions import Literal
 from hsm.model import StateKind, Variable
 from hsm.registry import Parameter
 
+_MOST_REPORTERS = 3
+
 
 @dataclass(slots=True)
 class Declarations:
@@ -28,6 +30,8 @@ class Declarations:
         events: events that are declared (with their places) or raised.
         heard: events that some transition is on, or may be.
         raised: events that this file raises, and where first.
+        complete: the events of all imported machines are known.
+        puzzled: some transition is on an event that nothing sends, and it is not clear which was meant.
     """
 
     context: Context
@@ -36,6 +40,9 @@ class Declarations:
     events: dict[str, Place | None] = field(default_factory=dict)
     heard: set[str] = field(default_factory=set)
     raised: dict[str, Token] = field(default_factory=dict)
+    complete: bool = True
+    puzzled: bool = False
+    _strange: dict[str, int] = field(default_factory=dict)
 
     def declare(self) -> None:
         """Give the lines at the top of the file their meaning."""
@@ -71,8 +78,10 @@ class Declarations:
             message = f"`{name}` begins with a value made of constants{'' if constant else ' and parameters'}"
             self.context.report.add("E0303", initial.place, message)
             initial = None
+        if value is not None and initial is None:
+            self.context.plan.doubt.names.add(str(name))
         if kind is None or not new:
-            self.context.plan.doubtful.add(str(name))
+            self.context.plan.doubt.names.add(str(name))
             return
         place = self.context.place(name)
         self.context.scope.variables[str(name)] = Declared(kind, constant, place)
@@ -83,13 +92,15 @@ class Declarations:
         elif constant:
             self.parameters.append(Parameter(str(name), kind))
 
-    def gather_events(self, order: Sequence[Draft], imported: Iterable[str]) -> None:
+    def gather_events(self, order: Sequence[Draft], imported: Iterable[str], *, complete: bool) -> None:
         """Find out which events each state may hear of: outcomes inside it, its final states, what is raised anywhere.
 
         Args:
             order: all states in document order.
             imported: the events of imported machines.
+            complete: whether these are all.
         """
+        self.complete = complete
         for draft in order:
             if draft.initial is not None:
                 self._gather_raised(draft.initial.actions)
@@ -114,7 +125,9 @@ class Declarations:
     def _gather_outcomes(self, draft: Draft) -> None:
         draft.completions.update(child.name for child in draft.children if child.kind is StateKind.FINAL)
         if draft.activity is not None:
-            activity = self.context.library.activities.get(str(draft.activity.call.name))
+            name = str(draft.activity.call.name)
+            activities = self.context.library.activities
+            activity = activities.get(name) or activities.get(self.context.report.guess(name, activities).name or "")
             draft.reported.update(activity.outcomes if activity is not None else ())
             draft.opaque |= activity is None
         if draft.model is not None:
@@ -131,12 +144,33 @@ class Declarations:
         name = str(token)
         self.heard.add(name)
         sources = (self.context.library.events, self.events, draft.completions, draft.reported, ("fault",))
-        if any(name in source for source in sources) or name in self.context.plan.doubtful or draft.opaque:
+        if any(name in source for source in sources) or name in self.context.plan.doubt:
             return name
-        known = [one for source in sources for one in source]
-        hint = self.context.report.guess(name, known)
-        self.context.add("E0203", token, f"nothing sends, raises or reports `{name}` in `{draft.name}`", hint.text)
-        return hint.name or name
+        if draft.opaque or not self.complete:
+            return name
+        guess = self.context.report.guess(name, (one for source in sources for one in source))
+        message = f"nothing sends, raises or reports `{name}` in `{draft.name}`"
+        if guess.name is not None:
+            self.heard.add(guess.name)
+            self.context.add_once("E0203", token, message, guess.text)
+            return guess.name
+        # What a state hears of may be missing as a whole: one finding for all that it waits for in vain.
+        subject = self._strange.setdefault(name, draft.index)
+        place, again = self.context.place(token), f"nor `{name}`" if subject == draft.index else "and here"
+        hint = guess.text or self._reporter(name)
+        self.context.report.add_once("E0203", place, message, hint, subject=subject, again=again)
+        draft.deaf = self.puzzled = True
+        return name
+
+    def _reporter(self, outcome: str) -> str | None:
+        """Which activities would report an outcome, as a way out."""
+        activities = self.context.library.activities.values()
+        names = [one.name for one in activities if outcome in one.outcomes]
+        if not 0 < len(names) <= _MOST_REPORTERS:
+            return None
+        return (
+            f"it is an outcome of {' and of '.join(f'`{name}`' for name in names)}, which a state does: `do {names[0]}`"
+        )
 
     def unused(self, imports: Iterable[str]) -> list[tuple[str, str, Place]]:
         """Kind, name and place of everything that is declared and never used.
@@ -145,10 +179,12 @@ class Declarations:
             imports: the imported machines that no state is an instance of.
         """
         found: list[tuple[str, str, Place]] = []
+        if self.puzzled:
+            return found
         for name in imports:
             found.append(("import", name, self.context.place(self.context.plan.imports[name])))
         for name, declared in self.context.scope.variables.items():
-            if name not in self.context.scope.used:
+            if name not in self.context.scope.used and not self.context.scope.puzzled:
                 found.append(("parameter" if declared.constant else "variable", name, declared.place))
         for name, place in self.events.items():
             if place is not None and name not in self.heard and name not in self.raised:

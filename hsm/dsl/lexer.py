@@ -39,13 +39,14 @@ class Lexer:
         pattern: matches any token, with the blanks before it.
         symbols: the kind of each token that is always the same.
         unclosed: brackets that are never closed, by the line on which that is noticed.
-        misfits: ends of lines behind which the indentation fits no block.
+        misfits: ends of lines behind which the indentation fits no block; of neighbours that agree, the first.
     """
 
     pattern: re.Pattern[str]
     symbols: dict[str, str]
     unclosed: dict[int, Token] = field(default_factory=dict)
     misfits: list[Token] = field(default_factory=list)
+    _misfit: int = -1
 
     @classmethod
     def of(cls, lark: Lark) -> Lexer:
@@ -60,7 +61,7 @@ class Lexer:
 
     def tokens(self, text: str) -> Iterator[Token]:
         """All tokens of a text that ends with a line break, with the beginnings and ends of blocks."""
-        self.unclosed, self.misfits = {}, []
+        self.unclosed, self.misfits, self._misfit = {}, [], -1
         levels = [0]
         opened: list[Token] = []
         held: Token | None = None
@@ -125,18 +126,23 @@ class Lexer:
         yield from self._indentation(end, levels)
 
     def _indentation(self, newline: Token, levels: list[int]) -> Iterator[Token]:
-        """The beginning of a block or the ends of some, as the blanks behind a line break tell."""
+        """The beginning of a block or the ends of some, as the blanks behind a line break tell.
+
+        A line that begins where no block begins is taken to belong to the nearest.
+        """
         width = len(newline.value) - newline.value.rindex("\n") - 1
         if width > levels[-1]:
             levels.append(width)
             yield _block_token("_INDENT", newline)
-            return
+        elif width not in levels:
+            if width != self._misfit:
+                self.misfits.append(newline)
+            self._misfit = width
+            width = min(reversed(levels), key=lambda level: abs(level - width))
+        elif width < self._misfit:
+            self._misfit = -1
         while width < levels[-1]:
             levels.pop()
-            if width > levels[-1]:
-                self.misfits.append(newline)
-                levels.append(width)
-                return
             yield _block_token("_DEDENT", newline)
 
 

@@ -15,6 +15,7 @@ from hsm.diagnostics import Diagnostic, MachineError
 from hsm.dsl import checks, syntax
 from hsm.dsl.acceptance import accepted
 from hsm.dsl.compile import Unit, compile_file
+from hsm.dsl.layout import without_doubtful
 from hsm.dsl.parser import parse
 from hsm.dsl.report import Report
 from hsm.dsl.syntax import place_of
@@ -142,7 +143,8 @@ class _Loader:
         for unit in units:
             found: Sequence[Diagnostic] = unit.diagnostics
             if remarks or failed:
-                found = accepted((*found, *checks.remarks(unit.subject)), unit.tree)
+                certain = without_doubtful((*found, *checks.remarks(unit.subject)), unit.tree.lines)
+                found = accepted(certain, unit.tree)
             findings.extend(sorted(found, key=_position))
         return Checked(None if failed else main.model, tuple(findings), self.sources)
 
@@ -153,9 +155,8 @@ class _Loader:
         tree, findings = parse(text, file)
         machines: dict[str, Unit | None] = {}
         report = Report(file, findings)
-        for item in tree.items:
-            if isinstance(item, syntax.ImportLine):
-                machines[item.name.rpartition(".")[2]] = self._import(item.name, report)
+        for name in syntax.imports_of(tree):
+            machines[name.rpartition(".")[2]] = self._import(name, report)
         self.open_files.pop()
         unit = compile_file(tree, findings, self.library, machines)
         self.units[path] = unit
@@ -166,6 +167,11 @@ class _Loader:
         relative = Path(*name.split(".")).with_suffix(SUFFIX)
         paths = [folder / relative for folder in (beside, *self.library.folders)]
         return next((path for path in paths if path.is_file()), paths[0])
+
+    def _importable(self, file: Path) -> list[str]:
+        """The machines that lie beside a file, and those in the folders of the library."""
+        paths = (path for folder in (file.parent, *self.library.folders) for path in sorted(folder.glob(f"*{SUFFIX}")))
+        return [path.stem for path in paths if path.stem != file.stem]
 
     def _import(self, name: Token, report: Report) -> Unit | None:
         path = self._find(name, Path(report.file).parent)
@@ -180,6 +186,7 @@ class _Loader:
         try:
             text = read_text(path)
         except MachineError as error:
-            report.add("E0208", place, f"there is no machine `{name}` to import: {error.diagnostics[0].message}")
+            hint = report.guess(name, self._importable(Path(report.file))).text
+            report.add("E0208", place, f"there is no machine `{name}` to import: {error.diagnostics[0].message}", hint)
             return None
         return self._compile(text, str(path))

@@ -34,8 +34,9 @@ class Draft:
         activity: its ``do`` line.
         instance: the machine that it is an instance of, with arguments.
         model: that machine, once found.
-        broken: its own line is at fault, and nothing is said about it but of what lies inside.
+        broken: its own line is at fault, and nothing is said about it but of what its lines name.
         opaque: what it or something inside it reports cannot be known.
+        deaf: it may wait for more than is known: something of that cannot be read, or means nothing.
         completions: names under which its own completion is heard.
         reported: outcomes of activities in it or inside it.
         index: its position in document order.
@@ -56,6 +57,7 @@ class Draft:
     model: Model | None = None
     broken: bool = False
     opaque: bool = False
+    deaf: bool = False
     completions: set[str] = field(default_factory=set)
     reported: set[str] = field(default_factory=set)
     index: int = -1
@@ -74,6 +76,26 @@ class Draft:
 
 
 @dataclass(slots=True)
+class Doubt:
+    """What lines that could not be read leave open: nothing is said that they might answer.
+
+    Attributes:
+        names: names that stand on such lines, and names whose declaration is at fault.
+        nameless: one of the lines declares something, so any name may be meant.
+        unread: there are such lines.
+        eventful: one of them may tell where an event comes from.
+    """
+
+    names: set[str] = field(default_factory=set)
+    nameless: bool = False
+    unread: bool = False
+    eventful: bool = False
+
+    def __contains__(self, name: object) -> bool:
+        return self.nameless or name in self.names
+
+
+@dataclass(slots=True)
 class Outline:
     """What a file declares.
 
@@ -83,7 +105,8 @@ class Outline:
         heading: the line ``machine NAME``.
         imports: imported machines, by the name that the file knows them under.
         declared: where each state, variable and parameter is declared first.
-        doubtful: names on lines that could not be read.
+        doubt: what lines that could not be read leave open.
+        unresolved: some transition may lead anywhere, because its target is not known.
     """
 
     root: Draft
@@ -91,7 +114,8 @@ class Outline:
     heading: syntax.MachineLine | None = None
     imports: dict[str, Token] = field(default_factory=dict)
     declared: dict[str, Token] = field(default_factory=dict)
-    doubtful: set[str] = field(default_factory=set)
+    doubt: Doubt = field(default_factory=Doubt)
+    unresolved: bool = False
 
     def all_states(self) -> list[Draft]:
         """All drafts in document order, the root first, also those that bear no good name."""
@@ -107,6 +131,8 @@ class Outline:
 def outline(tree: syntax.File, report: Report) -> Outline:
     """Walk a file once; whatever stands in the wrong place or twice is reported."""
     walker = _Walker(tree, report, Outline(Draft("", StateKind.COMPOUND, None)))
+    misfit = any(one.code == "E0105" for one in report.found)
+    walker.result.doubt.unread = walker.result.doubt.eventful = misfit
     walker.walk()
     walker.check_whole()
     return walker.result
@@ -135,10 +161,12 @@ class _Walker:
         """What only the whole file tells."""
         result = self.result
         for draft in result.states.values():
-            if draft.kind is StateKind.PARALLEL and len(draft.children) < 2 and not result.doubtful:
+            few = draft.kind is StateKind.PARALLEL and len(draft.children) < 2
+            if few and not draft.broken and not result.doubt.unread:
+                result.unresolved = True
                 self._add("E0408", draft.token, f"parallel state `{draft.name}` has fewer than two states inside")
         if result.heading is None:
-            if not result.doubtful:
+            if not result.doubt.unread:
                 self._add("E0401", _start_of(self.tree), "the first line is to be `machine`, with a name")
             return
         name = result.heading.name
@@ -153,7 +181,7 @@ class _Walker:
                 f"`{name}` names the machine itself",
                 related=(related,),
             )
-        if not result.root.children and not result.doubtful:
+        if not result.root.children and not result.doubt.unread:
             self._add("E0409", name, f"machine `{name}` has no state")
 
     def _take(self, draft: Draft, item: syntax.Item) -> tuple[Draft, Iterator[syntax.Item]] | None:
@@ -161,10 +189,15 @@ class _Walker:
         match item:
             case syntax.StateBlock():
                 return self._new_state(draft, item), iter(item.items)
-            case syntax.BadLine(names, items):
-                self.result.doubtful |= names
-                draft.opaque = True
-                broken = Draft("", StateKind.ATOMIC, draft, broken=True)
+            case syntax.BadLine(names, items, nameless):
+                doubt = self.result.doubt
+                doubt.names |= names
+                doubt.nameless |= nameless
+                doubt.unread = draft.opaque = draft.deaf = True
+                doubt.eventful |= draft is self.result.root or "raise" in names
+                if items and not names:
+                    self._leave_open(draft)
+                broken = Draft("", StateKind.ATOMIC, draft, broken=True, opaque=True, deaf=True)
                 if items:
                     self._add_child(broken)
                 return broken, iter(items)
@@ -180,9 +213,17 @@ class _Walker:
                 self._take_declaration(draft, item)
         return None
 
+    def _leave_open(self, draft: Draft) -> None:
+        """Lines that belong to nothing may be meant for the state before them, or for one that is not there."""
+        self.result.doubt.nameless = draft.broken = True
+        if draft.children:
+            draft.children[-1].opaque = True
+
     def _new_state(self, parent: Draft, block: syntax.StateBlock) -> Draft:
         if parent.instance is not None:
-            self._add("E0402", block.name, "an instance of a machine has no further states: its states are in its file")
+            self._not_here(
+                parent, block.name, "an instance of a machine has no further states: its states are in its file"
+            )
         draft = Draft(str(block.name), block.kind, parent, block.name, instance=block.instance)
         self._insert(draft, block.name)
         return draft
@@ -190,11 +231,14 @@ class _Walker:
     def _insert(self, draft: Draft, name: Token) -> None:
         if "." in name:
             self._add("E0211", name, f"`{name}` cannot name a state: a name that is declared has no dot")
+            self.result.doubt.names.add(draft.name)
             draft.broken = True
         elif self.is_new(name):
             self.result.states[draft.name] = draft
         else:
-            draft.broken = True
+            self.result.unresolved = draft.broken = True
+            if draft.name in self.result.states:
+                self.result.states[draft.name].broken = True
         self._add_child(draft)
 
     def _add_child(self, draft: Draft) -> None:
@@ -213,17 +257,20 @@ class _Walker:
             case syntax.InitialLine(target):
                 if draft.kind is StateKind.PARALLEL:
                     self._add("E0402", target, "all regions of a parallel state are entered: it has no `initial`")
+                    draft.broken = True
                 elif draft.instance is not None:
-                    self._add("E0402", target, "where an instance begins is said in its machine's file")
+                    self._not_here(draft, target, "where an instance begins is said in its machine's file")
                 elif draft.initial is not None:
                     self._second("initial", target, draft.initial.target)
+                    draft.broken = draft.opaque = True
                 else:
                     draft.initial = item
             case syntax.DoLine(call):
                 if draft.instance is not None:
-                    self._add("E0402", call.name, "an instance of a machine does what that machine does")
+                    self._not_here(draft, call.name, "an instance of a machine does what that machine does")
                 elif draft.activity is not None:
                     self._second("do", call.name, draft.activity.call.name)
+                    draft.broken = draft.opaque = True
                 else:
                     draft.activity = item
 
@@ -231,7 +278,7 @@ class _Walker:
         if self.result.heading is not None:
             self._second("machine", item.name, self.result.heading.name)
             return
-        if item is not self.tree.items[0]:
+        if item is not _first_item(self.tree):
             self._add("E0401", item.name, "the line `machine` is the first of its file")
         self.result.heading = item
 
@@ -245,7 +292,7 @@ class _Walker:
                 first = name
             case _:
                 raise AssertionError(item)
-        if draft is not self.result.root:
+        if draft is not self.result.root and not draft.broken:
             self._add("E0402", first, "this is declared at the top of the file, not in a state")
         if isinstance(item, syntax.ImportLine):
             known = first.rpartition(".")[2]
@@ -266,12 +313,24 @@ class _Walker:
         self.report.add("E0209", place_of(self.tree.name, name), f"`{name}` is declared twice", related=(related,))
         return False
 
+    def _not_here(self, instance: Draft, token: Token, message: str) -> None:
+        """An instance has lines that it cannot have: told once, as they are likely those of a state of their own."""
+        place = place_of(self.tree.name, token)
+        self.report.add_once("E0402", place, message, subject=id(instance), again="nor does this belong here")
+        instance.broken = instance.opaque = True
+
     def _add(self, code: str, token: Token | None, message: str) -> None:
         self.report.add(code, place_of(self.tree.name, token) if token is not None else None, message)
 
     def _second(self, what: str, token: Token, first: Token) -> None:
         related = Related(place_of(self.tree.name, first), "the first is here")
         self.report.add("E0403", place_of(self.tree.name, token), f"a second `{what}`", related=(related,))
+
+
+def _first_item(tree: syntax.File) -> syntax.Item:
+    """The first line of a file, be it indented."""
+    first = tree.items[0]
+    return first.items[0] if isinstance(first, syntax.BadLine) and first.items else first
 
 
 def _start_of(tree: syntax.File) -> Token:

@@ -13,6 +13,7 @@ from lark import Lark, Token
 from hsm.diagnostics import Diagnostic, Place
 from hsm.dsl import syntax
 from hsm.dsl.lalr import Parser, Table
+from hsm.dsl.layout import LAYOUT
 from hsm.dsl.lexer import Lexer
 from hsm.dsl.report import Report
 from hsm.dsl.syntax import depth_of, place_of
@@ -24,6 +25,7 @@ _MISFIT = "this begins where no block begins"
 _TAB = "here is a tab"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
+_NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|import)\b(?! *[A-Za-z_])")
 
 
 class _Builder:
@@ -157,7 +159,8 @@ class _Builder:
         return syntax.Named(parts[0], parts[2], depth_of(parts[2]))
 
     def bad(self, parts: list[Any]) -> syntax.BadLine:
-        return syntax.BadLine(frozenset(_NAME.findall(parts[0])), tuple(parts[1:]))
+        nameless = _NAMELESS.match(parts[0]) is not None
+        return syntax.BadLine(frozenset(_NAME.findall(parts[0])), tuple(parts[1:]), nameless)
 
 
 @cache
@@ -184,17 +187,14 @@ def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
     table, lexer = _tools()
     parser = Parser(table)
     tokens = lexer.tokens(text + "\n")
-    blocks: list[bool] = []
     for token in tokens:
-        kind = token.type
-        if kind == "_DEDENT" and not blocks.pop():
+        if parser.feed(token):
             continue
-        taken = parser.feed(token)
-        if kind == "_INDENT":
-            blocks.append(taken)
-            if not taken:
-                report.add("E0103", _line_place(file, lines, token.end_line or 1), _INDENTED)
-        elif not taken:
+        if token.type == "_INDENT":
+            report.add("E0103", _line_place(file, lines, token.end_line or 1), _INDENTED)
+            for one in (Token("BAD", ""), Token("_NL", ""), token):
+                parser.feed(one)
+        else:
             line = token.line or 1
             report_line(report, token, parser.expected(), lines[line - 1])
             _skip_line(parser, tokens, token, lines)
@@ -204,7 +204,13 @@ def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
         report.add("E0104", place_of(file, token), f"`{token}` is never closed")
     for token in lexer.misfits:
         report.add("E0105", _line_place(file, lines, token.end_line or 1), _MISFIT)
-    return syntax.File(file, items, tuple(lines)), report.found
+    return syntax.File(file, items, tuple(lines)), _once_a_line(report.found)
+
+
+def _once_a_line(found: list[Diagnostic]) -> list[Diagnostic]:
+    """Without what is said about the beginning of a line of which something else is said."""
+    told = {one.place.line for one in found if one.place is not None and one.code not in LAYOUT}
+    return [one for one in found if one.code not in LAYOUT or one.place is None or one.place.line not in told]
 
 
 def _forget_between(report: Report, first: int, last: int) -> None:
@@ -230,16 +236,19 @@ def _skip_line(parser: Parser, tokens: Iterator[Token], token: Token, lines: lis
 
 
 def _without_tabs(text: str, report: Report) -> str:
-    """The text with tabs replaced; each line that has one before its comment is reported."""
+    """The text with tabs replaced; where there are any before comments, the first is reported."""
     if "\t" not in text:
         return text
     lines = text.split("\n")
-    for number, line in enumerate(lines, 1):
-        column = line.partition("#")[0].find("\t") + 1
-        if column:
-            report.add("E0102", Place(report.file, number, column, number, column + 1), _TAB, "four spaces do instead")
-        lines[number - 1] = line.replace("\t", "    ")
-    return "\n".join(lines)
+    columns = {number: line.partition("#")[0].find("\t") + 1 for number, line in enumerate(lines, 1)}
+    found = [(number, column) for number, column in columns.items() if column]
+    if found:
+        number, column = found[0]
+        place = Place(report.file, number, column, number, column + 1)
+        more = len(found) - 1
+        message = f"{_TAB}, as in {more} more line{'s' * (more != 1)}" if more else _TAB
+        report.add("E0102", place, message, "four spaces do instead")
+    return "\n".join(line.replace("\t", "    ") for line in lines)
 
 
 def _line_place(file: str, lines: list[str], number: int) -> Place:

@@ -20,7 +20,12 @@ _DURATION = Quantity(time=1)
 
 
 def compile_properties(
-    lines: Iterable[syntax.PropertyLine], source: Sequence[str], scope: Scope, states: Sequence[State]
+    lines: Iterable[syntax.PropertyLine],
+    source: Sequence[str],
+    scope: Scope,
+    states: Sequence[State],
+    *,
+    certain: bool,
 ) -> tuple[Property, ...]:
     """Give the properties of a file their meaning.
 
@@ -29,10 +34,12 @@ def compile_properties(
         source: the text of the file, line by line.
         scope: what the expressions of the file may name.
         states: all states, with those of instances.
+        certain: whether it is known what all states do.
     """
-    inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubtful, scope.used)
-    inner.machine = states
+    inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubt, scope.used)
+    inner.machine, inner.certain = states, certain
     found = [_property(line, source, inner, scope.report) for line in lines]
+    scope.puzzled |= inner.puzzled
     return tuple(one for one in found if one is not None)
 
 
@@ -40,6 +47,7 @@ class _Scope(Scope):
     """Properties may also ask what is being done: ``doing(ring)``, ``holding(base)``."""
 
     machine: Sequence[State] = ()
+    certain: bool = True
 
     def _call(self, node: syntax.CallSyntax) -> Expression | None:
         match node.name.value:
@@ -60,10 +68,12 @@ class _Scope(Scope):
                 return None
         place = place_of(self.report.file, node.name, node.closing)
         active: list[Expression] = [Active(one.name, place) for one in self.machine if str(name) in has(one)]
+        if not active and not self.certain:
+            return None
         if not active:
             known = dict.fromkeys(one for state in self.machine for one in has(state) if one)
             hint = self.report.guess(name, known).text
-            self.report.add("E0204", place_of(self.report.file, name), f"no state has the {what} `{name}`", hint)
+            self.report.add_once("E0204", place_of(self.report.file, name), f"no state has the {what} `{name}`", hint)
             return None
         return reduce(lambda left, right: Binary("or", left, right, BOOLEAN, place), active)
 

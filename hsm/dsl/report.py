@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
-from difflib import get_close_matches
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass, field, replace
+from difflib import SequenceMatcher, get_close_matches
 from typing import NamedTuple
 
 from hsm.codes import CODES, finding
@@ -12,7 +12,12 @@ from hsm.diagnostics import Diagnostic, Place, Related
 
 
 class Guess(NamedTuple):
-    """The known name that an unknown one was probably meant to be, with the question whether it was; or neither."""
+    """What an unknown name may have been meant to be.
+
+    Attributes:
+        name: the known name that it almost certainly is, a letter or two apart.
+        text: a question for the author, also where a name is only alike.
+    """
 
     name: str | None = None
     text: str | None = None
@@ -20,6 +25,9 @@ class Guess(NamedTuple):
 
 _MOST_GUESSES = 50
 _LONGEST_GUESS = 60
+_CERTAIN = 0.75
+_FEW_LETTERS = 2
+_MOST_REPEATS = 8
 
 
 @dataclass(slots=True)
@@ -29,6 +37,7 @@ class Report:
     file: str
     found: list[Diagnostic] = field(default_factory=list)
     guesses: int = 0
+    _told: dict[Hashable, int] = field(default_factory=dict)
 
     def guess(self, name: str, known: Iterable[str]) -> Guess:
         """What may have been meant by an unknown name; a file with very many of them gets no more guesses."""
@@ -36,7 +45,13 @@ class Report:
         if self.guesses > _MOST_GUESSES or len(name) > _LONGEST_GUESS:
             return Guess()
         close = get_close_matches(name, [one for one in known if len(one) <= _LONGEST_GUESS], n=1)
-        return Guess(close[0], f"did you mean `{close[0]}`?") if close else Guess()
+        if not close:
+            return Guess()
+        alike = SequenceMatcher(None, close[0], name).ratio() >= _CERTAIN
+        return Guess(
+            close[0] if alike and abs(len(close[0]) - len(name)) <= _FEW_LETTERS else None,
+            f"did you mean `{close[0]}`?",
+        )
 
     def add(
         self,
@@ -48,3 +63,36 @@ class Report:
     ) -> None:
         """Take a finding down; without a message the code's title is one."""
         self.found.append(finding(code, place, message or CODES[code].title, suggestion, related))
+
+    def add_once(
+        self,
+        code: str,
+        place: Place,
+        message: str,
+        suggestion: str | None = None,
+        *,
+        subject: Hashable = None,
+        again: str = "and here",
+    ) -> None:
+        """Take a finding down that may be made again, such as a name that is unknown wherever it stands.
+
+        There is one finding, at the first place; the others are told with it.
+
+        Args:
+            code: the code.
+            place: where.
+            message: the reason.
+            suggestion: a way out.
+            subject: what the finding is about, where several messages are about the same.
+            again: what is said of this place when it is not the first.
+        """
+        key = (code, message if subject is None else subject)
+        if key not in self._told:
+            self._told[key] = len(self.found)
+            self.add(code, place, message, suggestion)
+            return
+        first = self.found[self._told[key]]
+        if first.place is not None and place < first.place and first.message == message:
+            place, first = first.place, replace(first, place=place)
+        related = (*first.related, Related(place, again))[:_MOST_REPEATS]
+        self.found[self._told[key]] = replace(first, related=related)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 
 from hsm.diagnostics import Place
@@ -36,8 +36,10 @@ class Subject:
         file: the file's name.
         model: the machine; where the file has errors, without what could not be understood.
         stays: the ``stay`` lines of each state, by its index.
-        doubtful: names on lines that could not be read; nothing is said about those.
+        doubt: names that may be declared on lines that could not be read; nothing is said about those.
         unresolved: some transition may lead anywhere, because its target is not known.
+        uncertain: transitions of which something is not known, by index.
+        deaf: states that may wait for more than is known, by index.
         broken: states whose own line is at fault.
         opaque: states in which something reports outcomes that are not known.
         unused: kind, name and place of what is declared and never used.
@@ -46,8 +48,10 @@ class Subject:
     file: str
     model: Model
     stays: Mapping[int, tuple[Stay, ...]]
-    doubtful: frozenset[str] = frozenset()
+    doubt: Container[str] = frozenset()
     unresolved: bool = False
+    uncertain: frozenset[int] = frozenset()
+    deaf: frozenset[int] = frozenset()
     broken: frozenset[int] = frozenset()
     opaque: frozenset[int] = frozenset()
     unused: tuple[tuple[str, str, Place], ...] = ()

@@ -247,10 +247,17 @@ class PropertyLine:
 
 @dataclass(frozen=True, slots=True)
 class BadLine:
-    """A line that could not be read, with the names that stand on it: they may be declarations."""
+    """A line that could not be read, or lines that are indented under one that has no block.
+
+    Attributes:
+        names: the names that stand on it: they may be declarations.
+        items: what is indented below it.
+        nameless: it declares something, and it is not known what.
+    """
 
     names: frozenset[str]
     items: tuple[Item, ...]
+    nameless: bool = False
 
 
 Item: TypeAlias = (
@@ -294,6 +301,17 @@ class File:
             found.append(text.lstrip("#").strip())
             index -= 1
         return "\n".join(reversed(found))
+
+
+def imports_of(tree: File) -> Iterator[Token]:
+    """The names of all imported machines, in order; also of those that are indented by mistake."""
+    pending = list(reversed(tree.items))
+    while pending:
+        match pending.pop():
+            case ImportLine(name):
+                yield name
+            case BadLine(items=items):
+                pending.extend(reversed(items))
 
 
 def depth_of(expression: Expression | Named) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Container, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -57,16 +57,18 @@ class Scope:
         report: where findings go.
         variables: variables and parameters by name.
         states: names of states, for ``in(state)``.
-        doubtful: names on lines that could not be read; nothing is said about those.
+        doubt: names that may be declared on lines that could not be read; nothing is said about those.
         used: names of variables that something reads.
+        puzzled: some name means nothing, and it is not clear which was meant.
     """
 
     library: Library
     report: Report
     variables: dict[str, Declared] = field(default_factory=dict)
     states: Set[str] = frozenset()
-    doubtful: Set[str] = frozenset()
+    doubt: Container[str] = frozenset()
     used: set[str] = field(default_factory=set)
+    puzzled: bool = False
 
     def type_named(self, name: Token) -> Type | None:
         """The type with a name; None, reported, where there is none."""
@@ -77,7 +79,7 @@ class Scope:
         if enumeration is not None:
             return _type_of_enumeration(enumeration)
         hint = self.report.guess(name, [*_SIMPLE_TYPES, *self.library.enumerations]).text
-        self.report.add("E0206", self._place(name), f"there is no type `{name}`", hint)
+        self.report.add_once("E0206", self._place(name), f"there is no type `{name}`", hint)
         return None
 
     def value(self, node: syntax.Expression, expected: Type) -> Expression | None:
@@ -109,9 +111,12 @@ class Scope:
             if isinstance(argument, syntax.Named):
                 name, value, place = str(argument.name), argument.value, self._place(argument.name)
                 if name not in by_name:
-                    hint = self.report.guess(name, by_name).text or _listed(f"{subject} takes", by_name)
+                    guess = self.report.guess(name, by_name)
+                    hint = guess.text or _listed(f"{subject} takes", by_name)
                     self.report.add("E0210", place, f"{subject} has no argument `{name}`", hint)
-                    self.expression(value)
+                    if guess.name is not None and guess.name not in given:
+                        self.value(value, by_name[guess.name].type)
+                    self.used.update(syntax.names_in(value))
                     given[name] = None
                     continue
             elif position < len(parameters):
@@ -164,7 +169,7 @@ class Scope:
         unit = UNITS.get(unit_name)
         if unit is None:
             hint = self.report.guess(unit_name, UNITS).text or _listed("the units are", UNITS)
-            self.report.add("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
+            self.report.add_once("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
             return None
         return self._finite(float(digits) * unit.factor, unit.quantity, token)
 
@@ -197,22 +202,26 @@ class Scope:
         owners = [one for one in candidates if token.value in one._value2member_map_]
         if len(owners) == 1:
             return Literal(owners[0](token.value), _type_of_enumeration(owners[0]), self._place(token))
-        if token.value in self.doubtful:
+        if token.value in self.doubt:
             return None
         if owners:
             names = " and ".join(one.__name__ for one in owners)
-            self.report.add("E0202", self._place(token), f"`{token}` may be of {names}; compare it with one of them")
+            self.report.add_once(
+                "E0202", self._place(token), f"`{token}` may be of {names}; compare it with one of them"
+            )
             return None
         hint: str | None
         if isinstance(expected, Enumeration) and "." not in token:
             message = f"`{token}` is neither a variable nor a value of {expected}"
-            hint = self.report.guess(token, expected.members).text or f"the values are {', '.join(expected.members)}"
+            close = self.report.guess(token, [*self.variables, *expected.members])
+            hint = close.text or f"the values are {', '.join(expected.members)}"
         else:
             message = f"there is no variable, parameter or signal `{token}`"
             close = self.report.guess(token, [*self.variables, *self.library.signals])
-            self.used.add(close.name or "")
             hint = close.text
-        self.report.add("E0202", self._place(token), message, hint)
+        self.used.add(close.name or "")
+        self.puzzled |= close.name is None
+        self.report.add_once("E0202", self._place(token), message, hint, subject=token.value)
         return None
 
     def _chain(self, node: syntax.Chain) -> Expression | None:
@@ -314,9 +323,10 @@ class Scope:
             return self._extreme(node, place)
         signal = self.library.signals.get(name)
         if signal is None:
-            if name not in self.doubtful:
+            if name not in self.doubt:
                 hint = self.report.guess(name, [*FUNCTIONS, *self.library.signals]).text
-                self.report.add("E0202", self._place(node.name), f"there is no signal or function `{name}`", hint)
+                message = f"there is no signal or function `{name}`"
+                self.report.add_once("E0202", self._place(node.name), message, hint)
             return None
         arguments = self.arguments(node, signal.parameters, f"signal `{name}`")
         if arguments is None:
@@ -333,9 +343,9 @@ class Scope:
             case (Token(type="NAME") as state,):
                 if state in self.states:
                     return Active(str(state), place)
-                if state not in self.doubtful:
+                if state not in self.doubt and state.partition(".")[0] not in self.doubt:
                     hint = self.report.guess(state, self.states).text
-                    self.report.add("E0201", self._place(state), f"there is no state `{state}`", hint)
+                    self.report.add_once("E0201", self._place(state), f"there is no state `{state}`", hint)
             case _:
                 self.report.add("E0213", place, "`in` takes the name of one state")
         return None

@@ -15,6 +15,8 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
     states = subject.model.states
     held: list[dict[str, State]] = [{} for _ in states]
     for state in reversed(states):
+        if state.index in subject.broken:
+            continue  # where it lies is not known
         inside = held[state.index]
         parts = [held[child] for child in state.children]
         if state.kind is StateKind.PARALLEL:

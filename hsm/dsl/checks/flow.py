@@ -13,7 +13,7 @@ from hsm.model import Model, State, StateKind, Transition, TransitionKind
 def check(subject: Subject) -> Iterator[Diagnostic]:
     """Unreachable states, and states with no way out."""
     reached = reachable(subject.model)
-    if not subject.unresolved and not subject.doubtful:
+    if not subject.unresolved:
         yield from _unreached(subject, reached)
     yield from _dead_ends(subject, reached)
 
@@ -21,28 +21,58 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
 def reachable(model: Model) -> list[bool]:
     """For each state, whether some way through the machine enters it."""
     reached = [False] * len(model.states)
-    pending = [0]
-    while pending:
-        state = model.states[pending.pop()]
-        if reached[state.index]:
-            continue
-        reached[state.index] = True
-        if state.parent >= 0:
-            pending.append(state.parent)
-        pending.extend(state.children if state.kind is StateKind.PARALLEL else state.initial)
-        for number in state.transitions:
-            pending.extend(model.transitions[number].targets)
+    _walk(model, 0, reached)
     return reached
 
 
+def _walk(model: Model, first: int, seen: list[bool]) -> list[int]:
+    """Mark all states that can be entered from one; those that are new, each behind what it leads to."""
+    left: list[int] = []
+    seen[first] = True
+    stack = [(first, _next(model, first))]
+    while stack:
+        index, further = stack[-1]
+        for one in further:
+            if not seen[one]:
+                seen[one] = True
+                stack.append((one, _next(model, one)))
+                break
+        else:
+            left.append(index)
+            stack.pop()
+    return left
+
+
+def _next(model: Model, index: int) -> Iterator[int]:
+    """The states that are entered along with a state, or from it."""
+    state = model.states[index]
+    if state.parent >= 0:
+        yield state.parent
+    yield from state.children if state.kind is StateKind.PARALLEL else state.initial
+    for number in state.transitions:
+        yield from model.transitions[number].targets
+
+
 def _unreached(subject: Subject, reached: list[bool]) -> Iterator[Diagnostic]:
-    """The outermost states that nothing enters; what lies inside them goes without saying."""
-    for state in subject.own_states():
-        if reached[state.index] or not reached[state.parent]:
+    """The outermost states that nothing enters; what they lead to, and what lies inside them, goes without saying."""
+    model = subject.model
+    outermost = {
+        state.index: state for state in subject.own_states() if not reached[state.index] and reached[state.parent]
+    }
+    seen, order = reached[:], list[int]()
+    for index in outermost:
+        if not seen[index]:
+            order += _walk(model, index, seen)
+    # Backwards, a state comes before all that it leads to, but for those that lead back to it.
+    seen = reached[:]
+    for index in reversed(order):
+        state = outermost.get(index)
+        if state is None or seen[index]:
             continue
+        _walk(model, index, seen)
         hint = "let a transition go there, or remove it"
         if state.kind is StateKind.FINAL and state.parent > 0:
-            hint = f"nothing in `{subject.model.states[state.parent].name}` goes there"
+            hint = f"nothing in `{model.states[state.parent].name}` goes there"
         yield finding("W0501", state.place, f"no transition ever enters state `{state.name}`", hint)
 
 
@@ -52,7 +82,7 @@ def _dead_ends(subject: Subject, reached: list[bool]) -> Iterator[Diagnostic]:
     for state in subject.own_states():
         if state.kind is not StateKind.ATOMIC or not reached[state.index] or state.index in subject.opaque:
             continue
-        if subject.unresolved and any(not model.transitions[number].targets for number in state.transitions):
+        if not subject.uncertain.isdisjoint(state.transitions):
             continue
         if not _has_way_out(model, state, outermost):
             hint = "let a transition leave it, or make it `final`"

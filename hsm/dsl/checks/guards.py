@@ -48,12 +48,16 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
     """All findings about conditions, state by state."""
     usual = default_values(subject)
     for state in subject.own_states():
-        transitions = [subject.model.transitions[number] for number in state.transitions]
+        known = [number for number in state.transitions if number not in subject.uncertain]
+        transitions = [subject.model.transitions[number] for number in known]
         own = [one for one in transitions if one.place is not None and one.place.file == subject.file]
         table = [_row(one, usual) for one in own if isinstance(one.trigger, When)]
         if 0 < len(table) <= _LONGEST_TABLE:
-            yield from _table(table)
-            yield from _gaps(subject, state, table, usual)
+            found = list(_table(table))
+            yield from found
+            if len(known) == len(state.transitions) and state.index not in subject.deaf:
+                idle = {one.place for one in found if one.code != "N0701"}
+                yield from _gaps(subject, state, [row for row in table if row.transition.place not in idle], usual)
         yield from _events(own, usual)
         yield from _timeouts(own)
 
@@ -81,10 +85,10 @@ def _row(transition: Transition, usual: Mapping[str, bool | float | int]) -> Row
     return Row(transition, free, fixed)
 
 
-def _table(rows: Sequence[Row], event: str | None = None) -> Iterator[Diagnostic]:
+def _table(rows: Sequence[Row], events: Sequence[str] = ()) -> Iterator[Diagnostic]:
     """Rows that never fire, that earlier ones hide, or that overlap earlier ones."""
     living: list[Row] = []
-    subject = "this condition" if event is None else "this guard"
+    subject = "this guard" if events else "this condition"
     for row in rows:
         place = row.transition.place
         try:
@@ -94,10 +98,11 @@ def _table(rows: Sequence[Row], event: str | None = None) -> Iterator[Diagnostic
             hiding = _hiding(row, living)
             if hiding:
                 related = tuple(Related(one.place, "this one comes first") for one in hiding if one.place is not None)
-                what = "" if event is None else f" on `{event}`"
+                what = f" on {' and '.join(f'`{event}`' for event in events)}" if events else ""
                 yield finding("W0503", place, f"this transition never fires{what}: earlier ones do", related=related)
                 continue
-            yield from _overlaps(row, living, event)
+            if not events or row.transition.guard is not None:
+                yield from _overlaps(row, living)
         except UndecidedError:
             continue
         finally:
@@ -117,10 +122,8 @@ def _hiding(row: Row, earlier: Sequence[Row]) -> list[Transition]:
     return [one.transition for one in earlier if can_hold(both(row.free, one.free))]
 
 
-def _overlaps(row: Row, earlier: Sequence[Row], event: str | None) -> Iterator[Diagnostic]:
+def _overlaps(row: Row, earlier: Sequence[Row]) -> Iterator[Diagnostic]:
     """One finding for a row that can be enabled together with earlier ones, with a case of the first of them."""
-    if event is not None and row.transition.guard is None:
-        return
     cases: list[str] = []
     related: list[Related] = []
     for one in earlier:
@@ -137,16 +140,21 @@ def _overlaps(row: Row, earlier: Sequence[Row], event: str | None) -> Iterator[D
 
 
 def _events(own: Sequence[Transition], usual: Mapping[str, bool | float | int]) -> Iterator[Diagnostic]:
-    """The transitions on each event, as a table; a transition on several is hidden only where it is on all."""
-    tables: dict[str, list[Row]] = {}
+    """The transitions on each event, as a table; events that have theirs in common share one."""
+    rows: dict[int, Row] = {}
+    lists: dict[str, list[int]] = {}
     for transition in own:
         if isinstance(transition.trigger, On):
-            row = _row(transition, usual)
+            rows[transition.index] = _row(transition, usual)
             for name in dict.fromkeys(transition.trigger.names):
-                tables.setdefault(name, []).append(row)
-    for event, rows in tables.items():
-        if 1 < len(rows) <= _LONGEST_TABLE or (len(rows) == 1 and rows[0].transition.guard is not None):
-            yield from _table(rows, event)
+                lists.setdefault(name, []).append(transition.index)
+    tables: dict[tuple[int, ...], list[str]] = {}
+    for name, indices in lists.items():
+        tables.setdefault(tuple(indices), []).append(name)
+    for table, events in tables.items():
+        found = [rows[index] for index in table]
+        if 1 < len(found) <= _LONGEST_TABLE or (len(found) == 1 and found[0].transition.guard is not None):
+            yield from _table(found, events)
 
 
 def _timeouts(own: Sequence[Transition]) -> Iterator[Diagnostic]:
@@ -177,12 +185,11 @@ def _gaps(
 ) -> Iterator[Diagnostic]:
     """What a table leaves out; without two rows that share a signal or a variable there is no table."""
     stays = subject.stays.get(state.index, ())
-    if any(stay.always for stay in stays):
+    if any(stay.always or stay.condition is None for stay in stays):
         return
     meant: Formula = False
-    for stay in stays:
-        if stay.condition is not None:
-            meant = either(meant, formula_of(stay.condition, usual))
+    for condition in (stay.condition for stay in stays if stay.condition is not None):
+        meant = either(meant, formula_of(condition, usual))
     rows = _connected(table)
     if rows:
         covered: Formula = False

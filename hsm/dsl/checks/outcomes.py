@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from hsm.codes import finding
 from hsm.diagnostics import Diagnostic
@@ -19,33 +19,45 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
         if state.index in subject.opaque:
             continue
         if state.activity is not None and state.instance is None:
-            for outcome in state.activity.activity.outcomes:
-                what = f"outcome `{outcome}` of `{state.activity.activity.name}`"
-                yield from _handled(subject, state, (outcome,), what)
+            ends = {outcome: (outcome,) for outcome in state.activity.activity.outcomes}
+            yield from _handled(subject, state, ends, f"of `{state.activity.activity.name}`")
         if state.index > 0 and state.kind is StateKind.COMPOUND:
-            for child in state.children:
-                final = subject.model.states[child]
-                if final.kind is StateKind.FINAL:
-                    name = final.name.rpartition(".")[2]
-                    yield from _handled(subject, state, (name, "done"), f"outcome `{name}` of `{state.name}`")
+            finals = [subject.model.states[child] for child in state.children]
+            names = [final.name.rpartition(".")[2] for final in finals if final.kind is StateKind.FINAL]
+            yield from _handled(subject, state, {name: (name, "done") for name in names}, f"of `{state.name}`")
         if state.index > 0 and state.kind is StateKind.PARALLEL and _can_complete(subject, state):
-            yield from _handled(subject, state, ("done",), f"the completion of `{state.name}`")
+            yield from _handled(subject, state, {"done": ("done",)}, f"of `{state.name}`")
 
 
-def _handled(subject: Subject, state: State, names: tuple[str, ...], what: str) -> Iterator[Diagnostic]:
-    if not subject.doubtful.isdisjoint(names):
-        return
-    handled = _handled_when(subject, state, names)
+def _handled(subject: Subject, state: State, ends: Mapping[str, tuple[str, ...]], whose: str) -> Iterator[Diagnostic]:
+    """One finding for all outcomes that nothing handles, and one for each that is handled only under a condition.
+
+    Args:
+        subject: the machine.
+        state: whose outcomes they are.
+        ends: for each outcome the names under which it can be handled.
+        whose: of what they are the outcomes, in the author's words.
+    """
     place = state.place if state.activity is None or state.activity.place is None else state.activity.place
-    if handled is False:
-        yield finding("W0504", place, f"nothing handles {what}", f"add `on {names[0]} -> ...`")
-        return
-    try:
-        case = next(models(negation(handled)), None)
-    except UndecidedError:
-        return
-    if case is not None:
-        yield finding("N0703", place, f"nothing handles {what} when {case_text(case)}", f"add `on {names[0]} -> ...`")
+    never: list[str] = []
+    for outcome, names in ends.items():
+        if any(name in subject.doubt for name in names):
+            continue
+        handled = _handled_when(subject, state, names)
+        if handled is False:
+            never.append(outcome)
+            continue
+        try:
+            case = next(models(negation(handled)), None)
+        except UndecidedError:
+            continue
+        if case is not None:
+            message = f"nothing handles outcome `{outcome}` {whose} when {case_text(case)}"
+            yield finding("N0703", place, message, f"add `on {outcome} -> ...`")
+    if never:
+        listed = " and ".join(f"`{outcome}`" for outcome in never)
+        message = f"nothing handles outcome{'s' * (len(never) > 1)} {listed} {whose}"
+        yield finding("W0504", place, message, f"add `on {', '.join(never)} -> ...`")
 
 
 def _handled_when(subject: Subject, state: State, names: tuple[str, ...]) -> Formula:
@@ -54,6 +66,8 @@ def _handled_when(subject: Subject, state: State, names: tuple[str, ...]) -> For
     handled: Formula = False
     guards = 0
     while guards <= _MOST_GUARDS:
+        if state.index in subject.deaf:
+            return True
         for number in state.transitions:
             transition = model.transitions[number]
             if isinstance(transition.trigger, On) and not set(names).isdisjoint(transition.trigger.names):
@@ -69,4 +83,6 @@ def _can_complete(subject: Subject, state: State) -> bool:
     """Whether every region of a parallel state has a final state."""
     states = subject.model.states
     regions = [states[child] for child in state.children]
-    return all(any(states[one].kind is StateKind.FINAL for one in region.children) for region in regions)
+    return bool(regions) and all(
+        any(states[one].kind is StateKind.FINAL for one in region.children) for region in regions
+    )

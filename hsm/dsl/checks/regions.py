@@ -21,10 +21,13 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
     for state in subject.own_states():
         if state.kind is not StateKind.PARALLEL:
             continue
-        regions = [_transitions(model, model.states[child]) for child in state.children]
+        regions = [_transitions(subject, model.states[child]) for child in state.children]
+        rivals: dict[int, list[Transition]] = {}
         for first, second in islice(_pairs(regions), _MOST_PAIRS):
             if _collide(model, state, first, second):
-                yield from _finding(subject, first, second)
+                rivals.setdefault(second.index, []).append(first)
+        for index, earlier in rivals.items():
+            yield from _finding(subject, earlier, model.transitions[index])
 
 
 def _pairs(regions: Sequence[Sequence[Transition]]) -> Iterator[tuple[Transition, Transition]]:
@@ -34,20 +37,23 @@ def _pairs(regions: Sequence[Sequence[Transition]]) -> Iterator[tuple[Transition
             yield from product(earlier, later)
 
 
-def _finding(subject: Subject, first: Transition, second: Transition) -> Iterator[Diagnostic]:
-    if first.place is None or second.place is None or second.place.file != subject.file:
+def _finding(subject: Subject, earlier: Sequence[Transition], later: Transition) -> Iterator[Diagnostic]:
+    """One finding for a transition with all those of earlier regions that exclude it."""
+    places = [one.place for one in earlier if one.place is not None]
+    if not places or later.place is None or later.place.file != subject.file:
         return
     message = "this transition and one of an earlier region exclude each other: the earlier region's wins"
-    yield finding("N0704", second.place, message, related=(Related(first.place, "the earlier one"),))
+    yield finding("N0704", later.place, message, related=tuple(Related(place, "the earlier one") for place in places))
 
 
-def _transitions(model: Model, region: State) -> list[Transition]:
+def _transitions(subject: Subject, region: State) -> list[Transition]:
     """The transitions in a region that leave or enter something."""
+    model = subject.model
     return [
         model.transitions[number]
         for state in model.states[region.index : region.last + 1]
         for number in state.transitions
-        if model.transitions[number].targets
+        if model.transitions[number].targets and number not in subject.uncertain
     ]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import dataclass
 
 from hsm.codes import finding
@@ -28,7 +28,8 @@ class Step:
 def check(subject: Subject) -> Iterator[Diagnostic]:
     """One finding for each loop, at its first transition."""
     model = subject.model
-    steps = {state.index: _steps(model, state) for state in model.states if state.kind is StateKind.ATOMIC}
+    atomic = (state for state in model.states if state.kind is StateKind.ATOMIC)
+    steps = {state.index: _steps(model, state, subject.uncertain) for state in atomic}
     steps = _on_loops(steps)
     told: set[frozenset[int]] = set()
     for start in steps:
@@ -43,7 +44,7 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
             yield finding("W0505", places[0], message, "let the conditions exclude one another", related)
 
 
-def _steps(model: Model, state: State) -> list[Step]:
+def _steps(model: Model, state: State, uncertain: Set[int]) -> list[Step]:
     """The ``when`` transitions that can fire in an atomic state: its own first, then those of the states around it."""
     found: list[Step] = []
     blocked: Formula = True
@@ -51,7 +52,7 @@ def _steps(model: Model, state: State) -> list[Step]:
     while len(found) <= _MOST_TRANSITIONS:
         for number in current.transitions[:_MOST_TRANSITIONS]:
             transition = model.transitions[number]
-            if not isinstance(transition.trigger, When):
+            if not isinstance(transition.trigger, When) or number in uncertain:
                 continue
             condition = formula_of(transition.trigger.condition, {})
             if transition.guard is not None:

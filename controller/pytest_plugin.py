@@ -7,7 +7,6 @@ It collects ``.maze-test`` files; a file named after its machine also checks the
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from importlib import import_module
 from pathlib import Path
 from shutil import rmtree
 from typing import TYPE_CHECKING, Any
@@ -78,9 +77,15 @@ def _data(config: pytest.Config) -> Path:
 
 def _library(config: pytest.Config) -> Library:
     """What machines may name, made once a process."""
+    from controller.errors import UsageError
+    from controller.library import named_library
+
     if _libraries not in config.stash:
-        module, _, function = str(config.getini("machine_library")).partition(":")
-        config.stash[_libraries] = getattr(import_module(module), function)()
+        try:
+            config.stash[_libraries] = named_library(str(config.getini("machine_library")), config.rootpath)
+        except UsageError as error:
+            way_out = f"; {error.way_out}" if error.way_out else ""
+            raise pytest.UsageError(f"machine_library: {error}{way_out}") from None
     return config.stash[_libraries]
 
 
@@ -113,7 +118,7 @@ class ScenarioFile(pytest.File):
 
         try:
             trial = load_trial(self.path, _library(self.config))
-        except MachineError as error:
+        except (MachineError, pytest.UsageError) as error:
             raise self.CollectError(str(error)) from None
         for suite in trial.suites:
             for scenario in suite.scenarios:

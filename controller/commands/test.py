@@ -40,6 +40,13 @@ def test(
     html: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write a coverage report to look at.")] = None,
     lcov: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as an LCOV tracefile.")] = None,
     cobertura: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as Cobertura XML.")] = None,
+    library: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:FUNCTION",
+            help="What the machine may name, where that is not the library of the maze robots.",
+        ),
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Run a machine's scenarios and check its properties on every run up to a bound.
@@ -52,10 +59,12 @@ def test(
     Example: `maze-machine test pledge --generate --output pledge_generated.maze-test`
 
     Example: `maze-machine test my.maze-machine --mutate`
+
+    Example: `maze-machine test vacuum.maze-machine --library my_robot:library`
     """
     from json import dumps
 
-    from controller.library import robot_library
+    from controller.library import named_library, robot_library
     from controller.machines import find_machine
     from controller.trials import Reports, generated, mutated, run_trial
     from controller.waiting import waiting
@@ -65,7 +74,8 @@ def test(
     if output is not None and not generate:
         raise UsageError("--output goes with --generate")
     path = Path(file)
-    trial = load_trial(path if path.suffix == SUFFIX else find_machine(file), robot_library())
+    names = robot_library() if library is None else named_library(library)
+    trial = load_trial(path if path.suffix == SUFFIX else find_machine(file), names)
     if generate:
         with waiting("finding scenarios"):
             result = generated(trial, steps, output)

@@ -211,6 +211,7 @@ def test_in_real_time_a_bad_network_lets_nothing_but_valid_commands_through(
         with faulty(other, endpoint, seed) as network:
             network.line()
             with toy("toy_controller", endpoint, "1"):
+                base(robot, moving=True)
                 orders = [told(robot) for _ in range(40)]
     moving = [order.twist for order in orders if order.moving]
     assert len(moving) > 10

@@ -15,7 +15,9 @@ from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist
 
 SOFT = 0.02
-"""Depth within the margin at which the robot moves away with the full push, m."""
+"""Depth within the margin at which the robot moves away with the usual push, m."""
+HARDEST = 4.0
+"""The push grows with the depth, up to so many times the usual one: what comes on shall not overtake the robot."""
 OPPOSITE = 0.9
 """Cosine of the angle within which a point is opposite to another; the other wall of a corner is not."""
 
@@ -56,7 +58,8 @@ class Guard:
             return reachable
         x, y = (-apart[nearest] / now).tolist() if now > 0 else (0.0, 0.0)
         keep = min(margin, now)
-        for other in self._alternatives(wanted, (x, y), pressed=min(1.0, max(0.0, margin - now) / SOFT)):
+        pressed = min(HARDEST, max(0.0, margin - now) / SOFT)
+        for other in self._alternatives(wanted, (x, y), pressed):
             reachable = within_acceleration(before, within_speed(other, limits), limits, period)
             if self.clearance(points, self._stop(reachable)) >= keep:
                 return reachable
@@ -115,18 +118,21 @@ class Guard:
         Args:
             wanted: what was asked for.
             away: unit vector away from the nearest point.
-            pressed: how much the robot must get away from there, 0 to 1.
+            pressed: how hard the robot must get away from there; 1 for the usual push.
         """
         towards = min(0.0, wanted.forward * away[0] + wanted.left * away[1])
         slide = (wanted.forward - towards * away[0], wanted.left - towards * away[1])
-        push = (self._settings.push * away[0], self._settings.push * away[1])
-        yield Twist(slide[0] + pressed * push[0], slide[1] + pressed * push[1], wanted.turn)
+        yield self._pushed(slide, away, pressed, wanted.turn)
         for share in (0.6, 0.3):
             yield Twist(share * wanted.forward, share * wanted.left, share * wanted.turn)
-            yield Twist(share * slide[0] + push[0], share * slide[1] + push[1], share * wanted.turn)
-        yield Twist(*push, wanted.turn)
-        yield Twist(*push, 0.0)
+            yield self._pushed((share * slide[0], share * slide[1]), away, max(1.0, pressed), share * wanted.turn)
+        yield self._pushed((0.0, 0.0), away, max(1.0, pressed), wanted.turn)
+        yield self._pushed((0.0, 0.0), away, max(1.0, pressed), 0.0)
         yield Twist(0.0, 0.0, wanted.turn)
+
+    def _pushed(self, velocity: tuple[float, float], away: tuple[float, float], pressed: float, turn: float) -> Twist:
+        push = pressed * self._settings.push
+        return Twist(velocity[0] + push * away[0], velocity[1] + push * away[1], turn)
 
     def _stop(self, twist: Twist) -> NDArray[np.float64]:
         """Where the robot is after a period with this twist and after each period of braking, shape (k, 3)."""

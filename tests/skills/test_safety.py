@@ -79,6 +79,26 @@ def test_in_a_corner_the_margin_is_kept_however_long_the_robot_presses(towards, 
     assert least >= SETTINGS.margin - 0.03
 
 
+def overtaken_by(speed, direction, ticks=40):
+    """The smallest clearance of a robot that wants to stand still while a wall comes on from ahead or from a side."""
+    guard, pose, twist, least = Guard(ROBOT, SETTINGS), Pose(), STOP, math.inf
+    for tick in range(ticks):
+        wall = wall_ahead(0.6 - speed * tick * ROBOT.period)
+        seen = seen_from(seen_from(wall, Pose(heading=direction)), pose)
+        least = min(least, guard.clearance(seen, np.zeros((1, 3))))
+        twist = guard.admit(twist, STOP, seen)
+        pose = moved(pose, twist, ROBOT.period)
+    return least
+
+
+@pytest.mark.parametrize("direction", [0, math.pi / 2, 2.0])
+@pytest.mark.parametrize("speed", [0.1, 0.2, 0.3])
+def test_the_robot_gives_way_to_what_comes_on(speed, direction, monkeypatch):
+    assert overtaken_by(speed, direction) > 0.03
+    monkeypatch.setattr("skills.safety.HARDEST", 1.0)
+    assert speed <= SETTINGS.push or overtaken_by(speed, direction) <= 0
+
+
 def test_a_corridor_of_60_cm_can_be_driven():
     least, pose = driven(corridor(0.6, length=6.0), Twist(0.4))
     assert pose.x > 2.5

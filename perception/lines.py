@@ -18,6 +18,7 @@ import numpy as np
 from perception.extremes import lowest
 from perception.settings import LineSettings
 from perception.sweep import Floats, Indices, Sweep
+from transport.description import Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +35,8 @@ class Line:
 
     alpha: float
     p: float
-    start: tuple[float, float]
-    end: tuple[float, float]
+    start: Point
+    end: Point
     hits: int
 
     @property
@@ -47,6 +48,14 @@ class Line:
     def direction(self) -> float:
         """Direction from start to end, rad within [-pi, pi]."""
         return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
+
+    @property
+    def nearest(self) -> Point:
+        """The point nearest to the origin, m."""
+        (x, y), (end_x, end_y) = self.start, self.end
+        dx, dy = end_x - x, end_y - y
+        share = min(max(-(x * dx + y * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
+        return (x + share * dx, y + share * dy)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,16 +99,6 @@ class Lines:
         """From end to end, m, shape (m,)."""
         chords: Floats = self.ends - self.starts
         return np.hypot(chords[:, 0], chords[:, 1])
-
-    @cached_property
-    def nearest(self) -> tuple[Floats, Floats]:
-        """Distance, m, and bearing, rad, of each piece's nearest point to the origin, shape (m,) each."""
-        (x, y), (end_x, end_y) = self.starts.T, self.ends.T
-        dx, dy = end_x - x, end_y - y
-        share = -(x * dx + y * dy) / np.maximum(dx * dx + dy * dy, 1e-12)
-        share = np.minimum(np.maximum(share, 0.0), 1.0)
-        x, y = x + share * dx, y + share * dy
-        return np.hypot(x, y), np.arctan2(y, x)
 
 
 @dataclass(frozen=True, eq=False)

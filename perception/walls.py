@@ -47,16 +47,14 @@ def nearest_wall(lines: Lines, side: float, settings: WallSettings) -> Wall:
         side: direction in which to look, rad: pi/2 for the left.
         settings: how far to the front and back the wall may be.
     """
-    if not len(lines):
-        return NO_WALL
-    distances, bearings = lines.nearest
-    off = np.abs((bearings - side + math.pi) % math.tau - math.pi)
-    fitting = (off <= settings.half_angle) & (lines.lengths >= settings.min_length)
-    best = int(np.where(fitting, distances, math.inf).argmin())
-    if not fitting[best]:
-        return NO_WALL
-    direction = float(lines.alpha[best]) + math.pi / 2
-    return Wall(float(distances[best]), math.remainder(direction, math.pi))
+    walls = [
+        Wall(math.hypot(x, y), math.remainder(line.alpha + math.pi / 2, math.pi))
+        for line in lines
+        if line.length >= settings.min_length
+        for x, y in [line.nearest]
+        if abs(math.remainder(math.atan2(y, x) - side, math.tau)) <= settings.half_angle
+    ]
+    return min(walls, key=lambda wall: wall.distance, default=NO_WALL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,18 +93,21 @@ def centre_of(lines: Lines, misalignment: float, settings: CentreSettings) -> Ce
         misalignment: direction of the walls seen from the robot, rad.
         settings: how far to look.
     """
-    if not len(lines):
-        return Centre()
     cosine, sine = math.cos(misalignment), math.sin(misalignment)
-    along = np.array([cosine, sine])
-    first, second = lines.starts @ along, lines.ends @ along
-    back, front = np.minimum(first, second), np.maximum(first, second)
-    overlap = np.minimum(front, settings.ahead) - np.maximum(back, -settings.behind)
-    parallel = np.abs(np.cos(lines.alpha - misalignment)) <= math.sin(settings.parallel)
-    beside = parallel & (overlap >= settings.min_overlap) & (lines.p <= settings.max_half_width)
-    is_left = np.sin(lines.alpha - misalignment) > 0
-    left, right = lines.p[beside & is_left], lines.p[beside & ~is_left]
-    return Centre(lowest(left), lowest(right))
+    left = right = math.inf
+    for line in lines:
+        turned = line.alpha - misalignment
+        if line.p > settings.max_half_width or abs(math.cos(turned)) > math.sin(settings.parallel):
+            continue
+        (x0, y0), (x1, y1) = line.start, line.end
+        first, last = x0 * cosine + y0 * sine, x1 * cosine + y1 * sine
+        if min(max(first, last), settings.ahead) - max(min(first, last), -settings.behind) < settings.min_overlap:
+            continue
+        if math.sin(turned) > 0:
+            left = min(left, line.p)
+        else:
+            right = min(right, line.p)
+    return Centre(left, right)
 
 
 def clearance_of(points: Floats, footprint: tuple[Point, ...]) -> float:

@@ -31,6 +31,7 @@ STATUS_OF = {
     ("hsm.faults", "MachineFault"): ExitStatus.FAILED,
     ("sim.maze", "MazeError"): ExitStatus.BAD_FILE,
     ("transport.recording", "RecordingError"): ExitStatus.BAD_FILE,
+    ("transport.endpoints", "EndpointError"): ExitStatus.USAGE,
     ("transport.robot", "LinkError"): ExitStatus.UNREACHABLE,
 }
 """The errors of the other rooms that a user can act on, by module and name."""

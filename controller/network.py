@@ -9,6 +9,7 @@ from pathlib import Path
 from controller.errors import FileError, UsageError
 from transport.bus import Bus
 from transport.connect import dialling, listening
+from transport.endpoints import check_endpoint
 from transport.security import Identity, SecurityError
 from transport.settings import LinkSettings
 
@@ -18,13 +19,14 @@ def joined(listen: str, connect: str | None, identity: Path | None, settings: Li
     """A bus for as long as the block runs: dialled where there is something to dial, else listened at.
 
     Raises:
-        LinkError: the endpoint is malformed, taken, or nobody answers there.
+        EndpointError: the endpoint is not written as one.
+        LinkError: it is taken, or nobody answers there.
         FileError: the certificate or the access file cannot be used.
         UsageError: the endpoint and the certificate do not go together.
     """
-    endpoint = connect or listen
+    endpoint = listen if connect is None else connect
     security = secured(endpoint, identity, settings, listens=connect is None)
-    if connect:
+    if connect is not None:
         with dialling(endpoint, wait=settings.connect, security=security) as bus:
             yield bus
     else:
@@ -39,8 +41,10 @@ def secured(
 
     Raises:
         FileError: the certificate or the access file cannot be used.
+        EndpointError: the endpoint is not written as one.
         UsageError: the endpoint and the certificate do not go together.
     """
+    check_endpoint(endpoint)
     if identity is None:
         if endpoint.startswith("tls/"):
             raise UsageError(f"{endpoint} needs a certificate", "give --identity FOLDER/NAME")

@@ -38,7 +38,8 @@ def listening(endpoint: str, *, security: Mapping[str, object] | None = None) ->
         security: settings for TLS and access control, as :mod:`transport.security` makes them.
 
     Raises:
-        LinkError: the endpoint is malformed or taken.
+        EndpointError: the endpoint is not written as one.
+        LinkError: it is taken.
     """
     bus = ZenohBus(session_settings("peer", listen=endpoint, security=security))
     try:
@@ -56,7 +57,8 @@ def routing(endpoint: str, *, security: Mapping[str, object] | None = None) -> I
         security: settings for TLS and access control, as :mod:`transport.security` makes them.
 
     Raises:
-        LinkError: the endpoint is malformed or taken.
+        EndpointError: the endpoint is not written as one.
+        LinkError: it is taken.
     """
     bus = ZenohBus(session_settings("router", listen=endpoint, security=security))
     try:
@@ -77,7 +79,8 @@ def dialling(
         security: settings for TLS, as :mod:`transport.security` makes them.
 
     Raises:
-        LinkError: the endpoint is malformed, or nobody answers there within the time.
+        EndpointError: the endpoint is not written as one.
+        LinkError: nobody answers there within the time.
     """
     bus = ZenohBus(session_settings("client", connect=endpoint, security=security, wait=wait))
     try:

@@ -15,6 +15,7 @@ from typing import Literal
 import zenoh
 
 from transport.bus import MAX_PAYLOAD, Message, Request
+from transport.endpoints import check_endpoint
 from transport.robot import LinkError
 
 Role = Literal["peer", "client", "router"]
@@ -42,11 +43,14 @@ def session_settings(
         security: further settings for TLS and access control.
         wait: how long to dial before giving up, s; a connection that was had once is dialled again for ever.
         lease: after how long without any sign a connection counts as lost, s.
+
+    Raises:
+        EndpointError: an endpoint is not written as one.
     """
     return {
         "mode": role,
-        "listen/endpoints": [listen] if listen else [],
-        "connect/endpoints": [connect] if connect else [],
+        "listen/endpoints": [check_endpoint(listen)] if listen is not None else [],
+        "connect/endpoints": [check_endpoint(connect)] if connect is not None else [],
         "listen/exit_on_failure": True,
         "connect/exit_on_failure": True,
         "connect/timeout_ms": round(1000 * wait),
@@ -73,7 +77,7 @@ class ZenohBus:
         """Open the session.
 
         Raises:
-            LinkError: an endpoint is malformed, or the one to listen at is taken.
+            LinkError: the endpoint to listen at is taken, or nobody answers at the one to dial.
         """
         self.dropped: Counter[str] = Counter()
         config = zenoh.Config()
@@ -201,10 +205,13 @@ def _explain(error: zenoh.ZError, configuration: Mapping[str, object]) -> str:
     listen, connect = configuration.get("listen/endpoints"), configuration.get("connect/endpoints")
     place = ", ".join([*(listen if isinstance(listen, list) else []), *(connect if isinstance(connect, list) else [])])
     text = str(error)
-    if "os error 98" in text:
-        return f"{place} is taken by another program: stop it, or choose another port"
+    refusals = {"98": "is taken by another program: stop it, or choose another port"}
+    refusals |= {"99": "is no address of this computer", "13": "may not be listened at by this user"}
+    for number, words in refusals.items():
+        if f"os error {number})" in text:
+            return f"{place} {words}"
     if "Unable to connect" in text or "timed out" in text.lower() or "timeout" in text.lower():
         refused = ", and do both sides hold certificates of one authority?" if "tls/" in place else "?"
         return f"nobody can be reached at {place}: is the simulator, gate or router running there{refused}"
     reason = text.split(" at /", maxsplit=1)[0].splitlines()[0]
-    return f"cannot use {place!r}: {reason} (an endpoint reads tcp/HOST:PORT)"
+    return f"cannot use {place}: {reason}"

@@ -32,14 +32,16 @@ def gate(
     from controller.profile import load_profile
     from transport.connect import dialling
     from transport.driver import RosDriver
+    from transport.endpoints import check_endpoint
     from transport.gate import DriverBase, Gate
     from transport.keys import RobotKeys
 
+    check_endpoint(driver)
     profile = load_profile(robot, settings or ())
     outside = profile.link.model_copy(update={"gate": True, "keys": "bridge"})
     with (
-        dialling(driver, wait=profile.link.connect) as bus,
         joined(listen, None, identity, outside) as net,
+        dialling(driver, wait=profile.link.connect) as bus,
     ):
         base = DriverBase(RosDriver(bus, RobotKeys(inside, profile.link)))
         server = Gate(net, base, profile.robot, outside)

@@ -12,8 +12,9 @@ import pytest
 from toy_world import PERIOD, ToyWorld, seen, wander
 
 from transport.bus import Bus, Message
-from transport.connect import connect_robot, listening, open_robot
+from transport.connect import connect_robot, dialling, listening, open_robot
 from transport.description import RobotDescription
+from transport.endpoints import EndpointError, check_endpoint
 from transport.lockstep import LockstepServer, RemoteLockstep
 from transport.memory_bus import MemoryNetwork
 from transport.robot import LinkError
@@ -230,8 +231,18 @@ def test_a_busy_port_is_one_message(endpoint: str) -> None:
         pass
 
 
-@pytest.mark.parametrize("wrong", ["nonsense", "tcp/127.0.0.1:99999", "carrier-pigeon/127.0.0.1:7447"])
+@pytest.mark.parametrize(
+    "wrong",
+    ["nonsense", "", "tcp/127.0.0.1", "tcp/:7447", "tcp/127.0.0.1:99999", "carrier-pigeon/127.0.0.1:7447", "tcp/a:1#b"],
+)
 def test_a_malformed_endpoint_is_one_message(wrong: str) -> None:
-    with pytest.raises(LinkError, match=wrong) as caught, listening(wrong):
+    with pytest.raises(EndpointError, match=f"`{wrong}` is no endpoint") as caught, listening(wrong):
         pass
     assert "\n" not in str(caught.value)
+    with pytest.raises(EndpointError, match=f"`{wrong}` is no endpoint"), dialling(wrong):
+        pass
+
+
+@pytest.mark.parametrize("good", ["tls/[::1]:7447", "tcp/robot-7.local:1", "unixsock-stream/run/robot.sock"])
+def test_endpoints_are_written_in_several_ways(good: str) -> None:
+    assert check_endpoint(good) == good

@@ -15,7 +15,9 @@ from pathlib import Path
 import pytest
 from programs import base, command, told, toy
 from toy_world import PERIOD, ToyWorld, seen, wander
+from typer.testing import CliRunner
 
+from controller.cli import app
 from transport.settings import LinkSettings
 from transport.world import LockstepRobot
 
@@ -73,6 +75,26 @@ def test_no_simulator_at_the_address_is_one_line_and_status_4(endpoint: str) -> 
         assert run.errors().splitlines() == [
             f"maze-machine: nobody can be reached at {endpoint}: is the simulator, gate or router running there?"
         ]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["router", "--listen", "foo"],
+        ["sim", "corridor", "--listen", "foo"],
+        ["sim", "corridor", "--connect", "foo"],
+        ["run", "pledge", "--connect", "foo", "--no-picture"],
+        ["gate", "foo"],
+        ["gate", "tcp/127.0.0.1:1", "--listen", "foo"],
+    ],
+    ids=" ".join,
+)
+def test_a_malformed_endpoint_is_one_line_and_status_2(arguments: list[str]) -> None:
+    ended = CliRunner().invoke(app, arguments)
+    assert ended.exit_code == 2
+    assert ended.stderr.splitlines() == [
+        "maze-machine: `foo` is no endpoint: it reads tcp/HOST:PORT, such as tcp/127.0.0.1:7447"
+    ]
 
 
 def test_a_busy_port_is_one_line_and_status_4(endpoint: str) -> None:

@@ -156,7 +156,7 @@ class _Reader:
             if child.tag not in known and not empty_data:
                 self._unsupported(child)
         if "initial" in element.attributes and element.tag in ("parallel", "final", "history"):
-            self.find("E0904", f"a <{element.tag}> has no `initial`", element.place)
+            self.find("E0904", f"a <{element.tag}> has no `initial`", element.place, "leave it out")
 
     def _unsupported(self, element: Element) -> None:
         self.find("E0903", f"<{element.tag}> is not supported", element.place, _ADVICE.get(element.tag))
@@ -210,7 +210,7 @@ class _Reader:
         transition = transitions[0]
         for name in ("event", "cond"):
             if name in transition.attributes:
-                self.find("E0904", f"a default transition has no `{name}`", transition.place)
+                self.find("E0904", f"a default transition has no `{name}`", transition.place, "leave it out")
         targets = tuple(self._targets(transition.attributes["target"].split(), transition.place))
         self._check_within(targets, index, around, transition.place)
         return targets, self._actions(transition)
@@ -296,7 +296,8 @@ class _Reader:
             self._unsupported(child)
         attributes = element.attributes
         if attributes.get("type", "scxml") not in ("scxml", "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"):
-            self.find("E0904", f"an event of type `{attributes['type']}` cannot be sent", element.place)
+            reason = f"an event of type `{attributes['type']}` cannot be sent"
+            self.find("E0904", reason, element.place, "a chart sends to itself only")
         target = attributes.get("target", "")
         if target not in ("", "#_internal"):
             self.find("E0904", f"nothing can be sent to `{target}`", element.place, "a chart sends to itself only")
@@ -324,7 +325,12 @@ class _Reader:
     def _only(self, element: Element, *known: str) -> None:
         for name in element.attributes:
             if name not in known:
-                self.find("E0904", f"`{name}` of <{element.tag}> is not supported", element.place)
+                hint = (
+                    f"write the value itself: `{name.removesuffix('expr')}`"
+                    if name.endswith("expr")
+                    else "leave it out"
+                )
+                self.find("E0904", f"`{name}` of <{element.tag}> is not supported", element.place, hint)
 
     def _check_targets(self, model: Model) -> None:
         """Several targets must lie in different regions of a parallel state."""
@@ -351,9 +357,20 @@ def _states_named(guard: Expression) -> Iterator[str]:
             yield from _states_named(right)
 
 
+_DATA = "a chart with data cannot be read: declare variables in a .maze-machine"
+_CASES = "write a transition with a condition for each case"
 _ADVICE = {
     "script": "charts with scripts cannot be read: state the behaviour as a .maze-machine",
-    "invoke": "charts that start other processes cannot be read",
-    "datamodel": "charts with data cannot be read: declare variables in a .maze-machine",
-    "assign": "charts with data cannot be read: declare variables in a .maze-machine",
+    "invoke": "charts that start other processes cannot be read: a .maze-machine has activities (`do`) for that",
+    "finalize": "charts that start other processes cannot be read",
+    "datamodel": _DATA,
+    "data": _DATA,
+    "assign": _DATA,
+    "foreach": "a chart has no lists; every case needs an element of its own",
+    "if": _CASES,
+    "elseif": _CASES,
+    "else": _CASES,
+    "donedata": "leave it out: the name of the final state tells how the chart ended",
+    "param": "events carry no data: send one of several events instead",
+    "content": "events carry no data: send one of several events instead",
 }

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hsm.codes import finding
 from hsm.diagnostics import Diagnostic, MachineError, Place
-from hsm.expressions import Active, Binary, Expression, Unary
+from hsm.expressions import Active, Binary, Expression, Literal, Unary
 from hsm.model import Action, Model, On, Raise, State, StateKind, Transition, TransitionKind
 from hsm.topology import HISTORY
+from hsm.types import BOOLEAN
 from hsm.wording import expression_text
 
 _WORDS = {"machine", "import", "param", "var", "event", "state", "parallel", "final", "initial", "do", "entry", "exit"}
@@ -42,7 +43,7 @@ def to_machine_text(model: Model) -> str:
         MachineError: the chart has something that the language does not have; all of it is in the error.
     """
     names = _names(model)
-    writer = _Translator(model, names, [])
+    writer = _Translator(model, names)
     lines = list(writer.lines())
     if writer.findings:
         raise MachineError(writer.findings)
@@ -68,18 +69,34 @@ def _word(name: str) -> str:
 
 @dataclass
 class _Translator:
-    """One chart."""
+    """One chart.
+
+    Attributes:
+        model: the chart.
+        names: the name of each state in the language.
+        findings: what the language has no counterpart for.
+        known: the events that the chart names.
+        raises: the chart makes events itself: it raises them, or waits for completions.
+    """
 
     model: Model
     names: dict[str, str]
-    findings: list[Diagnostic]
+    findings: list[Diagnostic] = field(default_factory=list)
+    known: tuple[str, ...] = ()
+    raises: bool = False
+
+    def __post_init__(self) -> None:
+        self.known = tuple(dict.fromkeys(self._events()))
+        waits = (one.trigger.names for one in self.model.transitions if isinstance(one.trigger, On))
+        completes = any(name.startswith("done.") for names in waits for name in names)
+        self.raises = completes or any(isinstance(one, Raise) for one in self._all_actions())
 
     def lines(self) -> Iterator[str]:
         """The lines of the machine."""
         root = self.model.states[0]
         yield f"machine {self.names[root.name]}"
         yield ""
-        events = sorted({_word(one) for one in self._events()})
+        events = sorted(set(map(_word, self.known)))
         if events:
             yield f"event {', '.join(events)}"
             yield ""
@@ -94,7 +111,8 @@ class _Translator:
     def _events(self) -> Iterator[str]:
         for transition in self.model.transitions:
             if isinstance(transition.trigger, On):
-                yield from (one for one in transition.trigger.names if not one.startswith("done.state."))
+                names = (one.removesuffix(".") for one in transition.trigger.names)
+                yield from (one for one in names if "*" not in one and not one.startswith("done."))
         for action in self._all_actions():
             if isinstance(action, Raise):
                 yield action.event
@@ -129,6 +147,8 @@ class _Translator:
                 yield f"{indent}{word}{self._slash(actions)}"
         for index in state.transitions:
             transition = self.model.transitions[index]
+            if not transition.targets and not transition.actions:
+                self._refuse("a transition that does nothing, and only hides others", transition.place)
             yield indent + "".join(
                 (
                     self._trigger(state, transition),
@@ -140,15 +160,21 @@ class _Translator:
     def _trigger(self, state: State, transition: Transition) -> str:
         guard = None if transition.guard is None else expression_text(self._renamed(transition.guard))
         if not isinstance(transition.trigger, On):
+            if self.raises:
+                self._refuse(
+                    "a transition without an event, which comes before events that are raised", transition.place
+                )
             return f"when {guard or 'true'}"
         events = []
         for name in transition.trigger.names:
             if name == f"done.state.{state.name}":
                 events.append("done")
-            elif "*" in name or name.startswith(("done.", "error.")):
+            elif "*" in name or name.startswith(("done.", "error.")) or name in ("done", "error"):
                 self._refuse(f"the event `{name}`", transition.place)
             else:
-                events.append(_word(name))
+                # A descriptor also hears of the events whose names it begins: of those that the chart knows.
+                stem = name.removesuffix(".")
+                events.extend(_word(one) for one in self.known if f"{one}.".startswith(f"{stem}."))
         return f"on {', '.join(dict.fromkeys(events))}" + (f" if {guard}" if guard else "")
 
     def _targets(self, state: State, transition: Transition) -> str:
@@ -182,7 +208,8 @@ class _Translator:
     def _renamed(self, expression: Expression) -> Expression:
         match expression:
             case Active(state, place):
-                return Active(self.names[state], place)
+                # A history is never active, and has no name of its own here.
+                return Active(self.names[state], place) if state in self.names else Literal(False, BOOLEAN, place)  # noqa: FBT003 - a value
             case Unary(operator, operand, kind, place):
                 return Unary(operator, self._renamed(operand), kind, place)
             case Binary(operator, left, right, kind, place):

@@ -13,6 +13,7 @@ from tests.hsm.charts import add, after, call, compare, doing, final, model, num
 
 FOREIGN = Path(__file__).parents[2].parent / "shared" / "data" / "scxml"
 CHARTS = sorted(FOREIGN.rglob("*.scxml")) if FOREIGN.is_dir() else []
+CHARTS += sorted((Path(__file__).parent / "scxml").glob("*.scxml"))
 
 
 def structure(one):
@@ -24,7 +25,16 @@ def structure(one):
 @pytest.mark.parametrize("path", CHARTS, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_a_chart_that_is_written_is_read_back(path):
     read = read_file(path)
-    assert structure(read_text(write_text(read))) == structure(read)
+    back = read_text(write_text(read))
+    assert structure(back) == structure(read)
+    run, other = build(read).start(), build(back).start()
+    assert other.configuration == run.configuration
+    for event in json.loads(path.with_suffix(".json").read_text())["events"]:
+        time = run.time + event.get("after", 0) / 1000 + 0.001
+        assert (
+            other.step(time, [event["event"]["name"]]).configuration
+            == run.step(time, [event["event"]["name"]]).configuration
+        )
 
 
 @pytest.mark.parametrize("path", CHARTS, ids=lambda path: f"{path.parent.name}-{path.stem}")
@@ -38,8 +48,10 @@ def test_a_translated_chart_does_the_same(path):
     assert other.configuration == run.configuration
     for time, line in enumerate(json.loads(path.with_suffix(".json").read_text())["events"]):
         name = line["event"]["name"]
+        if "." in name and f"event {name.replace('.', '_')}" not in text.replace(", ", "\nevent "):
+            continue  # only events that the chart names have a counterpart
         run.step(float(time), [name])
-        other.step(float(time), [name])
+        other.step(float(time), [name.replace(".", "_")])
         assert other.configuration == run.configuration
 
 

@@ -12,6 +12,7 @@ from hsm import MachineError, build, scxml
 
 FOREIGN = Path(__file__).parents[2].parent / "shared" / "data" / "scxml"
 CHARTS = sorted(FOREIGN.rglob("*.scxml")) if FOREIGN.is_dir() else []
+OWN = sorted((Path(__file__).parent / "scxml").glob("*.scxml"))
 
 
 def leaves(run):
@@ -21,8 +22,8 @@ def leaves(run):
     return run.configuration - parents
 
 
-@pytest.mark.parametrize("path", CHARTS, ids=lambda path: f"{path.parent.name}-{path.stem}")
-def test_foreign_charts_do_what_their_scripts_say(path):
+@pytest.mark.parametrize("path", [*CHARTS, *OWN], ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_charts_do_what_their_scripts_say(path):
     script = json.loads(path.with_suffix(".json").read_text())
     run = scxml.load(path).start()
     assert leaves(run) == set(script["initialConfiguration"])
@@ -163,6 +164,20 @@ def test_logs_are_read_over():
         ('<final id="a"><donedata/></final>', "E0903", "<donedata>"),
         ('<state id="a"><onentry><send event="x" target="#_parent"/></onentry></state>', "E0904", "#_parent"),
         ('<state id="a"><onentry><send eventexpr="x"/></onentry></state>', "E0904", "eventexpr"),
+        ('<state id="a"><onentry><send event="x" delayexpr="d"/></onentry></state>', "E0904", "delayexpr"),
+        (
+            '<state id="a"><onentry><send event="x"><param name="n" expr="1"/></send></onentry></state>',
+            "E0903",
+            "<param>",
+        ),
+        ('<state id="a"><onentry><send event="x" type="http"/></onentry></state>', "E0904", "http"),
+        ('<script>x = 1</script><state id="a"/>', "E0903", "<script>"),
+        (
+            '<state id="a"><initial><transition event="e" target="b"/></initial><state id="b"/></state>',
+            "E0904",
+            "event",
+        ),
+        ('<state id="a"/><parallel id="p" initial="q"><state id="q"/></parallel>', "E0904", "initial"),
         ('<state id="a"><transition cond="x == 1" target="a"/></state>', "E0905", "x == 1"),
         ('<state id="a"><transition cond="In(\'a\') or" target="a"/></state>', "E0905", "ends"),
         ('<state id="a"><transition event="e" target="bb"/></state><state id="b"/>', "E0906", "`bb`"),
@@ -184,6 +199,7 @@ def test_what_is_wrong_is_said_by_name_with_its_place(body, code, words):
     found = [one for one in raised.value.diagnostics if one.code == code]
     assert found
     assert words in found[0].message
+    assert found[0].suggestion or code not in ("E0903", "E0904", "E0905")
     assert found[0].place.file == "chart.scxml"
     assert found[0].place.line == 1
 

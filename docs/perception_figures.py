@@ -14,6 +14,7 @@ import numpy as np
 from perception import Facts, Perception
 from perception.hough import hough_lines
 from perception.junction import Junction
+from perception.nodes import wall_segments
 from sim.lidar import Lidar
 from transport.description import Point, RobotDescription
 from transport.messages import Observation, Odometry, Pose, Scan
@@ -117,7 +118,7 @@ def nodes() -> None:
     """The nodes of a door area."""
     facts = facts_in(DOOR, Pose(-0.1, 0.05, 0.08))
     places = {node.id: node.point for node in facts.nodes}
-    walls = [(places[one], places[two]) for one in places for two in facts.nodes[one].connections if one < two]
+    walls = [(places[wall.first], places[wall.second]) for wall in wall_segments(facts.nodes)]
     figure = scans.node_figure(
         facts.points,
         PICO.footprint,

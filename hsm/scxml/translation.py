@@ -10,7 +10,7 @@ from hsm.codes import finding
 from hsm.diagnostics import Diagnostic, MachineError, Place
 from hsm.expressions import Active, Binary, Expression, Literal, Unary
 from hsm.model import Action, Model, On, Raise, State, StateKind, Transition, TransitionKind
-from hsm.topology import HISTORY
+from hsm.topology import HISTORY, Topology
 from hsm.types import BOOLEAN
 from hsm.wording import expression_text
 
@@ -32,6 +32,10 @@ _WORDS |= {
     "min",
     "max",
 }
+
+
+_DEEPEST = 1000
+"""Text that is indented further grows with the square of its depth."""
 
 
 def to_machine_text(model: Model) -> str:
@@ -94,6 +98,9 @@ class _Translator:
     def lines(self) -> Iterator[str]:
         """The lines of the machine."""
         root = self.model.states[0]
+        if Topology(self.model).depth > _DEEPEST:
+            self._refuse(f"states nested more than {_DEEPEST} deep", root.place)
+            return
         yield f"machine {self.names[root.name]}"
         yield ""
         events = sorted(set(map(_word, self.known)))

@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from xml.etree import ElementTree
+from xml.sax.saxutils import escape
 
 from hsm.expressions import Literal
 from hsm.model import (
@@ -40,6 +41,10 @@ OWN = "urn:maze-machine"
 
 _IN = re.compile(r"\bin\(([\w.-]+)\)")
 
+_ESCAPES = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+_DEEPEST_INDENT = 100
+"""What lies deeper is not indented further: the document would grow with the square of its depth."""
+
 _TAGS = {
     StateKind.PARALLEL: "parallel",
     StateKind.FINAL: "final",
@@ -58,16 +63,23 @@ def write_text(model: Model) -> str:
     _write_data(model, root)
     for state, element in zip(model.states, elements, strict=True):
         _write_state(model, state, element)
-    _indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + "\n".join(_lines(root)) + "\n"
 
 
-def _indent(root: ElementTree.Element) -> None:
-    """Lay the document out; one that is nested too deep for the library stays on one line."""
-    try:
-        ElementTree.indent(root)
-    except RecursionError:
-        return
+def _lines(root: ElementTree.Element) -> Iterator[str]:
+    """An element and what is in it, one tag a line; the library's own writer goes no deeper than Python's stack."""
+    pending: list[tuple[int, ElementTree.Element | str]] = [(0, root)]
+    while pending:
+        depth, element = pending.pop()
+        indent = "  " * min(depth, _DEEPEST_INDENT)
+        if isinstance(element, str):
+            yield f"{indent}</{element}>"
+            continue
+        attributes = "".join(f' {name}="{escape(value, _ESCAPES)}"' for name, value in element.items())
+        yield f"{indent}<{element.tag}{attributes}{'>' if len(element) else ' />'}"
+        if len(element):
+            pending.append((depth, element.tag))
+            pending.extend((depth + 1, child) for child in reversed(element))
 
 
 def _write_data(model: Model, root: ElementTree.Element) -> None:

@@ -116,3 +116,13 @@ def test_what_the_language_does_not_have_is_refused(body, reason):
     (finding,) = raised.value.diagnostics
     assert reason in finding.message
     assert finding.code == "E0922"
+
+
+def test_a_chart_of_any_depth_is_written_and_read_back():
+    deep = "".join(f'<state id="s{one}">' for one in range(10_000)) + "</state>" * 10_000
+    read = read_text(f"<scxml>{deep}</scxml>")
+    text = write_text(read)
+    assert len(text) < 10_000_000
+    assert structure(read_text(text)) == structure(read)
+    with pytest.raises(MachineError, match="nested more than 1000 deep"):
+        to_machine_text(read)

@@ -20,16 +20,20 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[1]
 # Not this folder, whose scripts bear the names of packages.
 sys.path[0:1] = [str(ROOT), str(ROOT / "tests" / "transport")]
 
 import zenoh  # noqa: E402
-from programs import base, command, toy  # noqa: E402
+from programs import Program, base, command, told, toy  # noqa: E402
+from toy_controller import HANG  # noqa: E402
+from toy_world import are_answers, undisturbed  # noqa: E402
 
 from controller.loop import ticks  # noqa: E402
 from controller.mission import Mission, prepare  # noqa: E402
@@ -39,11 +43,13 @@ from perception import Perception  # noqa: E402
 from skills.chain import MotionChain  # noqa: E402
 from transport.connect import connect_robot  # noqa: E402
 from transport.robot import Robot  # noqa: E402
+from transport.security import Access, make_certificates  # noqa: E402
 from transport.world import LockstepRobot  # noqa: E402
 
 SCAN, ODOMETRY, TWIST = 4060, 724, 52
 OBSERVATION_TAG, COMMAND_TAG = 48, 32
 MAZE = "final_2015"
+STEPS, ENDLESS = 600, 10**6
 TICKS, WARM = 30, 100
 """Ticks a round, short enough that a busy moment of the computer spoils one round only; ticks that do not count."""
 
@@ -182,169 +188,227 @@ def in_rounds(times: list[float]) -> list[float]:
 # What a fault costs
 
 
-def broken_controller(number: signal.Signals) -> Callable[[random.Random], tuple[float, float]]:
-    """The controller is killed, frozen or hung; resumed by another one, or by itself."""
+@dataclass(frozen=True)
+class Figures:
+    """What became of one fault: until the robot stood, if it did, and until it went on or somebody knew, s."""
 
-    def once(chance: random.Random) -> tuple[float, float]:
-        endpoint = free_endpoint()
-        with toy("toy_world", endpoint, "realtime") as robot:
-            robot.line()
-            with toy("toy_controller", endpoint, "1") as controller:
-                base(robot, moving=True)
-                time.sleep(chance.uniform(0.2, 0.6))
-                failed = controller.send(number)
-                stopped = base(robot, moving=False, after=failed)
-                if number == signal.SIGKILL:
-                    controller.end()
-                    with toy("toy_controller", endpoint, "1") as heir:
-                        restarted = time.monotonic()
-                        heir.line()
-                        return stopped - failed, base(robot, moving=True, after=stopped) - restarted
-                if number == signal.SIGSTOP:
-                    remedy = controller.send(signal.SIGCONT)
-                    return stopped - failed, base(robot, moving=True, after=stopped) - remedy
-                # It hangs for a second and comes back by itself.
-                return stopped - failed, base(robot, moving=True, after=stopped) - failed - 1.0
-
-    return once
+    stopped: float | None
+    resumed: float
 
 
-def broken_router(number: signal.Signals) -> Callable[[random.Random], tuple[float, float]]:
-    """Both sides are cut off from each other; resumed when the router is back."""
+class Bench(ExitStack):
+    """The programs of one scenario; all end with it."""
 
-    def once(chance: random.Random) -> tuple[float, float]:
-        endpoint = free_endpoint()
-        with command("router", "--listen", endpoint) as router:
-            router.line()
-            with toy("toy_world", endpoint, "realtime@router") as robot:
-                robot.line()
-                with toy("toy_controller", endpoint, "1"):
-                    base(robot, moving=True)
-                    time.sleep(chance.uniform(0.2, 0.6))
-                    failed = router.send(number)
-                    stopped = base(robot, moving=False, after=failed)
-                    if number == signal.SIGSTOP:
-                        remedy = router.send(signal.SIGCONT)
-                        return stopped - failed, base(robot, moving=True, after=stopped) - remedy
-                    router.end()
-                    with command("router", "--listen", endpoint) as again:
-                        again.line()
-                        remedy = time.monotonic()
-                        return stopped - failed, base(robot, moving=True, after=stopped) - remedy
+    def __init__(self, chance: random.Random) -> None:
+        super().__init__()
+        self.chance = chance
+        self.endpoint, self.inside = free_endpoint(), free_endpoint()
 
-    return once
+    def ready(self, program: AbstractContextManager[Program]) -> Program:
+        """A program that has said that it is ready."""
+        started = self.enter_context(program)
+        started.line()
+        return started
 
+    def router(self) -> Program:
+        """The meeting point."""
+        return self.ready(command("router", "--listen", self.endpoint))
 
-def broken_simulator(chance: random.Random) -> tuple[float, float]:
-    """A simulator in lockstep is killed and restarted: the time until the controller knows, from the restart on."""
-    endpoint = free_endpoint()
-    with toy("toy_world", endpoint, "lockstep") as simulator:
-        simulator.line()
-        with toy("toy_controller", endpoint, "1", "1000000") as controller:
-            controller.until("driving")
-            time.sleep(chance.uniform(0.0, 0.3))
-            simulator.send(signal.SIGKILL)
-            simulator.end()
-            with toy("toy_world", endpoint, "lockstep") as again:
-                again.line()
-                restarted = time.monotonic()
-                assert controller.end() == 1
-                return 0.0, time.monotonic() - restarted
+    def gate(self) -> Program:
+        """One that listens to controllers, in front of a driver inside."""
+        return self.ready(command("gate", self.inside, "--listen", self.endpoint, "--set", "robot.name=toy"))
 
+    def robot(self, mode: str, *more: str, inside: bool = False) -> Program:
+        """The toy, where controllers dial it or inside."""
+        return self.ready(toy("toy_world", self.inside if inside else self.endpoint, mode, *more))
 
-def frozen_simulator(chance: random.Random) -> tuple[float, float]:
-    """A simulator in lockstep is frozen for a moment: the time until the run goes on, and to the same end."""
-    endpoint = free_endpoint()
-    with toy("toy_world", endpoint, "lockstep") as simulator:
-        simulator.line()
-        with toy("toy_controller", endpoint, "1", "600") as undisturbed:
-            undisturbed.until("driving")
-            expected = undisturbed.line()
-            undisturbed.end()
-        with toy("toy_controller", endpoint, "1", "600") as controller:
-            controller.until("driving")
-            simulator.send(signal.SIGSTOP)
-            time.sleep(chance.uniform(0.0, 0.5))
-            remedy = simulator.send(signal.SIGCONT)
-            assert controller.line() == expected
-            return 0.0, time.monotonic() - remedy
+    def controller(self, *more: str) -> Program:
+        """One that drives in real time; it may not have begun yet."""
+        return self.enter_context(toy("toy_controller", self.endpoint, "1", *more))
+
+    def stepping(self, steps: int = STEPS) -> Program:
+        """One that drives in lockstep, and has begun."""
+        controller = self.controller(str(steps))
+        controller.until("driving")
+        return controller
+
+    def wait(self, most: float) -> None:
+        """The moment of a fault is random, and so is how long it lasts."""
+        time.sleep(self.chance.uniform(0.0, most))
+
+    def heal(self, failing: Program, number: signal.Signals, again: Callable[[], object]) -> float:
+        """Continue or restart what failed; since when it is there again."""
+        if number == signal.SIGSTOP:
+            self.wait(0.5)
+            return failing.send(signal.SIGCONT)
+        failing.end()
+        again()
+        return time.monotonic()
 
 
-def noticed_silence(chance: random.Random) -> tuple[float, float]:
-    """The robot's side is frozen: the time until its controller sees that the data are stale."""
-    endpoint = free_endpoint()
-    with toy("toy_world", endpoint, "realtime") as robot:
-        robot.line()
-        with toy("toy_controller", endpoint, "1") as controller:
-            base(robot, moving=True)
-            time.sleep(chance.uniform(0.2, 0.6))
-            failed = robot.send(signal.SIGSTOP)
-            controller.until("stale")
-            return 0.0, time.monotonic() - failed
+Scenario = Callable[[Bench], Figures]
 
 
-def broken_gate(number: signal.Signals) -> Callable[[random.Random], tuple[float, float]]:
-    """The gate fails: its driver stops by itself, and the controller takes the robot again when the gate is back."""
-
-    def once(chance: random.Random) -> tuple[float, float]:
-        inside, endpoint = free_endpoint(), free_endpoint()
-        guarded = ["gate", inside, "--listen", endpoint, "--set", "robot.name=toy"]
-        with toy("toy_world", inside, "guarded") as driver, ExitStack() as stack:
-            driver.line()
-            gate = stack.enter_context(command(*guarded))
-            gate.line()
-            stack.enter_context(toy("toy_controller", endpoint, "1"))
-            base(driver, moving=True)
-            time.sleep(chance.uniform(0.2, 0.6))
-            failed = gate.send(number)
-            stopped = base(driver, moving=False, after=failed)
-            if number == signal.SIGSTOP:
-                remedy = gate.send(signal.SIGCONT)
-            else:
-                gate.end()
-                stack.enter_context(command(*guarded)).line()
-                remedy = time.monotonic()
-            return stopped - failed, base(driver, moving=True, after=stopped) - remedy
-
-    return once
+def broken(
+    robot: Program, failing: Program, number: signal.Signals, again: Callable[[], object], bench: Bench
+) -> Figures:
+    """In real time: somebody fails, the robot stands; somebody is there again, the robot moves."""
+    base(robot, moving=True)
+    bench.wait(0.6)
+    failed = failing.send(number)
+    stopped = base(robot, moving=False, after=failed)
+    # Who hangs comes back by itself.
+    remedy = failed + HANG if number == signal.SIGUSR1 else bench.heal(failing, number, again)
+    return Figures(stopped - failed, base(robot, moving=True, after=stopped) - remedy)
 
 
-def broken_network(chance: random.Random) -> tuple[float, float]:
-    """The router between a simulator in lockstep and its controller is restarted: the time until the same end."""
-    endpoint = free_endpoint()
-    with command("router", "--listen", endpoint) as router:
-        router.line()
-        with toy("toy_world", endpoint, "lockstep@router") as simulator:
-            simulator.line()
-            with toy("toy_controller", endpoint, "1", "600") as undisturbed:
-                undisturbed.until("driving")
-                expected = undisturbed.line()
-                undisturbed.end()
-            with toy("toy_controller", endpoint, "1", "600") as controller:
-                controller.until("driving")
-                time.sleep(chance.uniform(0.0, 0.1))
-                router.send(signal.SIGKILL)
-                router.end()
-                with command("router", "--listen", endpoint) as again:
-                    again.line()
-                    remedy = time.monotonic()
-                    assert controller.line() == expected
-                    return 0.0, time.monotonic() - remedy
+def broken_controller(number: signal.Signals) -> Scenario:
+    def scenario(bench: Bench) -> Figures:
+        robot = bench.robot("realtime")
+        return broken(robot, bench.controller(), number, bench.controller, bench)
+
+    return scenario
+
+
+def broken_router(number: signal.Signals) -> Scenario:
+    def scenario(bench: Bench) -> Figures:
+        router, robot = bench.router(), bench.robot("realtime@router")
+        bench.controller()
+        return broken(robot, router, number, bench.router, bench)
+
+    return scenario
+
+
+def broken_gate(number: signal.Signals) -> Scenario:
+    """The driver behind the gate stops by itself."""
+
+    def scenario(bench: Bench) -> Figures:
+        driver, gate = bench.robot("guarded", inside=True), bench.gate()
+        bench.controller()
+        return broken(driver, gate, number, bench.gate, bench)
+
+    return scenario
+
+
+def frozen_robot(bench: Bench) -> Figures:
+    """In real time: until the controller of a robot whose side is frozen sees that its data are stale."""
+    robot, controller = bench.robot("realtime"), bench.controller()
+    base(robot, moving=True)
+    bench.wait(0.6)
+    failed = robot.send(signal.SIGSTOP)
+    controller.until("stale")
+    return Figures(None, time.monotonic() - failed)
+
+
+def same_end(which: str, number: signal.Signals) -> Scenario:
+    """In lockstep: somebody fails; until the run has come to the end that an undisturbed one comes to."""
+
+    def scenario(bench: Bench) -> Figures:
+        router = bench.router() if which == "router" else None
+        simulator = bench.robot("lockstep@router" if router else "lockstep")
+        controller = bench.stepping()
+        failing = {"router": router, "simulator": simulator, "controller": controller}[which]
+        bench.wait(0.1)
+        failing.send(number)
+        remedy = bench.heal(failing, number, bench.router)
+        assert controller.line() == undisturbed(1, STEPS)
+        return Figures(None, time.monotonic() - remedy)
+
+    return scenario
+
+
+def killed_simulator(bench: Bench) -> Figures:
+    """In lockstep: until a controller knows that the simulator was started anew, and its run is lost."""
+    simulator, controller = bench.robot("lockstep"), bench.stepping(ENDLESS)
+    bench.wait(0.3)
+    simulator.send(signal.SIGKILL)
+    remedy = bench.heal(simulator, signal.SIGKILL, lambda: bench.robot("lockstep"))
+    assert controller.end() == 1
+    return Figures(None, time.monotonic() - remedy)
+
+
+def killed_controller(bench: Bench) -> Figures:
+    """In lockstep: until another controller has begun, its start included."""
+    bench.robot("lockstep")
+    controller = bench.stepping(ENDLESS)
+    bench.wait(0.3)
+    controller.send(signal.SIGKILL)
+    began = time.monotonic()
+    heir = bench.stepping()
+    resumed = time.monotonic() - began
+    assert heir.line() == undisturbed(1, STEPS)
+    return Figures(None, resumed)
+
+
+def bad_network(bench: Bench) -> Figures:
+    """In lockstep: one message in five is lost, doubled, late or damaged; until the same end."""
+    bench.robot("lockstep", inside=True)
+    bench.ready(toy("faulty_relay", bench.inside, bench.endpoint, str(bench.chance.randrange(10**6))))
+    controller, began = bench.stepping(), time.monotonic()
+    assert controller.line() == undisturbed(1, STEPS)
+    return Figures(None, time.monotonic() - began)
+
+
+def bad_network_in_real_time(bench: Bench) -> Figures:
+    """In real time, likewise: nothing but valid commands in their order reach the base; the longest time it stood."""
+    robot = bench.robot("realtime", inside=True)
+    bench.ready(toy("faulty_relay", bench.inside, bench.endpoint, str(bench.chance.randrange(10**6))))
+    bench.controller()
+    standing, longest, twists = None, 0.0, []
+    base(robot, moving=True)
+    for order in (told(robot) for _ in range(60)):
+        twists += [order.twist] * order.moving
+        if order.moving and standing is not None:
+            longest = max(longest, order.at - standing)
+        standing = None if order.moving else standing or order.at
+    assert are_answers(twists)
+    return Figures(None, longest)
+
+
+def turned_away(intruder: Callable[[Bench], Program], words: str, *, secret: bool = False) -> Scenario:
+    """In real time: somebody who must not disturb a run is told so, start included, and the robot drives on."""
+
+    def scenario(bench: Bench) -> Figures:
+        more = certificates(bench) if secret else ("", "")
+        robot = bench.robot("realtime", *more[:1])
+        bench.controller(*more[1:])
+        base(robot, moving=True)
+        bench.wait(0.6)
+        began = time.monotonic()
+        other = intruder(bench)
+        assert other.end() != 0
+        ended = time.monotonic()
+        assert words in other.errors()
+        while (order := told(robot)).at < ended:
+            assert order.moving
+        return Figures(None, ended - began)
+
+    return scenario
+
+
+def certificates(bench: Bench) -> tuple[str, str]:
+    """The robot's identity and its controller's; the bench's endpoint speaks TLS from now on."""
+    bench.folder = Path(bench.enter_context(TemporaryDirectory()))
+    for name in ("ours", "forged"):
+        make_certificates(bench.folder / name, Access(robots=["toy"], controllers={"alice": ["toy"]}))
+    bench.endpoint = bench.endpoint.replace("tcp/", "tls/")
+    return f"identity={bench.folder}/ours/toy", f"identity={bench.folder}/ours/alice"
+
+
+def forger(bench: Bench) -> Program:
+    return bench.controller(f"identity={bench.folder}/forged/alice")
 
 
 def watched(kind: str) -> float:
     """Milliseconds a step in lockstep, of 1000, while somebody looks on: ``nobody``, ``slow`` or ``frozen``."""
-    endpoint = free_endpoint()
-    with toy("toy_world", endpoint, "lockstep") as simulator, ExitStack() as stack:
-        simulator.line()
-        watcher = stack.enter_context(toy("toy_watcher", endpoint)) if kind != "nobody" else None
-        if watcher is not None:
-            watcher.until("ready")
-        controller = stack.enter_context(toy("toy_controller", endpoint, "1", "1000"))
+    with Bench(random.Random(1)) as bench:
+        bench.robot("lockstep")
+        watcher = bench.ready(toy("toy_watcher", bench.endpoint)) if kind != "nobody" else None
+        controller = bench.controller("1000")
         if watcher is not None:
             watcher.until("watching")
-            if kind == "frozen":
-                watcher.send(signal.SIGSTOP)
+        if watcher is not None and kind == "frozen":
+            watcher.send(signal.SIGSTOP)
         controller.until("driving")
         began = time.monotonic()
         controller.line()
@@ -361,29 +425,51 @@ def readers(count: int) -> None:
         print(f"| {name} | {statistics.median(times):.2f}, {max(times):.2f} |", flush=True)
 
 
-FAULTS: dict[str, Callable[[random.Random], tuple[float, float]]] = {
+FAULTS: dict[str, Scenario] = {
     "controller killed (SIGKILL), another one started (its start included)": broken_controller(signal.SIGKILL),
     "controller frozen (SIGSTOP), then continued": broken_controller(signal.SIGSTOP),
     "controller hung with the interpreter locked, for 1 s": broken_controller(signal.SIGUSR1),
     "router killed, then started again": broken_router(signal.SIGKILL),
     "router frozen, then continued": broken_router(signal.SIGSTOP),
-    "robot's side frozen: data known to be stale": noticed_silence,
+    "robot's side frozen: data known to be stale": frozen_robot,
     "gate killed, then started again; its driver stops by itself after 0.3 s": broken_gate(signal.SIGKILL),
     "gate frozen, then continued; its driver likewise": broken_gate(signal.SIGSTOP),
-    "lockstep: simulator killed and started again, run refused": broken_simulator,
-    "lockstep: router killed and started again, to the same end (600 steps)": broken_network,
-    "lockstep: simulator frozen, then continued to the same end (600 steps)": frozen_simulator,
+    "messages lost, doubled, late, damaged (5 % each): longest stop in 6 s": bad_network_in_real_time,
+    "a second controller: refused (its start included), the robot drives on": turned_away(
+        Bench.controller, "driven by"
+    ),
+    "a busy port: told (start included), the robot drives on": turned_away(
+        lambda bench: bench.enter_context(command("router", "--listen", bench.endpoint)), "is taken"
+    ),
+    "another authority's certificate: turned away after `link.connect`, the robot drives on": turned_away(
+        forger, "nobody can be reached", secret=True
+    ),
+    "lockstep: simulator killed and started again, run refused": killed_simulator,
+    "lockstep: simulator frozen, then continued, to the same end": same_end("simulator", signal.SIGSTOP),
+    "lockstep: controller killed, another one begins (its start included)": killed_controller,
+    "lockstep: controller frozen, then continued, to the same end": same_end("controller", signal.SIGSTOP),
+    "lockstep: router killed and started again, to the same end": same_end("router", signal.SIGKILL),
+    "lockstep: router frozen, then continued, to the same end": same_end("router", signal.SIGSTOP),
+    "lockstep: messages lost, doubled, late, damaged (5 % each), to the same end": bad_network,
 }
 
 
 def faults(count: int) -> None:
-    print(f"Faults at random moments, {count} times each; ms, median and largest\n")
-    print("| fault | until the robot stands | until it goes on, or the controller knows |\n|---|---|---|")
+    """Print the times of all faults."""
+    print(f"Faults at random moments, {count} times each, runs in lockstep of {STEPS} steps; ms, median and largest\n")
+    print("| fault | until the robot stands | until it goes on, or somebody knows |\n|---|---|---|")
     chance = random.Random(1)
-    for name, once in FAULTS.items():
-        stops, resumes = zip(*(once(chance) for _ in range(count)), strict=True)
-        shown = [f"{1e3 * statistics.median(times):.0f}, {1e3 * max(times):.0f}" for times in (stops, resumes)]
-        print(f"| {name} | {shown[0] if any(stops) else '-'} | {shown[1]} |", flush=True)
+    for name, scenario in FAULTS.items():
+        figures = []
+        for _ in range(count):
+            with Bench(chance) as bench:
+                figures.append(scenario(bench))
+        stops = [figure.stopped for figure in figures if figure.stopped is not None]
+        print(f"| {name} | {shown(stops)} | {shown([figure.resumed for figure in figures])} |", flush=True)
+
+
+def shown(times: list[float]) -> str:
+    return f"{1e3 * statistics.median(times):.0f}, {1e3 * max(times):.0f}" if times else "-"
 
 
 if __name__ == "__main__":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import hashlib
 import random
 import signal
 import socket
@@ -14,27 +13,15 @@ from pathlib import Path
 
 import pytest
 from programs import base, command, told, toy
-from toy_world import PERIOD, ToyWorld, seen, wander
+from toy_world import PERIOD, are_answers, undisturbed
 from typer.testing import CliRunner
 
 from controller.cli import app
 from transport.settings import LinkSettings
-from transport.world import LockstepRobot
 
 STEPS = 400
-PERIOD_NS = 100_000_000
 SLACK = 2.0
 """What a computer that is busy with other tests may add, s; the limit itself is tested on a clock turned by hand."""
-
-
-def expected(seed: int, steps: int = STEPS) -> str:
-    """What the lockstep controller prints at the end of an undisturbed run."""
-    robot, digest = LockstepRobot(ToyWorld(seed, 1000)), hashlib.sha256()
-    for _ in range(steps):
-        observation = robot.observe()
-        digest.update(repr((seen(observation), wander(observation))).encode())
-        robot.command(wander(observation))
-    return f"{digest.hexdigest()} {steps}"
 
 
 @pytest.fixture(autouse=True)
@@ -147,7 +134,7 @@ def test_a_frozen_simulator_or_controller_resumes_and_nothing_is_lost(endpoint: 
                 frozen.send(signal.SIGSTOP)
                 time.sleep(chance.uniform(0.0, 0.4))  # how long the fault lasts
                 frozen.send(signal.SIGCONT)
-            assert controller.line() == expected(seed)
+            assert controller.line() == undisturbed(seed, STEPS)
 
 
 def test_a_killed_controller_makes_room_for_the_next(endpoint: str) -> None:
@@ -159,7 +146,7 @@ def test_a_killed_controller_makes_room_for_the_next(endpoint: str) -> None:
             dead.end()
         with toy("toy_controller", endpoint, "2", str(STEPS)) as heir:
             heir.until("driving")
-            assert heir.line() == expected(2)
+            assert heir.line() == undisturbed(2, STEPS)
 
 
 def test_a_killed_and_restarted_simulator_refuses_the_old_run_and_serves_a_new_one(endpoint: str) -> None:
@@ -175,7 +162,7 @@ def test_a_killed_and_restarted_simulator_refuses_the_old_run_and_serves_a_new_o
                 assert "restarted" in controller.errors()
                 with toy("toy_controller", endpoint, "2", str(STEPS)) as heir:
                     heir.until("driving")
-                    assert heir.line() == expected(2)
+                    assert heir.line() == undisturbed(2, STEPS)
 
 
 def test_a_router_that_was_restarted_loses_no_step(endpoint: str) -> None:
@@ -189,7 +176,7 @@ def test_a_router_that_was_restarted_loses_no_step(endpoint: str) -> None:
                 router.end()
                 with command("router", "--listen", endpoint) as again:
                     again.line()
-                    assert controller.line() == expected(1)
+                    assert controller.line() == undisturbed(1, STEPS)
 
 
 @pytest.mark.parametrize("frozen", [False, True])
@@ -203,7 +190,7 @@ def test_one_who_looks_on_and_cannot_keep_up_disturbs_no_step(endpoint: str, fro
                 if frozen:
                     watcher.send(signal.SIGSTOP)
                 controller.until("driving")
-                assert controller.line() == expected(1)
+                assert controller.line() == undisturbed(1, STEPS)
 
 
 def faulty(inside: str, outside: str, seed: int) -> object:
@@ -219,7 +206,7 @@ def test_lost_doubled_late_and_damaged_messages_change_nothing_of_a_run(endpoint
             network.line()
             with toy("toy_controller", endpoint, str(seed), "150") as controller:
                 controller.until("driving")
-                assert controller.line() == expected(seed, 150)
+                assert controller.line() == undisturbed(seed, 150)
             network.send(signal.SIGTERM)
             assert set(ast.literal_eval(network.line())) == {"lost", "doubled", "late", "damaged", "whole"}
 
@@ -237,9 +224,7 @@ def test_in_real_time_a_bad_network_lets_nothing_but_valid_commands_through(
                 orders = [told(robot) for _ in range(40)]
     moving = [order.twist for order in orders if order.moving]
     assert len(moving) > 10
-    # Each is an answer to an observation that was shown, whole, and none comes after a later one.
-    assert all(twist == (1e-12 * (PERIOD_NS * round(1e4 * twist[0])), 0.0, 0.0) for twist in moving)
-    assert moving == sorted(moving)
+    assert are_answers(moving)
 
 
 # Real time: the dead man, whatever happens to the controller
@@ -278,7 +263,8 @@ def test_the_robot_stops_when_the_router_dies_and_goes_on_when_it_is_back(endpoi
                 router.end()
                 with command("router", "--listen", endpoint) as again:
                     again.line()
-                    base(robot, moving=True, after=stood)
+                    back = time.monotonic()
+                    assert base(robot, moving=True, after=stood) - back <= 1.0 + SLACK
 
 
 def test_a_second_controller_is_told_who_drives_and_disturbs_nobody(endpoint: str) -> None:

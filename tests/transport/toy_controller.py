@@ -1,4 +1,4 @@
-"""A controller that drives the toy until it is ended: ``toy_controller.py ENDPOINT SEED [STEPS]``.
+"""A controller that drives the toy until it is ended: ``toy_controller.py ENDPOINT SEED [STEPS] [identity=...]``.
 
 In lockstep it prints a digest of all that it saw and did after STEPS. In real time it prints ``driving``,
 ``stopped`` and ``stale`` as these begin, and takes a stopped robot again; on SIGUSR1 it hangs for a while, with the
@@ -12,12 +12,12 @@ import hashlib
 import signal
 import sys
 
-from toy_world import seen, wander
+from toy_world import answer_to, identity, seen, wander
 
 from transport.connect import connect_robot
 from transport.description import RobotDescription
 from transport.lockstep import RemoteLockstep
-from transport.messages import STOP, Command, Twist
+from transport.messages import STOP, Command
 from transport.realtime import RealtimeRobot
 from transport.settings import LinkSettings
 
@@ -42,11 +42,6 @@ def step_along(robot: RemoteLockstep, steps: int) -> None:
     print(digest.hexdigest(), robot.report()["steps"], flush=True)
 
 
-def answer_to(stamp: int) -> Twist:
-    """What the toy is told in answer to an observation: faster with each, so that one can tell which it was."""
-    return Twist(1e-12 * stamp, 0.0, 0.0)
-
-
 def drive(robot: RealtimeRobot) -> None:
     was = None
     while True:
@@ -63,7 +58,9 @@ def main() -> None:
     signal.signal(signal.SIGUSR1, hang)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
     settings = LinkSettings(silence=30.0, step=30.0)
-    robot = connect_robot(sys.argv[1], RobotDescription(name="toy"), settings, seed=int(sys.argv[2]))
+    known = identity()
+    security = None if known is None else known.dialling()
+    robot = connect_robot(sys.argv[1], RobotDescription(name="toy"), settings, seed=int(sys.argv[2]), security=security)
     try:
         if isinstance(robot, RemoteLockstep):
             step_along(robot, int(sys.argv[3]))

@@ -1,15 +1,18 @@
-"""A world small enough to reason about, and a program that shows it on a network: ``toy_world.py ENDPOINT MODE``.
+"""A world small enough to reason about, and a program that shows it: ``toy_world.py ENDPOINT MODE [identity=...]``.
 
 MODE is ``lockstep`` or ``realtime``, with ``@router`` behind it to dial a router instead of listening, or ``bare``:
 a ROS 2 driver named ``base`` that obeys whoever speaks, or ``guarded``: the same with a command time-out of its own.
+The identity is a certificate, as ``FOLDER/NAME``.
 """
 
 from __future__ import annotations
 
+import hashlib
 import math
 import signal
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -22,8 +25,10 @@ from transport.gate import Gate, PacedWorld
 from transport.keys import RobotKeys
 from transport.lockstep import LockstepServer
 from transport.messages import STOP, Command, DoorReply, Observation, Odometry, Pose, Scan, Twist
+from transport.security import Identity
 from transport.session import Open
 from transport.settings import LinkSettings
+from transport.world import LockstepRobot
 
 GEOMETRY = Laser().geometry()
 PERIOD = 0.1
@@ -87,6 +92,33 @@ def wander(observation: Observation) -> Command:
     )
 
 
+def undisturbed(seed: int, steps: int) -> str:
+    """What the toy controller prints at the end of a run in lockstep."""
+    robot, digest = LockstepRobot(ToyWorld(seed, 1000)), hashlib.sha256()
+    for _ in range(steps):
+        observation = robot.observe()
+        digest.update(repr((seen(observation), wander(observation))).encode())
+        robot.command(wander(observation))
+    return f"{digest.hexdigest()} {steps}"
+
+
+def answer_to(stamp: int) -> Twist:
+    """What the toy is told in real time: faster with each observation, so that one can tell which it answers."""
+    return Twist(1e-12 * stamp, 0.0, 0.0)
+
+
+def are_answers(twists: list[tuple[float, float, float]]) -> bool:
+    """Whether all these are answers to observations of the toy, whole, and none comes after that to a later one."""
+    stamps = [round(1e3 * PERIOD * round(1e4 * twist[0])) * 1_000_000 for twist in twists]
+    return twists == [(answer_to(stamp).forward, 0.0, 0.0) for stamp in stamps] and stamps == sorted(stamps)
+
+
+def identity() -> Identity | None:
+    """The certificate that this program was started with."""
+    given = [argument for argument in sys.argv if argument.startswith("identity=")]
+    return Identity.at(Path(given[0].removeprefix("identity="))) if given else None
+
+
 class ToldBase(PacedWorld):
     """A paced world that says with each thing it is told when, on the monotonic clock, whether to move, and how."""
 
@@ -121,7 +153,9 @@ def main() -> None:
     """Show the toy; the first line says when it can be reached."""
     endpoint, mode = sys.argv[1:3]
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
-    with (dialling if mode.endswith("@router") else listening)(endpoint) as bus:
+    known = identity()
+    security = None if known is None else known.listening()
+    with (dialling if mode.endswith("@router") else listening)(endpoint, security=security) as bus:
         if mode in TIMEOUTS:
             print("ready", flush=True)
             drive_bare(bus, TIMEOUTS[mode])

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hsm.testing.measured import Measurements
     from hsm.testing.running import Failure
     from hsm.testing.scenarios import Scenario
+    from hsm.testing.script import ScriptedMachine
     from hsm.testing.trial import Trial
 
 SUFFIX = ".maze-test"
@@ -29,6 +30,7 @@ CHECKED_STEPS = "5000"
 
 _measurements: pytest.StashKey[Measurements] = pytest.StashKey()
 _libraries: pytest.StashKey[Library] = pytest.StashKey()
+_scripted: pytest.StashKey[ScriptedMachine] = pytest.StashKey()
 _summary: pytest.StashKey[list[str]] = pytest.StashKey()
 
 
@@ -150,10 +152,14 @@ class ScenarioItem(pytest.Item):
     def runtest(self) -> None:
         """Run it on the machine, with the machine's properties watched."""
         from hsm.testing.running import run_scenario
+        from hsm.testing.script import scripted_machine
         from hsm.testing.watching import watches
 
-        model = self.trial.machine.model
-        result = run_scenario(self.scenario, self.trial.machine, self.tick, watches(model.properties))
+        parent, model = self.parent, self.trial.machine.model
+        assert parent is not None, "a scenario is collected with its file"
+        if _scripted not in parent.stash:  # made once: what it compiles serves all scenarios of the file
+            parent.stash[_scripted] = scripted_machine(self.trial.machine)
+        result = run_scenario(self.scenario, parent.stash[_scripted], self.tick, watches(model.properties))
         _measured(self.config).add(model, result.coverage)
         if result.failure is not None:
             raise ScenarioFailed(result.failure)

@@ -21,7 +21,7 @@ from hsm.testing.watching import property_watch
 from hsm.testing.writing import Writer
 
 MOST_STEPS = 40_000
-"""So many steps are tried for each property that remembers something, and for all others together."""
+"""So many steps are tried for each property that remembers something, for those of instances, and for all others."""
 
 Trail = tuple[tuple[Any, ...] | None, Edge]
 """A step with the situation that it begins in."""
@@ -62,7 +62,8 @@ class Verdict:
     def __str__(self) -> str:
         if self.violation is not None:
             return f"{self.name}: VIOLATED: {self.violation}"
-        bound = "always" if self.complete else f"in all runs of {self.depth} steps"
+        bound = f"in all runs of {self.depth} step{'' if self.depth == 1 else 's'}"
+        bound = "always" if self.complete else bound
         return f"{self.name}: holds {bound} ({self.situations} situations, {self.steps} steps tried)"
 
 
@@ -80,7 +81,8 @@ def check(
         machine: the machine.
         parameters: in SI units; by default as declared.
         tick: seconds from one step to the next in counterexamples.
-        steps: how many steps to try at most: for all properties that look at one moment together, and for each other.
+        steps: how many steps to try at most: for all properties that look at one moment together, for those of
+            instances together, and for each other.
         only: names of properties, ``NO_FAULT`` among them; by default all.
     """
     ready = scripted_machine(machine)
@@ -95,10 +97,11 @@ def check(
             text = "no signal, activity or action fails, nothing spins"
             verdicts.append(search.verdict(NO_FAULT, text, ready, tick))
         verdicts += [search.verdict(one.name, one.text, ready, tick) for one in instant]
-    for one in stated:
-        if one not in instant:
-            search = _search(ready, parameters, tick, [one], steps=steps, wanted={one.name})
-            verdicts.append(search.verdict(one.name, one.text, ready, tick))
+    own = [one for one in stated if one not in instant and one.scope is None]
+    parts = [one for one in stated if one not in instant and one.scope is not None]
+    for group in (*([one] for one in own), *([parts] if parts else ())):
+        search = _search(ready, parameters, tick, group, steps=steps, wanted={one.name for one in group})
+        verdicts += [search.verdict(one.name, one.text, ready, tick) for one in group]
     return verdicts
 
 
@@ -138,15 +141,15 @@ class PropertyWatcher(Watcher):
         """What is remembered of each property, with a key that does not depend on the time."""
         return self._remember([begin(one, 0.0) for one in self._properties], 0.0)
 
-    def look(self, watched: Any, time: float, holds: Holds, entered: Collection[str]) -> tuple[Any, str | None]:
-        """What is remembered after a step, and the name of the first property that is violated."""
+    def look(self, watched: Any, time: float, holds: Holds, entered: Collection[str]) -> tuple[Any, tuple[str, ...]]:
+        """What is remembered after a step, and the names of the properties that are violated."""
         memories = []
-        violated = None
+        violated: list[str] = []
         for one, memory in zip(self._properties, watched[1], strict=True):
             remembered, wrong = look(one, memory, time, holds, entered)
             memories.append(remembered)
-            violated = violated or (one.name if wrong else None)
-        return self._remember(memories, time), violated
+            violated += [one.name] if wrong else []
+        return self._remember(memories, time), tuple(violated)
 
     def deadline(self, watched: Any) -> float | None:
         """When the first property will be violated, if nothing happens."""
@@ -188,8 +191,8 @@ class _Search:
         if edge.fault is not None:
             self.violations.setdefault(NO_FAULT, (self, (source, edge)))
             return
-        if edge.violation is not None:
-            self.violations.setdefault(edge.violation, (self, (source, edge)))
+        for name in edge.violations:
+            self.violations.setdefault(name, (self, (source, edge)))
         key = edge.target.key()
         if key not in self.parents:
             self.parents[key] = (source, edge)

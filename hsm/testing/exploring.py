@@ -106,7 +106,7 @@ class Edge:
         looks: what was looked at and taken.
         paths: the paths through guards that were seen, by transition.
         fault: why the step failed; the target is then where it came from.
-        violation: what a watcher objects to.
+        violations: what a watcher objects to.
     """
 
     input: Input
@@ -114,7 +114,7 @@ class Edge:
     looks: tuple[Look, ...]
     paths: Mapping[int, frozenset[int]]
     fault: str | None = None
-    violation: str | None = None
+    violations: tuple[str, ...] = ()
 
     @property
     def transitions(self) -> Iterator[int]:
@@ -146,9 +146,9 @@ class Watcher:
         """What is remembered before the first step: a hashable key, and whatever else."""
         return None
 
-    def look(self, watched: Any, time: float, holds: Holds, entered: Collection[str]) -> tuple[Any, str | None]:
-        """What is remembered after a step that entered some states, and what is wrong."""
-        return watched, None
+    def look(self, watched: Any, time: float, holds: Holds, entered: Collection[str]) -> tuple[Any, tuple[str, ...]]:
+        """What is remembered after a step that entered some states, and all that is wrong."""
+        return watched, ()
 
     def deadline(self, watched: Any) -> float | None:
         """When something would be wrong, if nothing happened."""
@@ -347,19 +347,19 @@ class Explorer:
                 fault = str(error)
             plans = [look[4] for look in looks if look[4] is not None]
             over = before.over.difference(*((*plan.exited, *plan.entered) for plan in plans))
-            watched, violation = before.watched, None
+            watched, violations = before.watched, tuple[str, ...]()
             if fault is None:
                 entered = [self.machine.model.states[index].name for plan in plans for index in plan.entered]
-                watched, violation = self._watch(before, state, choices, entered)
+                watched, violations = self._watch(before, state, choices, entered)
             open_choices += reversed(choices.opened)
             signals = tuple(choices.chosen.items())
             target = Moment(state, before.time, over, {**before.signals, **choices.chosen}, watched)
             taken = Input(given.wait, given.reports, given.events, signals)
-            yield Edge(taken, target, tuple(looks), dict(marks.seen(hits)), fault, violation)
+            yield Edge(taken, target, tuple(looks), dict(marks.seen(hits)), fault, violations)
 
     def _watch(
         self, before: Moment, state: RunState, choices: _Choices, entered: Collection[str]
-    ) -> tuple[Any, str | None]:
+    ) -> tuple[Any, tuple[str, ...]]:
         def ask(call: SignalValue) -> Any:
             return choices.read(call.signal, tuple(evaluation.value(one) for one in call.arguments))
 

@@ -29,10 +29,12 @@ class Request:
     Attributes:
         payload: the question.
         reply: sends the answer; must be called at most once.
+        attachment: what rides with the question.
     """
 
     payload: bytes
     reply: Callable[[bytes], None]
+    attachment: bytes = b""
 
 
 class Mailbox(Generic[T]):
@@ -108,7 +110,7 @@ class Bus(Protocol):
         """Have every question on ``key`` handed to ``deliver``, from the network's thread: a mailbox's ``put``."""
         ...
 
-    def ask(self, key: str, payload: bytes, timeout: float) -> bytes | None:
+    def ask(self, key: str, payload: bytes, timeout: float, attachment: bytes = b"") -> bytes | None:
         """One question: its answer, or None if nobody answered within ``timeout`` seconds."""
         ...
 

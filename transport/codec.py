@@ -19,6 +19,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from rosbags.interfaces import Nodetype
+from rosbags.interfaces.typing import Typesdict
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from transport.messages import NANOSECONDS, DoorReply, Odometry, Scan, ScanGeometry, Twist
@@ -30,7 +32,8 @@ CLOCK = "rosgraph_msgs/msg/Clock"
 EMPTY = "std_msgs/msg/Empty"
 STRING = "std_msgs/msg/String"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
-TRIGGER_RESPONSE = "std_srvs/msg/Trigger_Response"
+TRIGGER = "std_srvs/srv/Trigger"
+TRIGGER_RESPONSE = "std_srvs/srv/Trigger_Response"
 
 MAX_BEAMS = 100_000
 """The longest scan that is decoded; a longer one is malformed."""
@@ -47,8 +50,36 @@ class CodecError(ValueError):
 
 
 TYPES = get_typestore(Stores.ROS2_HUMBLE)
-"""The ROS 2 message types, with the answer of ``std_srvs/Trigger`` added."""
-TYPES.register(get_types_from_msg("bool success\nstring message\n", TRIGGER_RESPONSE))
+"""The ROS 2 message types, with the service ``std_srvs/Trigger`` added, which is hashed as a type of three parts."""
+
+
+def _trigger() -> Typesdict:
+    info, request, event = "service_msgs/msg/ServiceEventInfo", f"{TRIGGER}_Request", f"{TRIGGER}_Event"
+    about = "uint8 event_type\nbuiltin_interfaces/Time stamp\nuint8[16] client_gid\nint64 sequence_number\n"
+
+    def part(name: str) -> Any:
+        return Nodetype.NAME, name
+
+    def at_most_one(name: str) -> Any:
+        return Nodetype.SEQUENCE, (part(name), 1)
+
+    def basic(name: str) -> Any:
+        return Nodetype.BASE, (name, 0)
+
+    fields: dict[str, list[tuple[str, Any]]] = {
+        request: [],
+        TRIGGER_RESPONSE: [("success", basic("bool")), ("message", basic("string"))],
+        event: [("info", part(info)), ("request", at_most_one(request)), ("response", at_most_one(TRIGGER_RESPONSE))],
+        TRIGGER: [
+            ("request_message", part(request)),
+            ("response_message", part(TRIGGER_RESPONSE)),
+            ("event_message", part(event)),
+        ],
+    }
+    return get_types_from_msg(about, info) | {name: ([], listed) for name, listed in fields.items()}
+
+
+TYPES.register(_trigger())
 TYPES.max_sequence_length = MAX_BEAMS
 
 # rosbags makes its message classes at run time, so their types are not known to a type checker.
@@ -287,5 +318,5 @@ def encode_transforms(*transforms: Transform) -> bytes:
 
 
 def type_hash(name: str) -> str:
-    """The REP 2011 hash of a message type, as ``RIHS01_...``."""
+    """The REP 2011 hash of a message's or a service's type, as ``RIHS01_...``."""
     return str(TYPES.hash_rihs01(name))

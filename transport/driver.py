@@ -19,7 +19,7 @@ from transport.codec import (
 )
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply, Odometry, Scan, Twist
-from transport.ros_graph import RosGraph, RosSender
+from transport.ros_graph import RosGraph, RosPublisher, RosSender
 
 T = TypeVar("T")
 
@@ -81,14 +81,12 @@ class RosDriver:
         self._bus = bus
         self._scan, self._odometry = bus.newest(keys.scan), bus.newest(keys.odometry)
         self._publisher: Publisher = bus.publisher(keys.command, urgent=True)
-        bell: Publisher | None = bus.publisher(keys.door) if keys.settings.door_call == "message" else None
-        if keys.settings.keys == "rmw_zenoh":
-            graph = RosGraph(bus, keys)
+        graph = RosGraph(bus, keys) if keys.settings.keys == "rmw_zenoh" else None
+        if graph is not None:
             graph.subscriber(keys.scan)
             graph.subscriber(keys.odometry)
-            self._publisher = RosSender(self._publisher, graph.publisher(keys.command))
-            bell = bell and RosSender(bell, graph.publisher(keys.door))
-        self._bell = Bell(bus, keys.door, bell)
+            self._publisher = RosPublisher(self._publisher, graph.publisher(keys.command))
+        self._bell = _bell(bus, keys, graph)
         self._closed = False
 
     def sense(self) -> Sensed:
@@ -135,25 +133,59 @@ class RosDriver:
             return None
 
 
-class Bell:
-    """The door bell of a ROS 2 robot; a call must not hold up the loop, so it is made from a thread of its own.
+class Bell(Protocol):
+    """The door bell of a ROS 2 robot."""
+
+    def ring(self) -> None:
+        """Ring; never waits."""
+        ...
+
+    def answer(self) -> DoorReply | None:
+        """The answer, once."""
+        ...
+
+
+def _bell(bus: Bus, keys: RobotKeys, graph: RosGraph | None) -> Bell:
+    if keys.settings.door_call == "message":
+        publisher = bus.publisher(keys.door)
+        return MessageBell(publisher if graph is None else RosPublisher(publisher, graph.publisher(keys.door)))
+    if graph is None:
+        return ServiceBell(bus, keys.door)
+    return ServiceBell(bus, keys.door, RosSender(graph.client(keys.door)).attachment)
+
+
+class MessageBell:
+    """A bell that is rung by a plain message, and does not answer."""
+
+    def __init__(self, publisher: Publisher) -> None:
+        self._publisher = publisher
+
+    def ring(self) -> None:
+        """Send the message."""
+        self._publisher.put(encode_empty())
+
+    def answer(self) -> DoorReply | None:
+        """Nothing."""
+        return None
+
+
+class ServiceBell:
+    """A bell that is rung by a call of a service, from a thread of its own: it must not hold up the loop.
 
     Args:
-        bus: where a service answers.
+        bus: where the service answers.
         key: the service.
-        publisher: rings by a plain message instead, for robots that know only that.
+        attachment: makes what rides with a call.
     """
 
-    def __init__(self, bus: Bus, key: str, publisher: Publisher | None) -> None:
-        self._bus, self._key, self._publisher = bus, key, publisher
+    def __init__(self, bus: Bus, key: str, attachment: Callable[[], bytes] = bytes) -> None:
+        self._bus, self._key, self._attachment = bus, key, attachment
         self._answers: deque[DoorReply] = deque(maxlen=1)
         self._call: Thread | None = None
 
     def ring(self) -> None:
-        """Ring; while a call is under way, nothing more is done."""
-        if self._publisher is not None:
-            self._publisher.put(encode_empty())
-        elif self._call is None or not self._call.is_alive():
+        """Call; while a call is under way, nothing more is done."""
+        if self._call is None or not self._call.is_alive():
             self._call = Thread(target=self._ask, name="door bell", daemon=True)
             self._call.start()
 
@@ -162,7 +194,7 @@ class Bell:
         return self._answers.popleft() if self._answers else None
 
     def _ask(self) -> None:
-        payload = self._bus.ask(self._key, encode_empty(), DOOR_LIMIT)
+        payload = self._bus.ask(self._key, encode_empty(), DOOR_LIMIT, self._attachment())
         try:
             reply = DoorReply(accepted=False, reason="no answer") if payload is None else decode_door_reply(payload)
         except CodecError as error:

@@ -56,7 +56,7 @@ class RobotKeys:
     @property
     def door(self) -> str:
         """The door bell: the service ``std_srvs/Trigger`` or the message ``std_msgs/Empty``."""
-        return self._topic(self.settings.door, codec.EMPTY)
+        return self._topic(self.settings.door, codec.TRIGGER if self.settings.door_call == "service" else codec.EMPTY)
 
     @property
     def session(self) -> str:
@@ -67,5 +67,5 @@ class RobotKeys:
         path = f"{self.namespace}/{name.strip('/')}"
         if self.settings.keys == "bridge":
             return path
-        package, _, short = kind.split("/")
-        return f"{self.settings.domain}/{path}/{package}::msg::dds_::{short}_/{codec.type_hash(kind)}"
+        package, group, short = kind.split("/")
+        return f"{self.settings.domain}/{path}/{package}::{group}::dds_::{short}_/{codec.type_hash(kind)}"

@@ -94,11 +94,11 @@ class MemoryBus:
         """Have every question on ``key`` handed over, from the asker's thread."""
         self._leave.append(self._network.serve(key, deliver))
 
-    def ask(self, key: str, payload: bytes, timeout: float) -> bytes | None:
+    def ask(self, key: str, payload: bytes, timeout: float, attachment: bytes = b"") -> bytes | None:
         """One question and its first answer."""
         clock, answers = self._network.clock, deque[bytes]()
         for deliver in self._network.servers(key):
-            deliver(Request(payload, answers.append))
+            deliver(Request(payload, answers.append, attachment))
         deadline = clock.now() + timeout
         while not answers and self._network.servers(key) and clock.now() < deadline:
             clock.wait(_LOOK)

@@ -1,7 +1,7 @@
 """How a program becomes known in the ROS graph of rmw_zenoh: liveliness tokens under ``@ros2_lv/``.
 
 A token is a key that is there for as long as the session of whoever declared it. It reads
-``@ros2_lv/DOMAIN/SESSION/NODE/ENTITY/KIND/ENCLAVE/NAMESPACE/NAME``, and for a publisher or subscriber further
+``@ros2_lv/DOMAIN/SESSION/NODE/ENTITY/KIND/ENCLAVE/NAMESPACE/NAME``, and for a publisher, subscriber or client further
 ``/TOPIC/TYPE/HASH/QUALITY``; ROS names bear ``%`` for ``/`` in it. ``docs/reference/link.md`` says more.
 """
 
@@ -18,8 +18,9 @@ from transport.keys import RobotKeys
 NODE = "maze_machine"
 """The name of a controller's node, in the robot's namespace."""
 
-# Only what differs from the default (reliable, volatile, keep the last 42) is named: the newest one only; best effort.
-_COMMANDS, _SENSORS = "::,1:,:,:,,", "2::,1:,:,:,,"
+# Only what differs from the default (reliable, volatile, keep the last 42) is named: the newest one only; best effort;
+# ten, as ROS has it for services.
+_COMMANDS, _SENSORS, _SERVICES = "::,1:,:,:,,", "2::,1:,:,:,,", "::,10:,:,:,,"
 
 
 class RosGraph:
@@ -38,6 +39,10 @@ class RosGraph:
         """The node speaks on a key; the answer are the 16 bytes that name the publisher in its messages."""
         return sender_id(self._announce("MP", key, _COMMANDS))
 
+    def client(self, key: str) -> bytes:
+        """The node calls the service on a key; the answer are the 16 bytes that name it in its calls."""
+        return sender_id(self._announce("SC", key, _SERVICES))
+
     def _announce(self, kind: str, key: str = "", quality: str = "") -> str:
         node = (self._bus.identity, "0", str(self._entities), kind, _mangled("/"), _mangled(self._namespace), NODE)
         self._entities += 1
@@ -51,6 +56,22 @@ class RosGraph:
 
 
 class RosSender:
+    """Counts what one publisher or client sends, and says what must ride with it.
+
+    Args:
+        gid: 16 bytes that name the sender.
+    """
+
+    def __init__(self, gid: bytes) -> None:
+        self._gid, self._sent = gid, 0
+
+    def attachment(self) -> bytes:
+        """What rides with the next message."""
+        self._sent += 1
+        return rmw_attachment(self._sent, time.time_ns(), self._gid)
+
+
+class RosPublisher:
     """A publisher whose messages bear what rmw_zenoh expects of them.
 
     Args:
@@ -59,13 +80,12 @@ class RosSender:
     """
 
     def __init__(self, publisher: Publisher, gid: bytes) -> None:
-        self._publisher, self._gid, self._sent = publisher, gid, 0
+        self._publisher, self._sender = publisher, RosSender(gid)
 
     def put(self, payload: bytes, attachment: bytes = b"") -> None:
         """Send a message; its attachment is made here."""
         del attachment
-        self._sent += 1
-        self._publisher.put(payload, rmw_attachment(self._sent, time.time_ns(), self._gid))
+        self._publisher.put(payload, self._sender.attachment())
 
 
 def rmw_attachment(sequence: int, sent: int, gid: bytes) -> bytes:

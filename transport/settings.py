@@ -47,6 +47,6 @@ class LinkSettings(Settings):
 
     @model_validator(mode="after")
     def _goes_together(self) -> Self:
-        if self.keys == "rmw_zenoh" and (self.gate or self.door_call == "service"):
-            raise ValueError('keys = "rmw_zenoh" is for bare drivers: gate = false, door_call = "message"')
+        if self.keys == "rmw_zenoh" and self.gate:
+            raise ValueError('keys = "rmw_zenoh" is for bare drivers: gate = false')
         return self

@@ -129,9 +129,8 @@ class ZenohBus:
         """Have every question on ``key`` handed over, from Zenoh's thread."""
 
         def receive(query: zenoh.Query) -> None:
-            payload = query.payload
-            if payload is not None and len(payload) > MAX_PAYLOAD:
-                self.dropped["oversized"] += 1
+            message = self._read(query)
+            if message is None:
                 return
 
             def reply(answer: bytes) -> None:
@@ -140,14 +139,14 @@ class ZenohBus:
                     query.reply(query.key_expr, answer)
                 query.drop()  # type: ignore[no-untyped-call]
 
-            deliver(Request(b"" if payload is None else payload.to_bytes(), reply))
+            deliver(Request(message.payload, reply, message.attachment))
 
         self._declared.append(self._session.declare_queryable(key, receive))
 
-    def ask(self, key: str, payload: bytes, timeout: float) -> bytes | None:
+    def ask(self, key: str, payload: bytes, timeout: float, attachment: bytes = b"") -> bytes | None:
         """One question and its first answer."""
         try:
-            for reply in self._session.get(key, payload=payload, timeout=timeout):
+            for reply in self._session.get(key, payload=payload, attachment=attachment or None, timeout=timeout):
                 if reply.ok is not None:
                     return reply.ok.payload.to_bytes()
         except zenoh.ZError:
@@ -160,9 +159,11 @@ class ZenohBus:
             self._session.close()  # type: ignore[no-untyped-call]
         self._declared.clear()
 
-    def _read(self, sample: zenoh.Sample) -> Message | None:
-        attachment = sample.attachment
-        message = Message(sample.payload.to_bytes(), b"" if attachment is None else attachment.to_bytes())
+    def _read(self, sample: zenoh.Sample | zenoh.Query) -> Message | None:
+        payload, attachment = sample.payload, sample.attachment
+        message = Message(
+            b"" if payload is None else payload.to_bytes(), b"" if attachment is None else attachment.to_bytes()
+        )
         if len(message.payload) + len(message.attachment) > MAX_PAYLOAD:
             self.dropped["oversized"] += 1
             return None

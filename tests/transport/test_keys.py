@@ -10,11 +10,12 @@ import zenoh
 from pydantic import ValidationError
 from zenoh.ext import Int64, z_deserialize, z_serialize
 
-from transport.bus import Mailbox, Message
+from transport.bus import Mailbox, Message, Request
+from transport.codec import encode_door_reply
 from transport.connect import dialling, listening
 from transport.driver import RosDriver
 from transport.keys import RobotKeys
-from transport.messages import STOP
+from transport.messages import STOP, DoorReply
 from transport.ros_graph import rmw_attachment, sender_id
 from transport.settings import LinkSettings
 
@@ -43,6 +44,39 @@ def test_a_name_that_is_no_key_is_refused(name: str) -> None:
 def test_rmw_zenoh_goes_with_bare_drivers_only() -> None:
     with pytest.raises(ValidationError, match="bare drivers"):
         LinkSettings(keys="rmw_zenoh")
+
+
+def test_the_door_is_a_service_under_the_hash_that_ros_computes_for_it() -> None:
+    # From the ROS 2 Jazzy installation of std_srvs (Trigger.json).
+    settings = RMW.model_copy(update={"door_call": "service"})
+    assert RobotKeys("pico1", settings).door == (
+        "3/pico1/open_door/std_srvs::srv::dds_::Trigger_/"
+        "RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f"
+    )
+
+
+def test_a_service_of_rmw_zenoh_is_called_as_its_own_clients_do(endpoint: str) -> None:
+    keys = RobotKeys("pico1", RMW.model_copy(update={"door_call": "service"}))
+    asked: Mailbox[Request] = Mailbox()
+    with listening(endpoint) as robot, dialling(endpoint) as bus:
+        robot.serve(keys.door, asked.put)
+        driver = RosDriver(bus, keys)
+        token = f"@ros2_lv/3/{bus.identity}/0/4/SC/%/%pico1/maze_machine/%pico1%open_door"
+        token += f"/std_srvs::srv::dds_::Trigger_/{keys.door.rpartition('/')[2]}/::,10:,:,:,,"
+        for number in (1, 2):
+            driver.ring()
+            while (request := asked.take(0.02)) is None:  # until the two have discovered each other
+                driver.ring()
+            # A request without fields still bears one byte in ROS 2.
+            assert request.payload == bytes([0, 1, 0, 0, 0])
+            sequence, sent, gid = z_deserialize(tuple[Int64, Int64, bytes], zenoh.ZBytes(request.attachment))
+            assert sequence >= number
+            assert sent > 0
+            assert gid == sender_id(token)
+            request.reply(encode_door_reply(DoorReply(number == 1, f"answer {number}")))
+            while (answer := driver.sense().door) is None or answer.reason == "no answer":
+                pass
+            assert answer == DoorReply(number == 1, f"answer {number}")
 
 
 def test_rmw_zenohs_attachment_is_what_zenoh_itself_serialises() -> None:

@@ -252,7 +252,9 @@ class BareRobot:
             self._scan.put(encode_scan(observation.scan))
 
 
-@pytest.mark.parametrize(("keys", "door_call"), [("bridge", "service"), ("rmw_zenoh", "message")])
+@pytest.mark.parametrize(
+    ("keys", "door_call"), [("bridge", "service"), ("rmw_zenoh", "message"), ("rmw_zenoh", "service")]
+)
 def test_a_bare_driver_is_driven_without_a_gate(keys: str, door_call: str) -> None:
     clock = Hand()
     network = MemoryNetwork(clock=clock)

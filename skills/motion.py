@@ -32,7 +32,7 @@ def above_zero(name: str, value: float) -> float:
         ValueError: it is not positive and finite.
     """
     if not 0 < value < math.inf:
-        raise ValueError(f"`{name}` must be above zero, and is {value:g} in SI units")
+        raise ValueError(f"`{name}` must be above zero, not {value:g}")
     return value
 
 
@@ -43,7 +43,7 @@ def not_negative(name: str, value: float) -> float:
         ValueError: it is negative or not finite.
     """
     if not 0 <= value < math.inf:
-        raise ValueError(f"`{name}` must be zero or above, and is {value:g} in SI units")
+        raise ValueError(f"`{name}` must be zero or above, not {value:g}")
     return value
 
 
@@ -54,7 +54,7 @@ def finite(name: str, value: float) -> float:
         ValueError: it is not finite.
     """
     if not math.isfinite(value):
-        raise ValueError(f"`{name}` must be a number, and is {value:g}")
+        raise ValueError(f"`{name}` must be a number, not {value:g}")
     return value
 
 

@@ -76,6 +76,7 @@ class Behaviour:
             hint = guess.text
             if call.name.value in self.context.library.actions:
                 hint = f"`{call.name}` is an action: it takes no time, and stands behind a slash"
+            hint = hint or "`maze-machine list activities` shows what there is"
             self.context.add_once("E0204", call.name, f"there is no activity `{call.name}`", hint)
         if guess.name is None:
             self.look_at(call)
@@ -116,6 +117,7 @@ class Behaviour:
         index = len(self.transitions)
         operands = [one for one in (line.operand, line.guard) if one is not None]
         uncertain |= any(name in self.context.plan.doubt.names for one in operands for name in syntax.names_in(one))
+        draft.deaf |= trigger is None
         if uncertain or trigger is None or (guard is None and line.guard is not None):
             self.uncertain.add(index)
         place = self.context.place(line.keyword, _last_token(line))
@@ -138,7 +140,8 @@ class Behaviour:
                 continue
             clash = next((other for other in known if not _orthogonal(draft, other)), None)
             if clash is not None:
-                self.context.add("E0406", name, f"`{clash.name}` and `{draft.name}` cannot be active together")
+                hint = "several targets lie in different regions of a parallel state"
+                self.context.add("E0406", name, f"`{clash.name}` and `{draft.name}` cannot be active together", hint)
                 continue
             known.append(draft)
         return tuple(one.index for one in known)
@@ -159,10 +162,17 @@ class Behaviour:
             hint = f"go to `{owner}`, or to `{owner}.history`"
             self.context.add("E0201", name, f"a state inside `{owner}` cannot be entered by this name", hint)
             return self.context.plan.states[owner]
-        wanted = owner if suffix in HISTORY else str(name)
+        wanted = owner if dot and suffix in HISTORY else str(name)
         close = self.context.report.guess(wanted, self.context.plan.states)
+        hint = (
+            f"say of which state: `state.{name}`"
+            if name in HISTORY
+            else close.text or "declare it, or correct the name"
+        )
         place = self.context.place(name)
-        self.context.report.add_once("E0201", place, f"there is no state `{wanted}`", close.text)
+        self.context.report.add_once(
+            "E0201", place, f"there is no state `{wanted}`", hint or "declare it, or correct the name"
+        )
         self.context.plan.unresolved |= close.name is None
         return self.context.plan.states.get(close.name or "")
 
@@ -198,6 +208,7 @@ class Behaviour:
             hint = guess.text
             if name.value in self.context.library.activities:
                 hint = f"`{name}` is an activity: it takes time, and stands behind `do`"
+            hint = hint or "`maze-machine list actions` shows what there is"
             self.context.add_once("E0205", name, f"there is no action `{name}`", hint)
         if guess.name is None:
             self.look_at(line)

@@ -179,7 +179,7 @@ class _Compiler:
                 if owner.kind in (StateKind.ATOMIC, StateKind.FINAL):
                     if not (owner.broken or owner.opaque or self.context.plan.doubt.unread):
                         message = f"`{owner_name}` has no states inside, so it has no history"
-                        self.context.add_once("E0407", target, message)
+                        self.context.add_once("E0407", target, message, f"go to `{owner_name}`")
                     self.context.plan.unresolved = True
                 elif HISTORY[suffix] not in owner.histories:
                     kind = HISTORY[suffix]
@@ -276,7 +276,8 @@ class _Compiler:
         target = self.behaviour.named_state(draft.initial.target)
         actions = self.behaviour.actions(draft.initial.actions)
         if target is not None and not draft.broken and (target is draft or draft not in target.ancestors()):
-            self.context.add("E0405", draft.initial.target, f"`{target.name}` does not lie in `{draft.name}`")
+            hint = "name one of the states inside"
+            self.context.add("E0405", draft.initial.target, f"`{target.name}` does not lie in `{draft.name}`", hint)
             target = None
         return (target.index,) if target is not None else (), actions
 

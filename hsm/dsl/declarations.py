@@ -17,6 +17,7 @@ from hsm.model import StateKind, Variable
 from hsm.registry import Parameter
 
 _MOST_REPORTERS = 3
+_MOST_HEARD = 8
 
 
 @dataclass(slots=True)
@@ -157,7 +158,9 @@ class Declarations:
         # What a state hears of may be missing as a whole: one finding for all that it waits for in vain.
         subject = self._strange.setdefault(name, draft.index)
         place, again = self.context.place(token), f"nor `{name}`" if subject == draft.index else "and here"
-        hint = guess.text or self._reporter(name)
+        hint = guess.text or self._reporter(name) or _heard(draft)
+        if name in self.context.library.signals:
+            hint = f"`{name}` is a signal: `when {name}`"
         self.context.report.add_once("E0203", place, message, hint, subject=subject, again=again)
         draft.deaf = self.puzzled = True
         return name
@@ -193,3 +196,9 @@ class Declarations:
             if name not in self.heard and self.events[name] is None and name not in self.context.library.events:
                 found.append(("raised event", name, self.context.place(token)))
         return found
+
+
+def _heard(draft: Draft) -> str | None:
+    """What a state hears of, as a way out."""
+    names = sorted(draft.completions | draft.reported)
+    return f"what `{draft.name}` hears of: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None

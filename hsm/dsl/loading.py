@@ -179,7 +179,8 @@ class _Loader:
         place = place_of(report.file, name)
         if key in self.open_files:
             ring = [one.stem for one in self.open_files[self.open_files.index(key) :]]
-            report.add("E0410", place, f"machines import one another in a ring: {' -> '.join([*ring, ring[0]])}")
+            message = f"machines import one another in a ring: {' -> '.join([*ring, ring[0]])}"
+            report.add("E0410", place, message, "let what both need be a machine of its own, which they import")
             return None
         if key in self.units:
             return self.units[key]

@@ -164,10 +164,12 @@ class _Walker:
             few = draft.kind is StateKind.PARALLEL and len(draft.children) < 2
             if few and not draft.broken and not result.doubt.unread:
                 result.unresolved = True
-                self._add("E0408", draft.token, f"parallel state `{draft.name}` has fewer than two states inside")
+                message = f"parallel state `{draft.name}` has fewer than two states inside"
+                self._add("E0408", draft.token, message, "write `state`, or give it a second region")
         if result.heading is None:
             if not result.doubt.unread:
-                self._add("E0401", _start_of(self.tree), "the first line is to be `machine`, with a name")
+                message = "the first line is to be `machine`, with a name"
+                self._add("E0401", _start_of(self.tree), message, "begin with `machine maze`")
             return
         name = result.heading.name
         result.root.name, result.root.token = str(name), name
@@ -182,7 +184,7 @@ class _Walker:
                 related=(related,),
             )
         if not result.root.children and not result.doubt.unread:
-            self._add("E0409", name, f"machine `{name}` has no state")
+            self._add("E0409", name, f"machine `{name}` has no state", "begin with one: `state waiting`")
 
     def _take(self, draft: Draft, item: syntax.Item) -> tuple[Draft, Iterator[syntax.Item]] | None:
         """Note one line; a block is returned to be walked next."""
@@ -230,7 +232,8 @@ class _Walker:
 
     def _insert(self, draft: Draft, name: Token) -> None:
         if "." in name:
-            self._add("E0211", name, f"`{name}` cannot name a state: a name that is declared has no dot")
+            message = f"`{name}` cannot name a state: a name that is declared has no dot"
+            self._add("E0211", name, message, f"write `{name.replace('.', '_')}`")
             self.result.doubt.names.add(draft.name)
             draft.broken = True
         elif self.is_new(name):
@@ -293,7 +296,8 @@ class _Walker:
             case _:
                 raise AssertionError(item)
         if draft is not self.result.root and not draft.broken:
-            self._add("E0402", first, "this is declared at the top of the file, not in a state")
+            message = "this is declared at the top of the file, not in a state"
+            self._add("E0402", first, message, "move it up, in front of the first state")
         if isinstance(item, syntax.ImportLine):
             known = first.rpartition(".")[2]
             if known in self.result.imports:
@@ -310,7 +314,8 @@ class _Walker:
         if first is name:
             return True
         related = Related(place_of(self.tree.name, first), "first declared here")
-        self.report.add("E0209", place_of(self.tree.name, name), f"`{name}` is declared twice", related=(related,))
+        message, hint = f"`{name}` is declared twice", "give one of them another name"
+        self.report.add("E0209", place_of(self.tree.name, name), message, hint, (related,))
         return False
 
     def _not_here(self, instance: Draft, token: Token, message: str) -> None:
@@ -319,12 +324,13 @@ class _Walker:
         self.report.add_once("E0402", place, message, subject=id(instance), again="nor does this belong here")
         instance.broken = instance.opaque = True
 
-    def _add(self, code: str, token: Token | None, message: str) -> None:
-        self.report.add(code, place_of(self.tree.name, token) if token is not None else None, message)
+    def _add(self, code: str, token: Token | None, message: str, hint: str | None = None) -> None:
+        self.report.add(code, place_of(self.tree.name, token) if token is not None else None, message, hint)
 
     def _second(self, what: str, token: Token, first: Token) -> None:
         related = Related(place_of(self.tree.name, first), "the first is here")
-        self.report.add("E0403", place_of(self.tree.name, token), f"a second `{what}`", related=(related,))
+        hint = "a state does one thing: the other belongs to a state of its own" if what == "do" else "keep one of them"
+        self.report.add("E0403", place_of(self.tree.name, token), f"a second `{what}`", hint, (related,))
 
 
 def _first_item(tree: syntax.File) -> syntax.Item:

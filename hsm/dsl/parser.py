@@ -22,6 +22,7 @@ from hsm.model import StateKind
 
 _INDENTED = "this is indented under a line that has no block"
 _MISFIT = "this begins where no block begins"
+_SHIFT = "let it begin below the line that it belongs with; only `state` and `parallel` have a block"
 _TAB = "here is a tab"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
@@ -191,7 +192,7 @@ def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
         if parser.feed(token):
             continue
         if token.type == "_INDENT":
-            report.add("E0103", _line_place(file, lines, token.end_line or 1), _INDENTED)
+            report.add("E0103", _line_place(file, lines, token.end_line or 1), _INDENTED, _SHIFT)
             for one in (Token("BAD", ""), Token("_NL", ""), token):
                 parser.feed(one)
         else:
@@ -201,9 +202,9 @@ def parse(text: str, file: str) -> tuple[syntax.File, list[Diagnostic]]:
     items = parser.finish()
     for end, token in lexer.unclosed.items():
         _forget_between(report, token.line or 1, end)
-        report.add("E0104", place_of(file, token), f"`{token}` is never closed")
+        report.add("E0104", place_of(file, token), f"`{token}` is never closed", "close it with `)`")
     for token in lexer.misfits:
-        report.add("E0105", _line_place(file, lines, token.end_line or 1), _MISFIT)
+        report.add("E0105", _line_place(file, lines, token.end_line or 1), _MISFIT, _SHIFT)
     return syntax.File(file, items, tuple(lines)), _once_a_line(report.found)
 
 

@@ -37,17 +37,18 @@ class Report:
     file: str
     found: list[Diagnostic] = field(default_factory=list)
     guesses: int = 0
-    _told: dict[Hashable, int] = field(default_factory=dict)
+    _told: dict[Hashable, Diagnostic] = field(default_factory=dict)
 
     def guess(self, name: str, known: Iterable[str]) -> Guess:
         """What may have been meant by an unknown name; a file with very many of them gets no more guesses."""
         self.guesses += 1
         if self.guesses > _MOST_GUESSES or len(name) > _LONGEST_GUESS:
             return Guess()
-        close = get_close_matches(name, [one for one in known if len(one) <= _LONGEST_GUESS], n=1)
+        names = [one for one in known if len(one) <= _LONGEST_GUESS]
+        close = [one for one in names if one.lower() == name.lower()] or get_close_matches(name, names, n=1)
         if not close:
             return Guess()
-        alike = SequenceMatcher(None, close[0], name).ratio() >= _CERTAIN
+        alike = SequenceMatcher(None, close[0].lower(), name.lower()).ratio() >= _CERTAIN
         return Guess(
             close[0] if alike and abs(len(close[0]) - len(name)) <= _FEW_LETTERS else None,
             f"did you mean `{close[0]}`?",
@@ -87,12 +88,12 @@ class Report:
             again: what is said of this place when it is not the first.
         """
         key = (code, message if subject is None else subject)
-        if key not in self._told:
-            self._told[key] = len(self.found)
+        first = self._told.get(key)
+        if first is None or (len(first.related) < _MOST_REPEATS and first not in self.found):
             self.add(code, place, message, suggestion)
-            return
-        first = self.found[self._told[key]]
-        if first.place is not None and place < first.place and first.message == message:
-            place, first = first.place, replace(first, place=place)
-        related = (*first.related, Related(place, again))[:_MOST_REPEATS]
-        self.found[self._told[key]] = replace(first, related=related)
+            self._told[key] = self.found[-1]
+        elif len(first.related) < _MOST_REPEATS:
+            at = self.found.index(first)
+            if first.place is not None and place < first.place and first.message == message:
+                place, first = first.place, replace(first, place=place)
+            self._told[key] = self.found[at] = replace(first, related=(*first.related, Related(place, again)))

@@ -34,6 +34,21 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 }
 
 
+_OTHER_TYPES = {
+    **dict.fromkeys(("float", "double", "real"), "number"),
+    **dict.fromkeys(("integer", "long", "uint"), "int"),
+    **dict.fromkeys(("boolean", "Bool"), "bool"),
+    **dict.fromkeys(("duration", "seconds"), "time"),
+    **dict.fromkeys(("distance", "meters"), "length"),
+}
+_OTHER_UNITS = {
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("minute", "minutes"), "min"),
+    **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("degree", "degrees"), "deg"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+}
 _LONGEST_INTEGER = 18
 _LARGEST = 1e300
 _NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?) *(.*)")
@@ -78,7 +93,8 @@ class Scope:
         enumeration = self.library.enumerations.get(name)
         if enumeration is not None:
             return _type_of_enumeration(enumeration)
-        hint = self.report.guess(name, [*_SIMPLE_TYPES, *self.library.enumerations]).text
+        hint = _meant(name, _OTHER_TYPES) or self.report.guess(name, [*_SIMPLE_TYPES, *self.library.enumerations]).text
+        hint = hint or "`maze-machine list types` shows what there is"
         self.report.add_once("E0206", self._place(name), f"there is no type `{name}`", hint)
         return None
 
@@ -95,7 +111,8 @@ class Scope:
         """A typed expression; ``expected`` only helps to find the enumeration that a bare name belongs to."""
         if depth_of(node) > DEEPEST_EXPRESSION:
             message = f"this expression is nested more than {DEEPEST_EXPRESSION} deep"
-            self.report.add("E0106", place_of(self.report.file, first_token(node)), message)
+            hint = "put parts of it into variables, or into a signal of the registry"
+            self.report.add("E0106", place_of(self.report.file, first_token(node)), message, hint)
             self.used.update(syntax.names_in(node))
             return None
         return self._expression(node, expected)
@@ -134,7 +151,8 @@ class Scope:
         if missing and not given.keys() - by_name.keys():
             names = ", ".join(f"`{name}`" for name in missing)
             message = f"{subject} needs {names}"
-            self.report.add("E0212", place_of(self.report.file, call.name, call.closing), message)
+            hint = f"give it in the parentheses: `{call.name}({', '.join(f'{name} = ...' for name in missing)})`"
+            self.report.add("E0212", place_of(self.report.file, call.name, call.closing), message, hint)
             return None
         if missing or None in given.values():
             return None
@@ -168,7 +186,8 @@ class Scope:
             return self._finite(float(digits), NUMBER, token)
         unit = UNITS.get(unit_name)
         if unit is None:
-            hint = self.report.guess(unit_name, UNITS).text or _listed("the units are", UNITS)
+            hint = _meant(unit_name, _OTHER_UNITS) or self.report.guess(unit_name, UNITS).text
+            hint = hint or _listed("the units are", UNITS)
             self.report.add_once("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
             return None
         return self._finite(float(digits) * unit.factor, unit.quantity, token)
@@ -218,10 +237,21 @@ class Scope:
         else:
             message = f"there is no variable, parameter or signal `{token}`"
             close = self.report.guess(token, [*self.variables, *self.library.signals])
-            hint = close.text
+            hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` shows what there is"
         self.used.add(close.name or "")
         self.puzzled |= close.name is None
         self.report.add_once("E0202", self._place(token), message, hint, subject=token.value)
+        return None
+
+    def _other_kind(self, name: str) -> str | None:
+        """A way out where a name is known, but not as one that has a value."""
+        library = self.library
+        if name.lower() in ("true", "false"):
+            return f"write `{name.lower()}`"
+        if name in library.events or any(name in one.outcomes for one in library.activities.values()):
+            return f"`{name}` is waited for: `on {name}`"
+        if name in self.states:
+            return f"whether a state is active: `in({name})`"
         return None
 
     def _chain(self, node: syntax.Chain) -> Expression | None:
@@ -263,7 +293,7 @@ class Scope:
         kind: Type
         if operator in ("*", "/"):
             if operator == "/" and isinstance(right, Literal) and right.value == 0:
-                self.report.add("E0305", right.place or place, "this divides by zero")
+                self.report.add("E0305", right.place or place, "this divides by zero", "divide by another value")
                 return None
             first, second = _as_quantity(left_type), _as_quantity(right_type)
             kind = first * second if operator == "*" else first / second
@@ -420,6 +450,11 @@ class Scope:
 
     def _span(self, node: syntax.Expression | syntax.Named) -> Place:
         return place_of(self.report.file, first_token(node), last_token(node))
+
+
+def _meant(name: str, others: Mapping[str, str]) -> str | None:
+    """The question whether another word for something was meant."""
+    return f"did you mean `{others[name]}`?" if name in others else None
 
 
 def _listed(intro: str, names: Mapping[str, object]) -> str:

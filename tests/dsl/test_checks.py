@@ -152,12 +152,64 @@ def test_a_ring_of_imports_over_two_files(library, tmp_path):
     assert "one -> two -> one" in checked.diagnostics[0].message
 
 
+def test_a_name_that_is_misspelt_everywhere_is_one_finding(library):
+    body = "var n : int = 0\nstate a\n    on bumped if m > 0 -> b\n    on bumped / m += 1\n"
+    body += "state b\n    do wait(times = m)\n    on done -> c\n    on bumped -> c\nfinal d\n"
+    checked = check_text("machine m1\n" + body, library)
+    assert [(one.code, one.place.line, [two.place.line for two in one.related]) for one in checked.diagnostics] == [
+        ("E0202", 4, [5, 7]),
+        ("E0201", 8, [9]),
+    ]
+
+
+MISTAKES = [
+    ("state a:\n    on bumped -> b\nfinal b\n", "no colon"),
+    ("state a {\n    on bumped -> b\n}\nfinal b\n", "no braces"),
+    ("state a\n    do ring\n    on done, refused -> b\nfinal b\n", "`do ring()`"),
+    ("state a\n    ring()\n    on bumped -> b\nfinal b\n", "behind `do`"),
+    ("state a\n    when steps = 3 -> b\nfinal b\n", "`==`"),
+    ("state a\n    when steps <> 3 -> b\nfinal b\n", "`!=`"),
+    ("state a\n    when space.left is true -> b\nfinal b\n", "`==`"),
+    ("state a\n    when space.left && space.right -> b\nfinal b\n", "`and`"),
+    ("state a\n    when 1 < steps < 3 -> b\nfinal b\n", "join two comparisons"),
+    ("state a\n    when ahead / 2 > 1 m -> b\nfinal b\n", "parentheses"),
+    ("state a\n    on bumped and space.left -> b\nfinal b\n", "behind `if`"),
+    ("state a\n    on bumped goto b\nfinal b\n", "behind `->`"),
+    ("state a\n    on bumped --> b\nfinal b\n", "`->`"),
+    ("state a\n    on space.left -> b\nfinal b\n", "`when space.left`"),
+    ("state a\n    do wait()\n    when done -> b\nfinal b\n", "`on done`"),
+    ("state a\n    do beep()\n    on bumped -> b\nfinal b\n", "is an action"),
+    ("state a\n    on bumped -> b / ring()\nfinal b\n", "is an activity"),
+    ("state a\n    after 5 -> b\nfinal b\n", "`1 s`"),
+    ("state a\n    after 5 seconds -> b\nfinal b\n", "`s`"),
+    ("state a\n    on bumped -> b;\nfinal b\n", "one line"),
+    ("// first\nstate a\n    on bumped -> b // second\nfinal b\n", "`#`"),
+    ("state a\n\ton bumped -> b\n\ton fault -> b\nfinal b\n", "four spaces"),
+    ("state a\n    on bumped -> b\nfinal state b\n", "begins with `final`"),
+    ("state turn-left\n    on bumped -> b\nfinal b\n", "underscore"),
+    ("state a\n    when space.left -> b\n    elif space.right -> b\nfinal b\n", "a second transition"),
+    ("state a\n    entry beep()\n    on bumped -> b\nfinal b\n", "behind a slash"),
+    ("var n = 0\nstate a\n    on bumped if n > 0 -> b\nfinal b\n", "of which type"),
+    ("var n : float = 0.0\nstate a\n    on bumped if n > 0 -> b\nfinal b\n", "`number`"),
+    ("var n : bool = True\nstate a\n    on bumped if n -> b\nfinal b\n", "`true`"),
+    ("var n : int = 0\nstate a\n    on bumped if n > 1 -> b\n    on fault / n++\nfinal b\n", "`+= 1`"),
+    ("state a\n    on bumped -> b\nstate b\n    on bumped -> history\n", "of which state"),
+    ('state a\n    do follow_wall(side = "left")\n    on bumped -> b\nfinal b\n', "without quotes"),
+]
+
+
+@pytest.mark.parametrize(("body", "words"), MISTAKES)
+def test_a_beginners_mistake_is_one_finding_with_a_way_out(library, body, words):
+    (only,) = check_text("machine m\n" + body, library).diagnostics
+    assert words in only.suggestion
+
+
 def test_suggestions_stop_in_a_file_full_of_unknown_names(library):
     body = "".join(f"state s{number}\n    on bumped -> t{number}{number}\n" for number in range(300))
     checked = check_text("machine m\n" + body, library)
     unknown = [one for one in checked.diagnostics if one.code == "E0201"]
     assert len(unknown) == 300
-    assert sum(one.suggestion is not None for one in unknown) <= 50
+    assert sum("did you mean" in one.suggestion for one in unknown) <= 50
 
 
 def test_an_event_that_is_raised_for_nobody(library):

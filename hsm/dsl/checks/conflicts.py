@@ -46,7 +46,8 @@ def _clash(subject: Subject, thing: str, first: State, second: State) -> Iterato
         f"can run at once, and both hold `{thing}`"
     )
     related = () if other is None else (Related(other, "the other one runs here"),)
-    yield finding("E0411", place, message, related=related)
+    hint = "let them run one after the other, in states that exclude each other"
+    yield finding("E0411", place, message, hint, related)
 
 
 def _place(subject: Subject, state: State) -> Place | None:

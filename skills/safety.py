@@ -21,13 +21,17 @@ HARDEST = 4.0
 OPPOSITE = 0.9
 """Cosine of the angle within which a point is opposite to another; the other wall of a corner is not."""
 
+STANDING = np.zeros((1, 3))
+"""The pose of a robot that stays where it is."""
+
 
 class Guard:
     """Cuts a command, or turns it away, where it would bring the outline within the margin of a wall.
 
     A command is admitted if the robot, having followed it for one period and braking hard from then on, keeps its
     margin all the way. So there is always a command left that is safe: to brake. The outline is taken for its bounding
-    box, which is never nearer to a wall than it says.
+    box, which is never nearer to a wall than it says. What is within the box, as the end of a thin wall in the robot's
+    hollow front, the robot backs away from.
     """
 
     def __init__(self, robot: RobotDescription, settings: SafetySettings) -> None:
@@ -56,8 +60,9 @@ class Guard:
         margin = min(self._margin_ahead(points), self._margin_across(apart, distance, nearest))
         if now >= margin and self.clearance(points, self._stop(reachable)) >= margin:
             return reachable
-        x, y = (-apart[nearest] / now).tolist() if now > 0 else (0.0, 0.0)
-        keep = min(margin, now)
+        away = -apart[nearest] if now > 0 else self._out_of(points)
+        x, y = (away / max(float(np.hypot(*away)), 1e-9)).tolist()
+        keep = min(margin, now if now > 0 else self.clearance(points, STANDING))
         pressed = min(HARDEST, max(0.0, margin - now) / SOFT)
         for other in self._alternatives(wanted, (x, y), pressed):
             reachable = within_acceleration(before, within_speed(other, limits), limits, period)
@@ -97,6 +102,12 @@ class Guard:
         """From the robot's box to each point, m; zero for a point within it."""
         offset = points - self._middle
         return np.asarray(np.sign(offset) * np.maximum(np.abs(offset) - self._half, 0))
+
+    def _out_of(self, points: Points) -> NDArray[np.float64]:
+        """Where to go from the point deepest within the box, m: to the box's far side, by the middle."""
+        offset = points - self._middle
+        deepest = int((np.abs(offset) / self._half).max(axis=1).argmin())
+        return np.asarray(-offset[deepest])
 
     def clearance(self, points: Points, poses: NDArray[np.float64]) -> float:
         """Smallest distance from any of the points to the robot's box at any of the poses, m; negative within it.

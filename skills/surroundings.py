@@ -12,7 +12,7 @@ from transport.messages import Pose, Scan
 
 Points = NDArray[np.float64]
 
-STRIDE = 3  # at the distances that matter the beams are far denser than any wall is thin
+STRIDE = 3  # at the distances that matter the beams are far denser than any wall is thin, unless it points at the robot
 REMEMBERED = 400  # points; a full turn in a narrow corridor leaves fewer
 
 
@@ -53,9 +53,13 @@ class Surroundings:
 
 
 def near_points(scan: Scan, laser: Laser, reach: float) -> Points:
-    """The hits of every third beam within ``reach`` (m) of the sensor, in the robot's frame, shape (n, 2)."""
-    ranges = scan.ranges[::STRIDE]
+    """The nearest hits of every three beams within ``reach`` (m) of the sensor, in the robot's frame, shape (n, 2)."""
+    ranges = scan.ranges[: len(scan.ranges) // STRIDE * STRIDE].reshape(-1, STRIDE)
     valid = (ranges >= laser.range_min) & (ranges < min(reach, laser.range_max))
-    angles = scan.geometry.angles()[::STRIDE][valid] + laser.mount_heading
-    near = ranges[valid].astype(np.float64)
+    usable = np.where(valid, ranges, np.inf)
+    nearest = usable.argmin(axis=1)
+    rows = np.flatnonzero(valid.any(axis=1))
+    beams = rows * STRIDE + nearest[rows]
+    near = ranges[rows, nearest[rows]].astype(np.float64)
+    angles = scan.geometry.angles()[beams] + laser.mount_heading
     return np.column_stack([laser.mount_x + near * np.cos(angles), laser.mount_y + near * np.sin(angles)])

@@ -36,7 +36,7 @@ MOST_TOLD = 10_000
 MOST_STEPS = 120_000
 """So many steps are tried before what was not reached is given up."""
 
-PATIENCE = 15_000
+PATIENCE = 40_000
 """So many steps without anything new are tried before the rest is given up."""
 
 

@@ -69,6 +69,15 @@ def test_a_robot_that_wants_along_a_wall_and_into_it_slides_along_it():
     assert pose.x > 1.5
 
 
+@pytest.mark.parametrize("wanted", [Twist(0.5), Twist(0.0, 0.0, 1.0), STOP])
+@pytest.mark.parametrize(("at", "away"), [((0.07, 0.0), (-1, 0)), ((0.08, 0.05), (-1, 0)), ((0.0, 0.19), (0, -1))])
+def test_what_is_within_the_box_is_backed_away_from(at, away, wanted):
+    end_of_a_wall = np.array(at) - np.outer(np.arange(0, 1, 0.02), away)
+    least, pose = driven(end_of_a_wall, wanted, ticks=30)
+    assert least >= Guard(ROBOT, SETTINGS).clearance(end_of_a_wall, np.zeros((1, 3))) - 1e-9
+    assert pose.x * away[0] + pose.y * away[1] > 0.05
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("towards", [20, 45, 70])
 def test_in_a_corner_the_margin_is_kept_however_long_the_robot_presses(towards, seed):

@@ -26,9 +26,9 @@ class MotionChain:
     def shape(self, wanted: Twist, facts: Facts) -> Twist:
         """The command to send for a wanted one; to be called once a tick, in every tick.
 
-        A wish that is not a number, as comes of an odometry that is none, is a wish to stop.
+        A robot that sees nothing stops, as does one whose wish is not a number, as comes of an odometry that is none.
         """
-        if not math.isfinite(wanted.forward + wanted.left + wanted.turn):
+        if not facts.sweep.known.any() or not math.isfinite(wanted.forward + wanted.left + wanted.turn):
             wanted = STOP
         self._last = self._guard.admit(self._last, wanted, self._surroundings.update(facts))
         return self._last

@@ -15,7 +15,7 @@ import pytest
 from controller.machines import SHIPPED
 
 ROOT = Path(__file__).parents[2]
-PAGES = ("tutorial.md", "explanation/loop.md")
+PAGES = ("tutorial.md", "explanation/loop.md", "explanation/skills.md")
 BLOCK = re.compile(r"^```(\S+)(?: file=(\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LIMIT = 120
 

@@ -65,6 +65,8 @@ def from_json(machine: Machine, snapshot: Mapping[str, Any]) -> Run:
     Raises:
         SnapshotError: it was taken from another machine, or the machine has changed since.
     """
+    if not isinstance(snapshot, Mapping):
+        raise SnapshotError(f"this is no snapshot of a run: {snapshot!r:.60}")
     if snapshot.get("machine") != machine.name:
         raise SnapshotError(f"the snapshot is of machine {snapshot.get('machine')}, not of {machine.name}")
     try:
@@ -84,7 +86,9 @@ def from_json(machine: Machine, snapshot: Mapping[str, Any]) -> Run:
         pending = tuple(_pending(machine, *one) for one in snapshot["pending"])
         finished = frozenset(_index(machine, name) for name in snapshot["finished"])
         return Run(float(snapshot["time"]), state, pending, finished)
-    except (KeyError, TypeError, AttributeError) as error:
+    except SnapshotError:
+        raise
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise SnapshotError(f"this is no snapshot of a run: {error!r}") from error
 
 

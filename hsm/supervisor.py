@@ -117,7 +117,7 @@ class Supervisor:
         Raises:
             MachineFault: something failed that the machine does not handle, or its transitions spin; the machine is as
                 it was before the step.
-            ValueError: the time is before that of the last step.
+            ValueError: the time is before that of the last step, or none at all.
         """
         memo: dict[Any, Any] = {}
         if not self._time <= time < self._wake:
@@ -185,7 +185,7 @@ class Supervisor:
         error: BaseException | None = None,
     ) -> Macrostep:
         """A step in full; when it fails, nothing was changed."""
-        if time < self._time:
+        if not time >= self._time:  # NaN is no time, either
             raise ValueError(f"time runs backwards: {time} s after {self._time} s")
         reaction = Reaction(self.machine, self._state, time, facts=facts, memo=memo, hits=self._hits)
         reaction.run((*self._pending, *events), error)

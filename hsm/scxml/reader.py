@@ -159,7 +159,7 @@ class _Reader:
             self.find("E0904", f"a <{element.tag}> has no `initial`", element.place, "leave it out")
 
     def _unsupported(self, element: Element) -> None:
-        self.find("E0903", f"<{element.tag}> is not supported", element.place, _ADVICE.get(element.tag))
+        self.find("E0903", f"<{element.tag}> is not supported", element.place, _ADVICE.get(element.tag, "leave it out"))
 
     def _kind(self, draft: _Draft) -> StateKind:
         element = draft.element

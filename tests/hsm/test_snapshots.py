@@ -165,3 +165,21 @@ def test_activities_run_on_where_the_state_does_the_same():
     assert [one.stopped for one in Work.made] == [False, True]
     assert run.act(facts()) == [("b", 1), ("c", 3)]
     assert len(Work.made) == 3
+
+
+@pytest.mark.parametrize(
+    "damage", [None, [], "x", {}, {"time": "a"}, {"configuration": ["z"]}, {"history": 3}, {"sent": [[1]]}]
+)
+def test_what_is_no_snapshot_is_refused(damage):
+    machine = build(model(state("a", on("e", "b")), state("b")))
+    snapshot = machine.start().snapshot()
+    damaged = {**snapshot, **damage} if isinstance(damage, dict) and damage else damage
+    with pytest.raises(SnapshotError):
+        machine.restore(damaged)
+
+
+def test_no_time_is_refused():
+    run = build(model(state("a", on("e", "b")), state("b"))).start()
+    with pytest.raises(ValueError, match="backwards"):
+        run.step(float("nan"), ["e"])
+    assert run.configuration == {"a"}

@@ -235,7 +235,7 @@ def read_recording(path: Path) -> Recording:
     """Read a recorded run.
 
     Raises:
-        RecordingError: the file cannot be read, or is no recording of this program.
+        RecordingError: the file cannot be read, is no recording of this program, or holds no tick.
     """
     try:
         with path.open("rb") as file:
@@ -247,6 +247,9 @@ def read_recording(path: Path) -> Recording:
         raise RecordingError(f"{path} is no recording of a run: {error}") from None
     if not reader.run:
         raise RecordingError(f"{path} is no recording of a run: nothing in it says which")
+    if not ticks:
+        cut = "" if reader.complete else ": it was cut off before the first chunk was written"
+        raise RecordingError(f"{path} holds no tick{cut}")
     return Recording(reader.run["robot"], reader.run, ticks, reader.complete)
 
 

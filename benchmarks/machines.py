@@ -1,13 +1,13 @@
 """What the shipped machines can do: hundreds of mazes and corridors drawn by seed, and the contest mazes.
 
     python benchmarks/machines.py draw FOLDER [--count N] [--first SEED]    draw the mazes and the corridors
-    python benchmarks/machines.py run FOLDER [SET ...] [--count N] [--workers N]
+    python benchmarks/machines.py run FOLDER [SET ...] [--skip N] [--count N] [--workers N]
     python benchmarks/machines.py show FOLDER                               the tables of what has been run
 
 `draw` varies all that the generator offers by seed: cells, corridors' width, loops, islands, open spaces, dead ends,
 doors, skew, offset. A maze with a passage narrower than 0.6 m is drawn again. `run` is `maze-machine sweep` over the
-sets below; a set is a results file in the folder, and one that was interrupted goes on where it was. With `--count`
-only the first N mazes of each set are taken. Laser noise, odometry drift and the referee are on; time limits are lifted
+sets below; a set is a results file in the folder, and one that was interrupted goes on where it was. With `--skip`
+and `--count` only some mazes of each set are taken: the first ones are left out, or all after the first N. Laser noise, odometry drift and the referee are on; time limits are lifted
 to those of `SETS`.
 """
 
@@ -134,13 +134,13 @@ def draw(folder: Path, count: int, first: int) -> None:
     (folder / "known.json").write_text(json.dumps(known, indent=1))
 
 
-def run(folder: Path, names: Iterable[str], count: int | None, workers: int) -> None:
+def run(folder: Path, names: Iterable[str], skip: int, count: int | None, workers: int) -> None:
     """Do what is still to be done of some sets."""
     for name in names:
         chosen = SETS[name]
         if isinstance(chosen.mazes, str):
             least = min(one for one in (count, chosen.count, len(known(folder))) if one is not None)
-            mazes: Sequence[str] = [str(file) for file in sorted((folder / chosen.mazes).iterdir())[:least]]
+            mazes: Sequence[str] = [str(file) for file in sorted((folder / chosen.mazes).iterdir())[skip:least]]
         else:
             mazes = chosen.mazes
         setup = Setup(time_limit=chosen.time_limit)
@@ -258,14 +258,15 @@ def main() -> None:
     parser.add_argument("do", choices=("draw", "run", "show"))
     parser.add_argument("folder", type=Path)
     parser.add_argument("sets", nargs="*", default=list(SETS), metavar="SET", help=", ".join(SETS))
-    parser.add_argument("--count", type=int)
-    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, help="only the first N")
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--skip", type=int, default=0, help="leave out so many of the first mazes")
     parser.add_argument("--workers", type=int, default=2)
     arguments = parser.parse_args()
     if arguments.do == "draw":
         draw(arguments.folder, arguments.count or 500, arguments.first)
     elif arguments.do == "run":
-        run(arguments.folder, arguments.sets, arguments.count, arguments.workers)
+        run(arguments.folder, arguments.sets, arguments.skip, arguments.count, arguments.workers)
     else:
         show(arguments.folder)
 

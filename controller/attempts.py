@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from controller.mission import Ending, Mission, Watcher, drive
 from controller.trail import TrailKeeper
@@ -16,6 +16,20 @@ from transport.world import Refereed
 
 class RefereedRobot(Robot, Refereed, Protocol):
     """A robot whose referee it knows."""
+
+
+class KeptRobot:
+    """A robot for several attempts: to let go of it is left to whoever took hold of it."""
+
+    def __init__(self, robot: RefereedRobot) -> None:
+        self._robot = robot
+
+    def __getattr__(self, name: str) -> Any:
+        """All but closing it is the robot's own."""
+        return getattr(self._robot, name)
+
+    def close(self) -> None:
+        """Nothing: in lockstep a world stands still that nobody commands."""
 
 
 WatchersOf = Callable[[int], AbstractContextManager[Sequence[Watcher]]]

@@ -18,7 +18,7 @@ from transport.envelope import ObservationTag
 from transport.guard import Guard
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply, Observation, Odometry, Scan, Twist
-from transport.session import Ask, Close, Granted, Open, Refused, State
+from transport.session import Again, Ask, Close, Granted, Open, Refused, State
 from transport.settings import LinkSettings
 from transport.side import Order, RobotSide
 from transport.world import MakeWorld, World
@@ -164,6 +164,10 @@ class Gate:
         report = self._base.report()
         parts = {"held": True, "sequence": self._sequence, "report": None if report is None else dict(report)}
         return State.model_validate(parts)
+
+    def again(self, question: Again) -> State:
+        """A controller wants another attempt: where time does not wait, somebody must put the robot back."""
+        return self.state(Ask(epoch=question.epoch))
 
     def _give_up(self) -> None:
         self.guard.release()

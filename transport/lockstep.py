@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 from transport.bus import Bus, Mailbox, Message
@@ -18,9 +18,21 @@ from transport.envelope import CommandTag, ObservationTag, is_tagged, is_whole, 
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, Observation, Odometry, Scan, Twist
 from transport.robot import LinkError
-from transport.session import Ask, Close, Granted, Lease, Open, Refused, State, ask_state, close_session
+from transport.session import (
+    Again,
+    Ask,
+    Close,
+    Granted,
+    Lease,
+    Open,
+    Refused,
+    State,
+    ask_state,
+    begin_again,
+    close_session,
+)
 from transport.side import RobotSide
-from transport.world import MakeWorld, World
+from transport.world import MakeWorld, Repeatable, World
 
 T = TypeVar("T")
 
@@ -48,7 +60,7 @@ class LockstepServer:
         self._lease = Lease(patience)
         self._world: World | None = None
         self._granted: Granted | None = None
-        self._sequence = 0
+        self._sequence, self._attempt = 0, 1
         self._side = RobotSide(bus, RobotKeys(robot), self)
         self.dropped = self._side.dropped
 
@@ -81,7 +93,7 @@ class LockstepServer:
         self._end()
         self._world = self._make_world(question.seed)
         self._granted = Granted(epoch=self._lease.epoch, robot=self._robot, mode="lockstep", period=self._period)
-        self._sequence = 0
+        self._sequence, self._attempt = 0, 1
         self._lease.heard()
         self._show(self._world)
         return self._granted
@@ -99,7 +111,23 @@ class LockstepServer:
         if question.epoch != self._lease.epoch or self._world is None:
             return _NOT_HELD
         self._lease.heard()
-        return State.model_validate({"held": True, "sequence": self._sequence, "report": dict(self._world.report())})
+        attempts = self._world.attempts() if isinstance(self._world, Repeatable) else []
+        parts = {"sequence": self._sequence, "report": dict(self._world.report()), "attempt": self._attempt}
+        return State.model_validate({"held": True, **parts, "attempts": [dict(verdict) for verdict in attempts]})
+
+    def again(self, question: Again) -> State:
+        """Begin another attempt in the episode of a controller, if its world grants one."""
+        held = self._world is not None and question.epoch == self._lease.epoch
+        if held and question.attempt == self._attempt + 1 and self._begin_again():
+            self._attempt += 1
+        return self.state(Ask(epoch=question.epoch))
+
+    def _begin_again(self) -> bool:
+        if not isinstance(self._world, Repeatable) or not self._world.try_again():
+            return False
+        self._sequence += 1
+        self._show(self._world)
+        return True
 
     def _end(self) -> None:
         if self._world is not None:
@@ -146,7 +174,7 @@ class RemoteLockstep:
         self.dropped: Counter[str] = Counter()
         self.resent = 0
         self._bus, self._robot, self._epoch, self._limit = bus, granted.robot, granted.epoch, limit
-        self._sequence = 0
+        self._sequence, self._attempt = 0, 1
         self._usual = _DOUBTFUL / 4
         self._finished = False
         self._observation: Observation | None = None
@@ -159,8 +187,7 @@ class RemoteLockstep:
         self._publisher = bus.publisher(keys.command, urgent=True)
         bus.subscribe(keys.odometry, self._take_odometry)
         bus.subscribe(keys.scan, self._take_scan)
-        nothing = encode_twist(STOP)
-        self._step = nothing, CommandTag(self._epoch, 0, 0, again=True).encode(nothing)
+        self._step = self._say_again()
         self._publisher.put(*self._step)
         self._closed = False
 
@@ -177,10 +204,30 @@ class RemoteLockstep:
             LinkError: the simulator no longer answers, or holds no such episode any more.
         """
         self.observe()
-        state = ask_state(self._bus, self._robot, self._epoch, self._limit)
-        if not state.held or state.report is None:
-            raise LinkError(f"the simulator of {self._robot!r} gave up the episode: {state.reason}")
-        return state.report
+        return self._held(ask_state(self._bus, self._robot, self._epoch, self._limit)).report or {}
+
+    def attempts(self) -> Sequence[Mapping[str, object]]:
+        """The referee's verdict on each attempt so far.
+
+        Raises:
+            LinkError: as :meth:`report`.
+        """
+        return self._held(ask_state(self._bus, self._robot, self._epoch, self._limit)).attempts
+
+    def try_again(self) -> bool:
+        """Have the robot put back to the start, if the simulator grants another attempt; whether it does.
+
+        Raises:
+            LinkError: as :meth:`report`.
+        """
+        self.observe()
+        question = Again(epoch=self._epoch, attempt=self._attempt + 1)
+        state = self._held(begin_again(self._bus, self._robot, question, self._limit))
+        if state.attempt == self._attempt:
+            return False
+        self._attempt, self._sequence, self._observation = state.attempt, state.sequence, None
+        self._step = self._say_again()
+        return True
 
     def observe(self) -> Observation:
         """The observation after the last command.
@@ -212,6 +259,10 @@ class RemoteLockstep:
                 pass
             finally:
                 self._bus.close()
+
+    def _say_again(self) -> tuple[bytes, bytes]:
+        nothing = encode_twist(STOP)
+        return nothing, CommandTag(self._epoch, 0, 0, again=True).encode(nothing)
 
     # The two are read where they come in, in the network's thread: one while the other is still on its way.
 
@@ -281,5 +332,9 @@ class RemoteLockstep:
             state = ask_state(self._bus, self._robot, self._epoch, left)
         except LinkError:
             return
+        self._held(state)
+
+    def _held(self, state: State) -> State:
         if not state.held:
             raise LinkError(f"the simulator of {self._robot!r} gave up the episode: {state.reason}")
+        return state

@@ -67,6 +67,16 @@ class Ask(_Part):
     epoch: int
 
 
+class Again(_Part):
+    """Have the robot put back to the start for another attempt; time runs on. In lockstep only."""
+
+    kind: Literal["again"] = "again"
+    protocol: int = PROTOCOL
+    epoch: int
+    attempt: int
+    """The number of the attempt to begin, so that the question may be asked twice."""
+
+
 class Granted(_Part):
     """The robot is the asker's."""
 
@@ -109,6 +119,10 @@ class State(_Part):
     """Number of the last observation."""
     report: dict[str, JsonValue] | None = None
     """The referee's verdict so far, where there is a referee."""
+    attempt: int = 1
+    """Number of the present attempt."""
+    attempts: list[dict[str, JsonValue]] = []
+    """The referee's verdict on each attempt so far, where there may be several."""
 
 
 class Unread(_Part):
@@ -119,9 +133,9 @@ class Unread(_Part):
     reason: str = f"the question is not one of protocol version {PROTOCOL}"
 
 
-_Question = Annotated[Open | Close | Ask, Field(discriminator="kind")]
+_Question = Annotated[Open | Close | Ask | Again, Field(discriminator="kind")]
 _Answer = Annotated[Granted | Refused | State | Unread, Field(discriminator="kind")]
-_QUESTION: TypeAdapter[Open | Close | Ask] = TypeAdapter(_Question)
+_QUESTION: TypeAdapter[Open | Close | Ask | Again] = TypeAdapter(_Question)
 _ANSWER: TypeAdapter[Granted | Refused | State | Unread] = TypeAdapter(_Answer)
 
 
@@ -138,7 +152,7 @@ def _text(payload: bytes) -> bytes:
     return text
 
 
-def read_question(payload: bytes) -> Open | Close | Ask:
+def read_question(payload: bytes) -> Open | Close | Ask | Again:
     """The question in a payload.
 
     Raises:
@@ -234,6 +248,10 @@ class Desk(Protocol):
         """Somebody asks how things stand."""
         ...
 
+    def again(self, question: Again) -> State:
+        """Somebody wants another attempt; the answer's number says whether it has begun."""
+        ...
+
 
 def respond(desk: Desk, payload: bytes) -> tuple[bytes, bool]:
     """The answer to a question, and whether it made sense."""
@@ -248,13 +266,15 @@ def respond(desk: Desk, payload: bytes) -> tuple[bytes, bool]:
         answer = desk.close(question)
     elif isinstance(question, Ask):
         answer = desk.state(question)
+    elif isinstance(question, Again):
+        answer = desk.again(question)
     else:
         answer = desk.open(question)
     return written(answer), True
 
 
 def _converse(
-    bus: Bus, robot: str, question: Open | Close | Ask, timeout: float, clock: Clock
+    bus: Bus, robot: str, question: Open | Close | Ask | Again, timeout: float, clock: Clock
 ) -> Granted | Refused | State | None:
     """The answer to a question, which is asked until both have come through whole; None where nobody answers."""
     deadline = clock.now() + timeout
@@ -313,7 +333,20 @@ def ask_state(bus: Bus, robot: str, epoch: int, timeout: float, clock: Clock = _
     Raises:
         LinkError: nobody answers within ``timeout`` seconds.
     """
-    answer = _converse(bus, robot, Ask(epoch=epoch), timeout, clock)
+    return _state(bus, robot, Ask(epoch=epoch), timeout, clock)
+
+
+def begin_again(bus: Bus, robot: str, question: Again, timeout: float) -> State:
+    """Ask for another attempt, which has begun if the answer bears its number.
+
+    Raises:
+        LinkError: nobody answers within ``timeout`` seconds.
+    """
+    return _state(bus, robot, question, timeout, _MONOTONIC)
+
+
+def _state(bus: Bus, robot: str, question: Ask | Again, timeout: float, clock: Clock) -> State:
+    answer = _converse(bus, robot, question, timeout, clock)
     if not isinstance(answer, State):
         raise LinkError(f"{robot!r} no longer answers: it was asked for {timeout:g} s")
     return answer

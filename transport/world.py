@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Protocol
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol, runtime_checkable
 
 from transport.messages import Command, Observation
 
@@ -27,6 +27,19 @@ class World(Protocol):
 
     def report(self) -> Mapping[str, object]:
         """The referee's verdict so far, of JSON values."""
+        ...
+
+
+@runtime_checkable
+class Repeatable(Protocol):
+    """A world, or a robot in one, that grants several attempts."""
+
+    def try_again(self) -> bool:
+        """Put the robot back to the start, if another attempt is granted; whether it is."""
+        ...
+
+    def attempts(self) -> Sequence[Mapping[str, object]]:
+        """The referee's verdict on each attempt so far, of JSON values."""
         ...
 
 

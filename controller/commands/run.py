@@ -26,11 +26,11 @@ from controller.options import (
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
+    from controller.attempts import RefereedRobot
     from controller.mission import Watcher
     from controller.profile import Profile
     from transport.lockstep import RemoteLockstep
     from transport.realtime import RealtimeRobot
-    from transport.world import LockstepRobot
 
 DEFAULT_MAZE = "final_2015"
 PICTURES = (".png", ".svg", ".pdf", ".jpg")
@@ -120,8 +120,10 @@ def run(
 
     Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
     """
+    from contextlib import ExitStack, closing
     from json import dumps
 
+    from controller.attempts import KeptRobot
     from controller.attempts import attempts as attempts_of
     from controller.mission import prepare
     from controller.outputs import Outputs, numbered
@@ -134,8 +136,6 @@ def run(
 
     if connect is not None:
         refuse_with_connect({"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed})
-        if attempts > 1 or practice:
-            raise UsageError("attempts over a link are made one by one", "give the command again for another one")
     if practice and record is not None:
         raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
     if picture is not None and picture.suffix not in PICTURES:
@@ -149,29 +149,35 @@ def run(
         world = SimulatedWorld(
             find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0, simulator, pace(profile.robot.period, speed)
         )
-    outputs = Outputs(trace, record, live)
-
-    def take_hold() -> LockstepRobot | RemoteLockstep | RealtimeRobot:
-        return LockstepRobot(world) if world else reached(str(connect), identity, profile, seed)
-
-    def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
-        return outputs.of_attempt(number).watchers(mission, machine, world)
-
-    most = 2 if practice else attempts
-    begin_again = (lambda: False) if world is None else world.try_again
+    outputs, most = Outputs(trace, record, live), 2 if practice else attempts
     files: dict[str, Path] = {}
-    for attempt in attempts_of(mission, take_hold, watchers, most, begin_again):
-        number, ending = attempt.number, attempt.ending
-        nth = "" if number == 1 else f" {number}"
-        files |= {kind + nth: file for kind, file in outputs.of_attempt(number).files.items()}
-        told = [] if world is None or most == 1 else world.attempts()
-        result = Result(mission.machine.name, mission.parameters, ending, files, link_counts(attempt.robot), told)
-        if not no_picture:
-            from controller.picture import save_run
+    with ExitStack() as stack:
+        link = None
+        if connect is not None and most > 1:
+            link = stack.enter_context(closing(waiting(reached(connect, identity, profile, seed))))
 
-            shown = numbered(picture or default_picture(mission.machine.name, ending.report), number)
-            save_run(shown, world, attempt.trail, result.line)
-            files["picture" + nth] = shown
+        def take_hold() -> RefereedRobot:
+            if world is not None:
+                return LockstepRobot(world)
+            return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
+
+        def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
+            return outputs.of_attempt(number).watchers(mission, machine, world)
+
+        repeated = world or link
+        begin_again = (lambda: False) if repeated is None else repeated.try_again
+        for attempt in attempts_of(mission, take_hold, watchers, most, begin_again):
+            number, ending = attempt.number, attempt.ending
+            nth = "" if number == 1 else f" {number}"
+            files |= {kind + nth: file for kind, file in outputs.of_attempt(number).files.items()}
+            told = [] if repeated is None or most == 1 else repeated.attempts()
+            result = Result(mission.machine.name, mission.parameters, ending, files, link_counts(attempt.robot), told)
+            if not no_picture:
+                from controller.picture import save_run
+
+                shown = numbered(picture or default_picture(mission.machine.name, ending.report), number)
+                save_run(shown, world, attempt.trail, result.line)
+                files["picture" + nth] = shown
     print(dumps(result.as_json()) if json else "\n".join(result.lines()))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
 
@@ -198,6 +204,20 @@ def reached(endpoint: str, identity: Path | None, profile: Profile, seed: int | 
 
     security = secured(endpoint, identity, profile.link)
     return connect_robot(endpoint, profile.robot, profile.link, seed=seed, security=security)
+
+
+def waiting(robot: RemoteLockstep | RealtimeRobot) -> RemoteLockstep:
+    """The robot, if its time waits for its controller: another attempt is then the simulator's to grant.
+
+    Raises:
+        UsageError: it does not.
+    """
+    from transport.lockstep import RemoteLockstep
+
+    if isinstance(robot, RemoteLockstep):
+        return robot
+    robot.close()
+    raise UsageError("in real time attempts are made one by one", "put the robot back and give the command again")
 
 
 def link_counts(robot: object) -> dict[str, int]:

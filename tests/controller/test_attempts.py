@@ -181,8 +181,7 @@ def test_a_run_of_one_attempt_fails_with_it(finish):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--attempts", 2, "--connect", "tcp/127.0.0.1:1"), "attempts over a link are made one by one"),
-        (("--practice", "--connect", "tcp/127.0.0.1:1"), "attempts over a link are made one by one"),
+        (("--attempts", 2, "--connect", "tcp/127.0.0.1"), "`tcp/127.0.0.1` is no endpoint"),
         (("--practice", "--record", "run.mcap"), "--record does not go with --practice"),
     ],
 )

@@ -17,6 +17,7 @@ from transport.description import RobotDescription
 from transport.endpoints import EndpointError, check_endpoint
 from transport.lockstep import LockstepServer, RemoteLockstep
 from transport.memory_bus import MemoryNetwork
+from transport.messages import Command
 from transport.robot import LinkError
 from transport.settings import LinkSettings
 from transport.world import LockstepRobot
@@ -33,10 +34,12 @@ def reach(endpoint: str, seed: int | None = None, **settings: float) -> RemoteLo
 
 
 @contextmanager
-def served(bus: Bus, *, patience: float = 0.3, length: int = LENGTH) -> Iterator[LockstepServer]:
+def served(
+    bus: Bus, *, patience: float = 0.3, length: int = LENGTH, world: type[ToyWorld] = ToyWorld
+) -> Iterator[LockstepServer]:
     """A simulator in a thread of its own."""
     stop = threading.Event()
-    server = LockstepServer(bus, "toy", PERIOD, lambda seed: ToyWorld(seed, length), patience=patience)
+    server = LockstepServer(bus, "toy", PERIOD, lambda seed: world(seed, length), patience=patience)
     thread = threading.Thread(target=lambda: deque(server.episodes(stop.is_set, heartbeat=0.02), maxlen=0))
     thread.start()
     try:
@@ -134,6 +137,49 @@ def test_a_bad_network_changes_nothing_of_the_run(
         assert trace(robot) == trace(LockstepRobot(ToyWorld(seed, LENGTH)))
         network.fault = lambda _key, message: (message,)
         assert robot.report()["steps"] == LENGTH
+        robot.close()
+
+
+class TwoAttempts(ToyWorld):
+    """A toy that may be put back once."""
+
+    attempt = 1
+
+    def try_again(self) -> bool:
+        if self.attempt == 2:
+            return False
+        self.attempt = 2
+        self.step(Command())
+        return True
+
+    def attempts(self) -> list[dict[str, object]]:
+        return [{"attempt": number + 1} for number in range(self.attempt)]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_another_attempt_begins_once_also_over_a_bad_network(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("transport.lockstep._SHORTEST_RESEND", 0.005)
+    monkeypatch.setattr("transport.lockstep._LONGEST_RESEND", 0.01)
+    network = MemoryNetwork()
+    with served(network.bus(), world=TwoAttempts):
+        here, there = LockstepRobot(TwoAttempts(seed, LENGTH)), take(network.bus(), seed=seed)
+        network.fault = replaying(random.Random(seed))
+        assert trace(there, 10) == trace(here, 10)
+        assert there.try_again()
+        assert here._world.try_again()
+        assert trace(there, 10) == trace(here, 10)
+        assert not there.try_again()
+        assert there.attempts() == [{"attempt": 1}, {"attempt": 2}]
+        assert trace(there, 10) == trace(here, 10)
+        there.close()
+
+
+def test_a_world_of_one_attempt_grants_no_other() -> None:
+    network = MemoryNetwork()
+    with served(network.bus()):
+        robot = take(network.bus(), seed=1)
+        assert not robot.try_again()
+        assert trace(robot) == trace(LockstepRobot(ToyWorld(1, LENGTH)))
         robot.close()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import random
 import signal
 import socket
@@ -62,6 +63,35 @@ def test_no_simulator_at_the_address_is_one_line_and_status_4(endpoint: str) -> 
         assert run.errors().splitlines() == [
             f"maze-machine: nobody can be reached at {endpoint}: is the simulator, gate or router running there?"
         ]
+
+
+def test_two_attempts_over_the_network_are_those_in_one_process(endpoint: str, tmp_path: Path) -> None:
+    """The robot runs straight on into a wall in the first, and has 9 s for the second."""
+    lost = ["--fault", "command_lost at=5 lasts=3"]
+    common = ["--attempts", "2", "--time-limit", "9", "--no-picture", "--json"]
+    run = ["run", "pledge", *common, "--trace"]
+    with command(*run, "here.jsonl", "--maze", "final_2015", *lost, cwd=tmp_path) as here:
+        mine = json.loads(here.line())
+    with command("sim", "final_2015", "--listen", endpoint, *lost) as sim:
+        sim.line()
+        with command(*run, "there.jsonl", "--connect", endpoint, cwd=tmp_path) as there:
+            its = json.loads(there.line())
+            assert there.end() == 1
+        assert sim.line().startswith("seed 0: unfinished")
+    assert [verdict["outcome"] for verdict in its["attempts"]] == ["touched something", "still inside"]
+    assert its["attempts"] == mine["attempts"]
+    for nth in ("", "-2"):
+        assert (tmp_path / f"here{nth}.jsonl").read_bytes() == (tmp_path / f"there{nth}.jsonl").read_bytes()
+
+
+def test_in_real_time_a_second_attempt_is_refused_with_a_way_out(endpoint: str) -> None:
+    with command("sim", "corridor", "--realtime", "--listen", endpoint) as sim:
+        sim.line()
+        with command("run", "pledge", "--connect", endpoint, "--attempts", "2", "--no-picture") as run:
+            assert run.end() == 2
+            assert run.errors().splitlines() == [
+                "maze-machine: in real time attempts are made one by one; put the robot back and give the command again"
+            ]
 
 
 @pytest.mark.parametrize(

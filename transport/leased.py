@@ -92,7 +92,11 @@ class LeasedDriver:
             self._bus.close()
 
     def _retake(self) -> None:
-        self._question = self._question.model_copy(update={"request": secrets.token_hex(8), "previous": self._epoch})
+        # Where only the answer was lost, the same question is answered alike.
+        if self._question.previous != self._epoch:
+            self._question = self._question.model_copy(
+                update={"request": secrets.token_hex(8), "previous": self._epoch}
+            )
         # One short try a tick: a loop that waits for a lease does not watch its sensors.
         payload = self._bus.ask(self._keys.session, written(self._question), 0.05)
         if payload is None:

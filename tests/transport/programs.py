@@ -111,6 +111,15 @@ def toy(name: str, *arguments: str) -> object:
     return program(str(HERE / f"{name}.py"), *arguments)
 
 
+# Whoever starts tests in the background has Ctrl-C ignored, and so would they.
+_COMMAND = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from controller.cli import main
+main()
+"""
+
+
 def command(*arguments: str, cwd: Path | None = None) -> object:
     """``maze-machine`` with arguments."""
-    return program("-c", "from controller.cli import main; main()", *arguments, cwd=cwd)
+    return program("-c", _COMMAND, *arguments, cwd=cwd)

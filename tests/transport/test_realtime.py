@@ -121,6 +121,26 @@ def test_a_stop_stays_until_the_controller_stands_still_on_purpose(rig: Rig) -> 
     assert rig.driven[-1] == FORWARD
 
 
+def test_a_robot_is_taken_again_also_where_an_answer_is_lost(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = rig.controller()
+    drive(robot, 5)
+    bus = robot._driver._bus
+    ask, lost = bus.ask, []
+
+    def losing(key: str, payload: bytes, timeout: float) -> bytes | None:
+        lost.append(ask(key, payload, timeout))
+        return lost[-1] if len(lost) > 1 else None
+
+    for _ in range(2):
+        lost.clear()
+        rig.clock.wait(0.3)
+        monkeypatch.setattr(bus, "ask", losing)
+        drive(robot, 3, STOP)
+        assert len(lost) == 2
+        assert not drive(robot, 3)[-1].link.stopped
+        assert rig.driven[-1] == FORWARD
+
+
 def test_missed_beats_are_counted_and_not_caught_up(rig: Rig) -> None:
     robot = rig.controller()
     drive(robot, 3)

@@ -25,7 +25,7 @@ PROTOCOL = 1
 """Version of the whole conversation; both sides must speak the same."""
 
 MAX_QUESTION = 4096
-_PAUSE, _AGAIN = 0.2, 0.02
+_PAUSE, _AGAIN, _NEIGHBOUR = 0.2, 0.02, 0.5
 _MONOTONIC = MonotonicClock()
 _MISUNDERSTANDING = f"the robot's side speaks {{}}, this program speaks version {PROTOCOL}"
 
@@ -334,6 +334,16 @@ def ask_state(bus: Bus, robot: str, epoch: int, timeout: float, clock: Clock = _
         LinkError: nobody answers within ``timeout`` seconds.
     """
     return _state(bus, robot, Ask(epoch=epoch), timeout, clock)
+
+
+def check_name(bus: Bus, robot: str) -> None:
+    """Make sure that nobody else on the network answers for a robot: two of one name would confuse every controller.
+
+    Raises:
+        LinkError: somebody does.
+    """
+    if bus.ask(RobotKeys(robot).session, written(Ask(epoch=0)), _NEIGHBOUR) is not None:
+        raise LinkError(f"there is a robot named {robot!r} on this network already: choose another `robot.name`")
 
 
 def begin_again(bus: Bus, robot: str, question: Again, timeout: float) -> State:

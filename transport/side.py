@@ -9,7 +9,7 @@ from transport.codec import CodecError, decode_twist, encode_clock, encode_odome
 from transport.envelope import CommandTag, ObservationTag, sealed
 from transport.keys import RobotKeys
 from transport.messages import Observation, Twist
-from transport.session import Desk, respond
+from transport.session import Desk, check_name, respond
 
 Order = tuple[CommandTag, Twist]
 """A command as it was read from the network; whether it counts is for others to say."""
@@ -23,7 +23,17 @@ class RobotSide:
     """
 
     def __init__(self, bus: Bus, keys: RobotKeys, desk: Desk) -> None:
-        """Args: the network, the robot's keys, and who answers questions, from within :meth:`take`."""
+        """Take part in a network.
+
+        Args:
+            bus: the network.
+            keys: the robot's.
+            desk: who answers questions, from within :meth:`take`.
+
+        Raises:
+            LinkError: there is a robot of this name already.
+        """
+        check_name(bus, keys.namespace)
         self.dropped: Counter[str] = Counter()
         self._desk = desk
         self._inbox: Mailbox[Message | Request] = Mailbox()

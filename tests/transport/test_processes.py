@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 from controller.cli import app
 from transport.settings import LinkSettings
 
-STEPS = 400
+STEPS = 250
 SLACK = 2.0
 """What a computer that is busy with other tests may add, s; the limit itself is tested on a clock turned by hand."""
 
@@ -44,7 +44,7 @@ def is_free(endpoint: str) -> bool:
 
 
 def test_a_run_over_the_network_writes_the_same_trace_as_in_one_process(endpoint: str, tmp_path: Path) -> None:
-    common = ["--time-limit", "20", "--seed", "5", "--no-picture"]
+    common = ["--time-limit", "12", "--seed", "5", "--no-picture"]
     with command("run", "pledge", "--trace", "here.jsonl", *common, cwd=tmp_path) as here:
         here.end()
     with command("sim", "final_2015", "--listen", endpoint, "--once") as sim:
@@ -54,7 +54,7 @@ def test_a_run_over_the_network_writes_the_same_trace_as_in_one_process(endpoint
         assert sim.line().startswith("seed 5: ")
         assert sim.end() == 0
     assert (tmp_path / "here.jsonl").read_bytes() == (tmp_path / "there.jsonl").read_bytes()
-    assert len((tmp_path / "here.jsonl").read_bytes().splitlines()) > 200
+    assert len((tmp_path / "here.jsonl").read_bytes().splitlines()) > 120
 
 
 def test_no_simulator_at_the_address_is_one_line_and_status_4(endpoint: str) -> None:
@@ -63,6 +63,21 @@ def test_no_simulator_at_the_address_is_one_line_and_status_4(endpoint: str) -> 
         assert run.errors().splitlines() == [
             f"maze-machine: nobody can be reached at {endpoint}: is the simulator, gate or router running there?"
         ]
+
+
+def test_two_robots_of_one_name_on_one_router_are_one_line_and_status_4(endpoint: str) -> None:
+    with command("router", "--listen", endpoint) as router:
+        router.line()
+        with toy("toy_world", endpoint, "lockstep@router") as first:
+            first.line()
+            with command("sim", "corridor", "--connect", endpoint, "--set", "robot.name=toy") as second:
+                assert second.end() == 4
+                assert second.errors().splitlines() == [
+                    "maze-machine: there is a robot named 'toy' on this network already: choose another `robot.name`"
+                ]
+            with toy("toy_controller", endpoint, "1", "20") as controller:
+                controller.until("driving")
+                assert controller.line() == undisturbed(1, 20)
 
 
 def test_two_attempts_over_the_network_are_those_in_one_process(endpoint: str, tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def run(*arguments):
         (["pledge", "--maze", "final_2015", "--connect", "tcp/127.0.0.1:1"], 2, "--maze does not go with --connect"),
         (["pledge", "--picture", "path.xyz"], 2, ".png"),
         (["pledge", "--trace", "no/such/folder/trace"], 3, "no/such/folder/trace: No such file or directory"),
-        (["pledge", "--connect", "nonsense"], 4, "tcp/HOST:PORT"),
+        (["pledge", "--connect", "nonsense"], 2, "tcp/HOST:PORT"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 
@@ -18,7 +18,7 @@ class ClusterError(CommandError):
     status = ExitStatus.UNREACHABLE
 
 
-def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Iterator[Record]:
+def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Generator[Record]:
     """Do jobs in so many processes; results come as they are ready.
 
     When the iterator is closed, by Ctrl-C too, what has been begun is thrown away.
@@ -26,14 +26,17 @@ def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Iterator[Record
     # A fresh interpreter for each worker: no thread, socket or lock of this process is inherited.
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, mp_context=context, initializer=_quiet) as pool:
-        futures = [pool.submit(run_job, setup, job) for job in jobs]
         try:
+            futures = [pool.submit(run_job, setup, job) for job in jobs]
             for future in as_completed(futures):
                 yield future.result()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
-            for process in multiprocessing.active_children():
+            begun = multiprocessing.active_children()
+            for process in begun:
                 process.terminate()
+            for process in begun:
+                process.join()
             raise
 
 
@@ -43,7 +46,7 @@ def _quiet() -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
-def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Iterator[Record]:
+def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Record]:
     """Do jobs on a dask.distributed cluster that runs already, whose workers have this project installed.
 
     Raises:

@@ -38,6 +38,7 @@ def sweep(
     Example: `maze-machine sweep --machines pledge,right_hand --mazes mazes/ --seeds 10 --out results.jsonl`
     """
     import os
+    from contextlib import closing
     from dataclasses import asdict
     from json import dumps
 
@@ -69,9 +70,11 @@ def sweep(
                 if scheduler
                 else on_cores(setup, todo, workers or os.cpu_count() or 1)
             )
-            for record in done:
-                results.add(record)
-                bar.advance(shown)
+            # Closed, too, where Ctrl-C comes between two results: no process goes on with what nobody waits for.
+            with closing(done):
+                for record in done:
+                    results.add(record)
+                    bar.advance(shown)
         results.write()
     rows, failed = summary(results.records), failures(results.records)
     if json:

@@ -1,9 +1,12 @@
 """Campaigns: complete, resumable, and the same whoever does the work."""
 
 import json
+import multiprocessing
+import os
 import signal
 import socket
 import time
+from contextlib import closing
 
 import pytest
 
@@ -139,6 +142,16 @@ def test_ctrl_c_keeps_what_is_done_and_leaves_no_process(start, tmp_path):
     _, err = sweep.communicate(timeout=LIMIT)  # ends only when no child holds the pipes any more
     assert (sweep.returncode, err) == (130, "maze-machine: interrupted\n")
     assert file.read_text().count("\n") >= 2
+
+
+def test_who_stops_taking_results_leaves_no_process():
+    with closing(on_cores(SETUP, jobs_of(["pledge"], ["corridor"], 500), 2)) as done:
+        assert next(done)["machine"] == "pledge"
+        workers = [process.pid for process in multiprocessing.active_children()]
+        assert len(workers) == 2
+    for worker in workers:
+        with pytest.raises(ProcessLookupError):
+            os.kill(worker, 0)
 
 
 def test_a_cluster_gives_the_same_results(finish, start, tmp_path):

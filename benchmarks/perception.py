@@ -346,8 +346,12 @@ def times(count: int) -> None:
                 elif name != "sweep":
                     getattr(facts, "points" if name == "lines" else "lines")
             jobs.append((f"{name}, beyond what it needs", partial(fresh, facts, name)))
-    # Ten rounds over all scans: another process disturbs a round, but hardly all ten.
-    took = np.array([[processor_time(job) for _, job in jobs] for _ in range(10)])
+    # Ten rounds over all scans, each in an order of its own: another process disturbs a round, but hardly all ten, and
+    # nothing always comes first to a scan that no cache holds.
+    took = np.empty((10, len(jobs)))
+    for one in took:
+        for index in rng.permutation(len(jobs)).tolist():
+            one[index] = processor_time(jobs[index][1])
     labels = np.array([label for label, _ in jobs])
     print(f"\n## Time, {count} scans, ms; target 1.5 for all signals, 0.5 for what one machine names\n")
     print("| what | best of ten rounds, median of the scans | all runs: median | p95 |\n|---|---|---|---|")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hsm.machine import Machine
 from hsm.testing.checking import MOST_STEPS, Verdict, check
 from hsm.testing.generating import MOST_STEPS as MOST_GENERATED
 from hsm.testing.generating import generate
@@ -96,10 +97,10 @@ def run_trial(trial: Trial, steps: int | None, reports: Reports) -> Told:
     return Told(not failed and not violated and enough, lines, as_json)
 
 
-def generated(trial: Trial, steps: int | None, output: Path | None) -> Told:
+def generated(machine: Machine, steps: int | None, output: Path | None) -> Told:
     """Find scenarios from a machine alone."""
-    model = trial.machine.model
-    found = generate(trial.machine, steps=steps or MOST_GENERATED)
+    model = machine.model
+    found = generate(machine, steps=steps or MOST_GENERATED)
     unreached = [f"{f'line {one.line}: ' if one.line else ''}{one.text}: {one.reason}" for one in found.unreached]
     comment = [f"Generated from machine {model.name}: {len(found.scenarios)} scenarios.", *unreached]
     text = Writer(model).suite(found.scenarios, comment)

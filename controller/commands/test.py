@@ -69,21 +69,21 @@ def test(
     from controller.trials import Reports, generated, mutated, run_trial
     from controller.waiting import waiting
     from hsm.testing.reading import SUFFIX
-    from hsm.testing.trial import load_trial
+    from hsm.testing.trial import load_machine, load_trial
 
     if output is not None and not generate:
         raise UsageError("--output goes with --generate")
     path = Path(file)
     names = robot_library() if library is None else named_library(library)
-    trial = load_trial(path if path.suffix == SUFFIX else find_machine(file), names)
+    meant = path if path.suffix == SUFFIX else find_machine(file)
     if generate:
         with waiting("finding scenarios"):
-            result = generated(trial, steps, output)
+            result = generated(load_machine(meant, names), steps, output)
     elif mutate:
         with waiting("trying changed machines"):
-            result = mutated(trial)
+            result = mutated(load_trial(meant, names))
     else:
         with waiting("running scenarios, checking properties"):
-            result = run_trial(trial, steps, Reports(coverage, fail_under, html, lcov, cobertura))
+            result = run_trial(load_trial(meant, names), steps, Reports(coverage, fail_under, html, lcov, cobertura))
     print(dumps(result.as_json, indent=2) if json else "\n".join(result.lines))
     raise typer.Exit(ExitStatus.OK if result.passed else ExitStatus.FAILED)

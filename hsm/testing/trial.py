@@ -26,6 +26,20 @@ class Trial:
     suites: tuple[Suite, ...]
 
 
+def load_machine(path: str | Path, library: Library) -> Machine:
+    """A machine alone: the scenarios beside it may be of a time before it was changed.
+
+    Args:
+        path: the machine's file, or a file of scenarios, which names it.
+        library: what the machine may name.
+
+    Raises:
+        MachineError: the machine cannot be used; with all findings.
+    """
+    path = Path(path)
+    return Machine(load_model(tested_machine(path) if path.suffix == SUFFIX else path, library))
+
+
 def load_trial(path: str | Path, library: Library) -> Trial:
     """A machine with its scenarios.
 
@@ -37,11 +51,10 @@ def load_trial(path: str | Path, library: Library) -> Trial:
         MachineError: the machine or its scenarios cannot be used; with all findings.
     """
     path = Path(path)
-    own = path.suffix == SUFFIX
-    machine = Machine(load_model(tested_machine(path) if own else path, library))
+    machine = load_machine(path, library)
     findings: list[Diagnostic] = []
     suites: list[Suite] = []
-    for file in [path] if own else suites_beside(path):
+    for file in [path] if path.suffix == SUFFIX else suites_beside(path):
         try:
             suites.append(read_suite(file, machine.model, library))
         except MachineError as error:

@@ -1,7 +1,9 @@
 """Generated tests, exhaustive checks and mutants on machines whose answers are known."""
 
 import pytest
+from typer.testing import CliRunner
 
+from controller.cli import app
 from hsm.testing.checking import NO_FAULT, check
 from hsm.testing.feasible import CONTRADICTION, TAKEN_BEFORE
 from hsm.testing.generating import generate
@@ -155,3 +157,15 @@ def test_what_no_scenario_notices_is_named(walker):
     survivors = survey(walker.machine.model, [walker.suites[0]]).survivors
     assert any("ringing: after 2 s -> waiting" in one.text for one in survivors)
     assert all(one.place is not None for one in survivors if one.kind != "shifted constant")
+
+
+def test_tests_are_found_anew_for_a_machine_that_those_beside_it_no_longer_fit(tmp_path):
+    machine = tmp_path / "lamp.maze-machine"
+    machine.write_text(
+        "machine lamp\n\nstate off\n    after 1 s -> lit\n\nstate lit\n    after 1 s -> off\n"
+    )
+    tests = tmp_path / "lamp.maze-test"
+    tests.write_text("test lamp\n\nscenario it shines\n    expect shining\n")
+    assert CliRunner().invoke(app, ["test", str(machine)]).exit_code == 3
+    assert CliRunner().invoke(app, ["test", str(machine), "--generate", "--output", str(tests)]).exit_code == 0
+    assert CliRunner().invoke(app, ["test", str(machine)]).exit_code == 0

@@ -161,9 +161,7 @@ def test_what_no_scenario_notices_is_named(walker):
 
 def test_tests_are_found_anew_for_a_machine_that_those_beside_it_no_longer_fit(tmp_path):
     machine = tmp_path / "lamp.maze-machine"
-    machine.write_text(
-        "machine lamp\n\nstate off\n    after 1 s -> lit\n\nstate lit\n    after 1 s -> off\n"
-    )
+    machine.write_text("machine lamp\n\nstate off\n    after 1 s -> lit\n\nstate lit\n    after 1 s -> off\n")
     tests = tmp_path / "lamp.maze-test"
     tests.write_text("test lamp\n\nscenario it shines\n    expect shining\n")
     assert CliRunner().invoke(app, ["test", str(machine)]).exit_code == 3

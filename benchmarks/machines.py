@@ -18,6 +18,7 @@ import json
 import math
 import sys
 from collections.abc import Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median, quantiles
@@ -148,10 +149,11 @@ def run(folder: Path, names: Iterable[str], skip: int, count: int | None, worker
         # Maze by maze, so that what there is after an interruption can be compared.
         todo = sorted(results.open_jobs, key=lambda job: (job.maze, job.seed))
         print(f"{name}: {len(todo)} runs", flush=True)
-        for record in on_cores(setup, todo, workers):
-            results.add(record)
-            if not record["solved"] and name not in {"right_hand", "mouse"}:
-                print(f"  {record}", flush=True)
+        with closing(on_cores(setup, todo, workers)) as done:
+            for record in done:
+                results.add(record)
+                if not record["solved"] and name not in {"right_hand", "mouse"}:
+                    print(f"  {record}", flush=True)
         results.write()
 
 

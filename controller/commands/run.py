@@ -154,7 +154,7 @@ def run(
     with ExitStack() as stack:
         link = None
         if connect is not None and most > 1:
-            link = stack.enter_context(closing(waiting(reached(connect, identity, profile, seed))))
+            link = stack.enter_context(closing(in_lockstep(reached(connect, identity, profile, seed))))
 
         def take_hold() -> RefereedRobot:
             if world is not None:
@@ -206,7 +206,7 @@ def reached(endpoint: str, identity: Path | None, profile: Profile, seed: int | 
     return connect_robot(endpoint, profile.robot, profile.link, seed=seed, security=security)
 
 
-def waiting(robot: RemoteLockstep | RealtimeRobot) -> RemoteLockstep:
+def in_lockstep(robot: RemoteLockstep | RealtimeRobot) -> RemoteLockstep:
     """The robot, if its time waits for its controller: another attempt is then the simulator's to grant.
 
     Raises:

@@ -18,7 +18,6 @@ import json
 import math
 import sys
 from collections.abc import Iterable, Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median, quantiles
@@ -149,7 +148,7 @@ def run(folder: Path, names: Iterable[str], skip: int, count: int | None, worker
         # Maze by maze, so that what there is after an interruption can be compared.
         todo = sorted(results.open_jobs, key=lambda job: (job.maze, job.seed))
         print(f"{name}: {len(todo)} runs", flush=True)
-        with closing(on_cores(setup, todo, workers)) as done:
+        with on_cores(setup, todo, workers) as done:
             for record in done:
                 results.add(record)
                 if not record["solved"] and name not in {"right_hand", "mouse"}:

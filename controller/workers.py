@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from functools import partial
 
 from controller.campaign import Job, Record, Setup, run_job
@@ -18,26 +19,26 @@ class ClusterError(CommandError):
     status = ExitStatus.UNREACHABLE
 
 
-def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Generator[Record]:
-    """Do jobs in so many processes; results come as they are ready.
+@contextmanager
+def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Generator[Iterator[Record]]:
+    """Do jobs in so many processes: a context in which the results come as they are ready.
 
-    When the iterator is closed, by Ctrl-C too, what has been begun is thrown away.
+    Who leaves it before the last one, by Ctrl-C too, throws away what has been begun: no process stays behind.
     """
     # A fresh interpreter for each worker: no thread, socket or lock of this process is inherited.
     context = multiprocessing.get_context("spawn")
+    others = multiprocessing.active_children()
     with ProcessPoolExecutor(workers, mp_context=context, initializer=_quiet) as pool:
         try:
             futures = [pool.submit(run_job, setup, job) for job in jobs]
-            for future in as_completed(futures):
-                yield future.result()
-        except BaseException:
+            yield (future.result() for future in as_completed(futures))
+        finally:
             pool.shutdown(wait=False, cancel_futures=True)
-            begun = multiprocessing.active_children()
+            begun = [process for process in multiprocessing.active_children() if process not in others]
             for process in begun:
                 process.terminate()
             for process in begun:
                 process.join()
-            raise
 
 
 def _quiet() -> None:
@@ -46,8 +47,9 @@ def _quiet() -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
-def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Record]:
-    """Do jobs on a dask.distributed cluster that runs already, whose workers have this project installed.
+@contextmanager
+def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Iterator[Record]]:
+    """Do jobs as ``on_cores`` does on a dask.distributed cluster that runs already and has this project installed.
 
     Raises:
         ClusterError: dask is not installed, or no scheduler answers.
@@ -64,7 +66,6 @@ def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Rec
     with client:
         futures = client.map(partial(run_job, setup), list(jobs), pure=False)
         try:
-            for _, record in as_they_come(futures, with_results=True):
-                yield record
+            yield (record for _, record in as_they_come(futures, with_results=True))
         finally:
             client.cancel(futures)

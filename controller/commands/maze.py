@@ -97,7 +97,9 @@ def generate(
     from sim.generate import Recipe, generate
     from transport.wording import in_words
 
-    columns, _, rows = size.partition("x")
+    columns, times, rows = size.partition("x")
+    if not times:
+        raise UsageError(f"`--size` must be columns x rows, not {size!r}", "write 6x5 for six by five cells")
     try:
         recipe = Recipe.model_validate(
             {

@@ -38,7 +38,6 @@ def sweep(
     Example: `maze-machine sweep --machines pledge,right_hand --mazes mazes/ --seeds 10 --out results.jsonl`
     """
     import os
-    from contextlib import closing
     from dataclasses import asdict
     from json import dumps
 
@@ -65,13 +64,12 @@ def sweep(
     if todo:
         with bar:
             shown = bar.add_task("runs", total=len(todo))
-            done = (
+            doing = (
                 on_cluster(setup, todo, scheduler)
                 if scheduler
                 else on_cores(setup, todo, workers or os.cpu_count() or 1)
             )
-            # Closed, too, where Ctrl-C comes between two results: no process goes on with what nobody waits for.
-            with closing(done):
+            with doing as done:
                 for record in done:
                     results.add(record)
                     bar.advance(shown)

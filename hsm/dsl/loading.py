@@ -6,6 +6,7 @@ import gc
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from pathlib import Path
 
 from lark import Token
@@ -85,10 +86,14 @@ def read_text(path: str | Path) -> str:
     try:
         content = Path(path).read_bytes()
         if len(content) > _LARGEST:
-            raise MachineError([finding("E0107", None, f"{path} cannot be read: it is larger than 32 MiB")])
+            raise _unreadable(path, "it is larger than 32 MiB", "make parts of it machines that it imports")
         return content.decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise MachineError([finding("E0107", None, f"{path} cannot be read: {_reason(error)}")]) from None
+    except FileNotFoundError as error:
+        raise _unreadable(path, _reason(error), _beside(Path(path))) from None
+    except UnicodeDecodeError as error:
+        raise _unreadable(path, f"byte {error.start + 1} is not UTF-8", "save it as UTF-8") from None
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, _reason(error), "give the path of a file that may be read") from None
 
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
@@ -115,9 +120,18 @@ def _model(checked: Checked) -> Model:
     return checked.model
 
 
+def _unreadable(path: str | Path, reason: str, suggestion: str) -> MachineError:
+    return MachineError([finding("E0107", None, f"{path} cannot be read: {reason}", suggestion)])
+
+
+def _beside(path: Path) -> str:
+    """What may have been meant by a file that is not there."""
+    suffix = path.suffix or SUFFIX
+    close = get_close_matches(path.stem, sorted(other.stem for other in path.parent.glob(f"*{suffix}")), n=1)
+    return f"did you mean `{path.with_name(close[0] + suffix)}`?" if close else "give the path of a file that is there"
+
+
 def _reason(error: OSError | ValueError) -> str:
-    if isinstance(error, UnicodeDecodeError):
-        return f"byte {error.start + 1} is not UTF-8"
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
@@ -187,7 +201,8 @@ class _Loader:
         try:
             text = read_text(path)
         except MachineError as error:
-            hint = report.guess(name, self._importable(Path(report.file))).text
-            report.add("E0208", place, f"there is no machine `{name}` to import: {error.diagnostics[0].message}", hint)
+            meant = report.guess(name, self._importable(Path(report.file))).text
+            message = f"there is no machine `{name}` to import: {error.diagnostics[0].message}"
+            report.add("E0208", place, message, meant or f"put `{name}{SUFFIX}` beside this file")
             return None
         return self._compile(text, str(path))

@@ -9,8 +9,9 @@ from typing import Any
 
 from lark import Token
 
-from hsm.diagnostics import Diagnostic, MachineError, Place, Severity
+from hsm.diagnostics import MachineError, Place
 from hsm.dsl import syntax
+from hsm.dsl.loading import read_text
 from hsm.dsl.report import Report
 from hsm.dsl.syntax import first_token, last_token, place_of
 from hsm.dsl.typing import Declared, Scope
@@ -42,20 +43,6 @@ def read_suite(path: str | Path, model: Model, library: Library) -> Suite:
         MachineError: the file cannot be read, or there is something wrong with it; with all findings.
     """
     return parse_suite(read_text(path), model, library, str(path))
-
-
-def read_text(path: str | Path) -> str:
-    """The text of a file.
-
-    Raises:
-        MachineError: it cannot be read.
-    """
-    try:
-        return Path(path).read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8"
-        finding = Diagnostic("E0107", Severity.ERROR, f"{path} cannot be read: {reason}")
-        raise MachineError([finding]) from None
 
 
 def tested_machine(path: str | Path) -> Path:
@@ -121,7 +108,7 @@ class _Reader:
         elif str(lines[0].parts[0]).rpartition(".")[2] != self.model.name:
             name = lines[0].parts[0]
             message = f"these scenarios are about machine `{name}`, and this is `{self.model.name}`"
-            self.report.add("E0208", place_of(self.report.file, name), message)
+            self.report.add("E0208", place_of(self.report.file, name), message, f"write `test {self.model.name}`")
         tick = TICK
         scenarios: list[Scenario] = []
         titles: set[str] = set()

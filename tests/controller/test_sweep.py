@@ -6,7 +6,6 @@ import os
 import signal
 import socket
 import time
-from contextlib import closing
 
 import pytest
 
@@ -46,8 +45,9 @@ def test_the_results_do_not_depend_on_the_number_of_workers(tmp_path):
     texts = set()
     for workers in (1, 2):
         results = Results(tmp_path / f"{workers}.jsonl", SETUP, jobs)
-        for record in on_cores(SETUP, results.open_jobs, workers):
-            results.add(record)
+        with on_cores(SETUP, results.open_jobs, workers) as done:
+            for record in done:
+                results.add(record)
         results.write()
         texts.add((tmp_path / f"{workers}.jsonl").read_bytes())
     assert len(texts) == 1
@@ -145,7 +145,7 @@ def test_ctrl_c_keeps_what_is_done_and_leaves_no_process(start, tmp_path):
 
 
 def test_who_stops_taking_results_leaves_no_process():
-    with closing(on_cores(SETUP, jobs_of(["pledge"], ["corridor"], 500), 2)) as done:
+    with on_cores(SETUP, jobs_of(["pledge"], ["corridor"], 500), 2) as done:
         assert next(done)["machine"] == "pledge"
         workers = [process.pid for process in multiprocessing.active_children()]
         assert len(workers) == 2

@@ -83,6 +83,11 @@ def test_what_cannot_be_read_ends_with_status_3(folder, name):
         assert "cannot be read" in result.output
 
 
+def test_a_file_that_is_not_there_may_be_the_one_beside_it(folder):
+    result = run("check", "godo.maze-machine")
+    assert (result.exit_code, "did you mean `good.maze-machine`?" in result.output) == (3, True)
+
+
 @pytest.mark.parametrize("name", sorted(shipped_machines()))
 def test_a_shipped_machine_has_neither_errors_nor_warnings(name):
     result = run("check", name, "--ignore", "N")

@@ -74,7 +74,8 @@ def test_the_machines_of_a_code(code, library):
     assert build(right.model).to_transitions(None).active() == {"a"}
 
 
-def test_a_file_that_is_not_there(library):
+def test_a_file_that_is_not_there(library, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     checked = check_file("example.maze-machine", library)
     assert as_text(checked.diagnostics, checked.sources) + "\n" == dict(BLOCK.findall(SECTIONS["E0107"]))["text"]
 

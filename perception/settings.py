@@ -218,6 +218,8 @@ class JunctionSettings(Settings):
     """A way to a side that begins farther ahead than this belongs to a later junction, m."""
     behind: NotNegative = 0.3
     """Walls that end farther behind the robot than this are past, m."""
+    beside: Positive = 0.2
+    """The end of a wall across is beside the robot up to here, m; farther ahead the corridor becomes narrow there."""
     assumed_wall: Positive = 0.75
     """Where no wall is seen at a side, it is taken to be this far away, m."""
     max_wall: Positive = 1.6

@@ -150,7 +150,10 @@ class Surroundings:
 
 
 def _flanks(lines: Lines, cosine: float, sine: float) -> list[Flank]:
-    """The walls that run along x, in the frame turned by an angle that is given by its cosine and sine."""
+    """The walls that run along x, in the frame turned by an angle that is given by its cosine and sine.
+
+    Of a wall across x that is at one side only, the end that points at the robot is one, without length.
+    """
     flanks = []
     for (x0, y0), (x1, y1) in zip(lines.starts.tolist(), lines.ends.tolist(), strict=True):
         low, high = x0 * cosine + y0 * sine, x1 * cosine + y1 * sine
@@ -159,6 +162,8 @@ def _flanks(lines: Lines, cosine: float, sine: float) -> list[Flank]:
             low, high = high, low
         if abs(last - first) <= 0.3 * (high - low):
             flanks.append(Flank((first + last) / 2, low, high))
+        elif first * last > 0:
+            flanks.append(Flank(min(first, last, key=abs), (low + high) / 2, (low + high) / 2))
     return flanks
 
 
@@ -222,9 +227,16 @@ class View:
         return bool(len(x)) and int(np.count_nonzero(x * x + y * y < distance * distance)) <= 2
 
     def wall(self, settings: JunctionSettings) -> float:
-        """Distance to the nearest wall of the corridor beside the robot or ahead of it, m; NaN where there is none."""
+        """Distance to the nearest wall of the corridor beside the robot or ahead of it, m; NaN where there is none.
+
+        The end of a wall bounds the corridor only beside the robot: farther ahead the corridor becomes narrow there.
+        """
         front = settings.ahead + settings.max_width
-        of_corridor = (wall.level for wall in self.walls if wall.low <= front and wall.high >= -settings.behind)
+        of_corridor = (
+            wall.level
+            for wall in self.walls
+            if wall.low <= (front if wall.high > wall.low else settings.beside) and wall.high >= -settings.behind
+        )
         return min((level for level in of_corridor if level <= settings.max_wall), default=math.nan)
 
     def gaps(self, level: float, limit: float = math.inf) -> list[Gap]:

@@ -151,6 +151,8 @@ class Layout:
 
     def _door_places(self, apart: float) -> list[tuple[Cell, Cell, Cell]]:
         used = {cell for door in self.doors for cell in door[:2]}
+        # A leaf needs a wall to slide along: neither a way nor another door, which it would shut for good.
+        open_sides = self.passages.union(frozenset(door[:2]) for door in self.doors)
         places: list[tuple[Cell, Cell, Cell]] = []
         for dead_end in self.steps_from(self.start):
             if dead_end in used or dead_end in (self.start, self.exit[0]):
@@ -167,7 +169,7 @@ class Layout:
                     continue
                 along = (behind[1] - dead_end[1], behind[0] - dead_end[0])
                 for side in (along, (-along[0], -along[1])):
-                    if frozenset((_plus(dead_end, side), _plus(behind, side))) not in self.passages:
+                    if frozenset((_plus(dead_end, side), _plus(behind, side))) not in open_sides:
                         places.append((dead_end, behind, side))
         return places
 

@@ -131,3 +131,18 @@ def test_a_corridor_that_narrows_or_widens_is_a_corridor():
         for x in (-0.5, 0.0, 0.3, 0.6):
             walls = [(-5, 0.5, x, 0.5), (x, 0.5, x, 0.5 + step), (x, 0.5 + step, 5, 0.5 + step), (-5, -0.5, 5, -0.5)]
             assert junction_at(walls, Pose(0, 0, 0.05)).kind is JunctionKind.CORRIDOR
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("stub", [-0.15, -0.1, 0.1, 0.15])
+def test_a_way_behind_the_end_of_a_wall_that_points_at_the_robot(stub, side):
+    """No wall runs along the corridor there: what bounds it is that end, not the far wall of the way."""
+    rng = np.random.default_rng(21)
+    for width in np.arange(0.62, 0.9, 0.04):
+        aside, deep, far = rng.uniform(0.32, 0.5), rng.uniform(1.0, 1.3), stub + width
+        niche = [(stub, -aside, stub, -deep), (stub, -deep, far, -deep), (far, -deep, far, 1.0)]
+        walls = [(x0, side * y0, x1, side * y1) for x0, y0, x1, y1 in niche]
+        junction = junction_at(walls, Pose(0, 0, rng.uniform(-0.05, 0.05)), seed=4)
+        way = junction.right if side > 0 else junction.left
+        assert way.open
+        assert way.near == pytest.approx(stub, abs=0.1)

@@ -81,6 +81,13 @@ def test_a_door_ends_a_way_between_two_walls(seed):
         assert min(beside) < 1e-6
 
 
+@pytest.mark.parametrize("seed", range(120))
+def test_an_open_door_shuts_no_other_way(seed):
+    maze = generate(Recipe(columns=6, rows=3, doors=2), seed)
+    slid = [[*second, *(2 * np.array(second) - first)] for first, second in (door.leaf for door in maze.doors)]
+    assert shortest_way(replace(maze, walls=np.concatenate([maze.walls, slid]))) is not None
+
+
 def test_islands_are_blocks_with_a_way_around():
     for seed in range(10):
         assert blocks(generate(Recipe(columns=9, rows=8, islands=2), seed)) == 2

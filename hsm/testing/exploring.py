@@ -17,7 +17,7 @@ from hsm.expressions import Binary, Expression, SignalValue
 from hsm.faults import MachineFault
 from hsm.machine import Machine
 from hsm.macrostep import Look
-from hsm.model import On, Raise, Send, StateKind, Transition
+from hsm.model import On, Raise, Send, State, StateKind, Transition
 from hsm.monitoring import Holds
 from hsm.reaction import Fault, Reaction, RunState, fault_event
 from hsm.registry import ActionDeclaration, SignalDeclaration
@@ -158,7 +158,8 @@ class Watcher:
 class Regions:
     """Which region of a parallel machine asks for a signal: in one step only the signals of one region change.
 
-    What happens in two regions at once is left out; each of it is found one step after the other.
+    What happens in two regions at once is left out; each of it is found one step after the other. Who asks while no
+    region is active does not count.
 
     Args:
         machine: whose regions they are: those of its outermost parallel state.
@@ -172,10 +173,13 @@ class Regions:
         self.only = None if only is None else self._regions[only].index
         asked: dict[str, set[int]] = {}
         for transition in model.transitions:
+            region = self.of_state(transition.source)
+            if outer is not None and _apart(model.states[transition.source], outer):
+                continue
             for condition in machine.generator.decision(transition.index).conditions:
                 for part in parts_of(condition):
                     if isinstance(part, SignalValue):
-                        asked.setdefault(part.signal.name, set()).add(self.of_state(transition.source))
+                        asked.setdefault(part.signal.name, set()).add(region)
         self._of_signal = {name: regions.pop() for name, regions in asked.items() if len(regions) == 1}
 
     def __len__(self) -> int:
@@ -188,6 +192,11 @@ class Regions:
     def of_signal(self, name: str) -> int:
         """The one region that asks for a signal; -1 for none or several."""
         return self._of_signal.get(name, -1)
+
+
+def _apart(state: State, other: State) -> bool:
+    """Whether neither of two states lies in the other: beside an outermost parallel state, none such is ever active."""
+    return state.last < other.index or other.last < state.index
 
 
 _NONE = -2

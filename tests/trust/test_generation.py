@@ -5,6 +5,7 @@ from typer.testing import CliRunner
 
 from controller.cli import app
 from hsm.testing.checking import NO_FAULT, check
+from hsm.testing.exploring import Regions
 from hsm.testing.feasible import CONTRADICTION, TAKEN_BEFORE
 from hsm.testing.generating import generate
 from hsm.testing.mutating import mutants, survey
@@ -167,3 +168,23 @@ def test_tests_are_found_anew_for_a_machine_that_those_beside_it_no_longer_fit(t
     assert CliRunner().invoke(app, ["test", str(machine)]).exit_code == 3
     assert CliRunner().invoke(app, ["test", str(machine), "--generate", "--output", str(tests)]).exit_code == 0
     assert CliRunner().invoke(app, ["test", str(machine)]).exit_code == 0
+
+
+def test_a_signal_is_that_of_the_region_that_asks_for_it_whoever_asks_where_no_region_is_active(machine_of):
+    machine = machine_of("""
+        initial both
+        parallel both
+            when space.front -> aside
+            state one
+                when space.left -> aside
+            state two
+                when space.right and space.front -> aside
+        state aside
+            when not space.left and not space.right and steps > 3 -> both
+    """)
+    regions = Regions(machine)
+    assert regions.of_signal("space.left") == machine.indices["one"]
+    assert regions.of_signal("space.right") == machine.indices["two"]
+    assert regions.of_signal("space.front") == -1
+    assert regions.of_signal("steps") == -1
+    assert not generate(machine).unreached

@@ -109,10 +109,5 @@ class Marks:
         """How many marks a way of the junction bears where the robot is, as seen when it arrived."""
         return self.here.marks[self._quarter(direction)] if self.here is not None else 0
 
-    def fewest(self, direction: Direction) -> bool:
-        """Whether no way that bears marks where the robot is bears fewer than this one; False for a way without any."""
-        marks = self.here.marks if self.here is not None else []
-        return self.count(direction) == min((count for count in marks if count), default=-1)
-
     def _quarter(self, direction: Direction) -> int:
         return (self.heading + _QUARTERS[direction]) % 4

@@ -25,12 +25,6 @@ def junction_marks(facts: Facts, way: Direction) -> int:
     return facts.world.marks.count(way)
 
 
-@LIBRARY.signal("junction.fewest")
-def junction_fewest(facts: Facts, way: Direction) -> bool:
-    """Whether this way bears the fewest marks of all ways of this junction that bear any."""
-    return facts.world.marks.fewest(way)
-
-
 @LIBRARY.signal("junction.leads_out")
 def junction_leads_out(facts: Facts, way: Direction) -> bool:
     """Whether this way of a junction, first come to in this run, is known to lead out; it is from an attempt before."""

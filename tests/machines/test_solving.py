@@ -1,9 +1,13 @@
 """Each shipped machine in mazes: what it can solve it solves and touches nothing, what it cannot it does not."""
 
+import math
+from dataclasses import replace
+
 import pytest
 
 from sim.corridors import Corridor, corridor
 from sim.formats import read_maze
+from sim.generate import Recipe, generate
 from sim.library import shipped_mazes
 
 SIMPLE = """
@@ -40,6 +44,29 @@ def test_islands_do_not_hold_who_knows_of_them(solve, maze, machine, seed):
     run = solve(machine, maze(ISLAND), seed, limit=600)
     assert run.verdict.escaped, run.verdict
     assert run.verdict.contacts == ()
+
+
+@pytest.mark.parametrize("text", [SIMPLE, ISLAND])
+def test_marks_lead_out_where_all_ways_are_seen(solve, maze, text):
+    run = solve("tremaux", maze(text), limit=600)
+    assert run.verdict.escaped, run.verdict
+    assert "by_pledge" not in run.states
+
+
+@pytest.mark.parametrize("text", ["#######\n#..s..#\n#######", "#####\n#...#\n#.#.#\n#s..#\n#####"])
+def test_marks_are_given_up_where_all_ways_are_used_up(solve, maze, text):
+    run = solve("tremaux", maze(text), limit=150)
+    assert "by_pledge" in run.states
+    assert run.verdict.contacts == ()
+
+
+def test_a_maze_is_left_although_a_way_in_it_is_passed_over(solve):
+    # Two openings of one corridor: that at the left begins just beyond the one at the right.
+    recipe = Recipe(columns=4, rows=4, corridor=0.78, loops=3, dead_ends=0.94, doors=1, offset=0.113)
+    run = solve("tremaux", replace(generate(recipe, 51), time_limit=math.inf), limit=300)
+    assert "by_pledge" in run.states
+    assert run.verdict.escaped, run.verdict
+    assert run.verdict.clearance >= 0.1
 
 
 def test_the_right_hand_circles_about_an_island_for_ever(solve):

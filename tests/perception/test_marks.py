@@ -39,20 +39,6 @@ def test_the_way_with_one_mark_leads_out_whichever_way_the_junction_is_turned(ma
     assert leading(turned, quarter * math.pi / 2 + 0.1) == ways
 
 
-@pytest.mark.parametrize("quarter", range(4))
-def test_of_the_ways_with_marks_some_have_the_fewest(quarter):
-    marks = Marks(0.35, places=[MarkedPlace(0.0, 0.0, [[2, 0, 3, 4][(way - quarter) % 4] for way in range(4)])])
-    marks.arrive(Pose(heading=quarter * math.pi / 2))
-    assert [way for way in WAYS if marks.fewest(way)] == [Direction.AHEAD]
-    marks.mark(Direction.AHEAD)
-    marks.mark(Direction.AHEAD)
-    assert [way for way in WAYS if marks.fewest(way)] == [Direction.AHEAD, Direction.BACK, Direction.RIGHT]
-
-
-def test_without_a_junction_no_way_has_the_fewest_marks():
-    assert not any(Marks(0.35).fewest(way) for way in WAYS)
-
-
 def test_a_junction_that_is_not_known_or_not_new_tells_nothing():
     assert leading((1, 0, 1, 0), at=(2.0, 1.4)) == []
     marks = Marks(0.35, known=(MarkedPlace(0.0, 0.0, [1, 0, 1, 0]),))

@@ -74,6 +74,9 @@ class Rotate(Skill):
             aside = passage.left - room
         elif -passage.right < room:
             aside = passage.right + room
+        # A wall beside the robot asks for no more; what does, as the way that it will turn into, is not beside it.
+        most = room - facts.robot.half_width
+        aside = min(max(aside, -most), most)
         back = min(0.0, passage.ahead - room)
         x, y = rotated(back, aside, error)
         return Frame(Frame(pose).outer(Pose(x, y)))

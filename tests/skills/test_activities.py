@@ -268,3 +268,15 @@ def test_no_command_breaks_the_limits(world, corridor, drive, seed):
         change = math.hypot(twist.forward - before.forward, twist.left - before.left)
         assert change <= limits.acceleration * 0.1 + 1e-9
         before = twist
+
+
+@pytest.mark.parametrize("y", [1.75, 1.8, 1.85, 1.9])
+def test_a_turn_into_a_way_stays_before_it(world, drive, y):
+    """What lies aside of the robot is the way that it turns into, not the passage whose middle gives room."""
+    walls = [
+        (2.19, 0, 2.19, 2.2), (2.19, 2.2, 2.91, 2.2), (0.72, 1.46, 1.46, 1.46), (1.46, 1.46, 1.46, 0.73),
+        (0.72, 1.46, 0.73, 2.92), (0.73, 2.92, 1.47, 2.92), (2.19, 2.91, 2.91, 2.91), (2.91, 2.2, 2.91, 2.91),
+    ]  # fmt: skip
+    done = drive(Rotate(-math.pi / 2), world(walls, Pose(1.8, y, 0.0)))
+    assert done.outcome == "done"
+    assert math.hypot(done.end.x - 1.8, done.end.y - y) < 0.2

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from perception.landmarks import Landmark, find_landmarks
-from perception.lines import find_lines, split
+from perception.lines import find_lines, split, split_at_end_points
 from perception.settings import LandmarkSettings, LineSettings
 from perception.sweep import Sweep
 from perception.world import to_world
@@ -56,6 +57,24 @@ def test_a_corner_is_not_split_twice():
     for seed in range(60):
         rng = np.random.default_rng(seed)
         assert len(lines_at(ROOM, Pose(0, 0, rng.uniform(-0.4, 0.4)), rng)) == 3
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_point_is_far_from_the_chord_of_its_piece(seed):
+    """Whatever way the chord runs, a closed run of points among them."""
+    rng = np.random.default_rng(seed)
+    corners = rng.uniform(-2, 2, (4, 2))
+    points = np.concatenate([np.linspace(*pair, 60) for pair in pairwise([*corners, corners[0]])])
+    points += rng.normal(0, 0.01, points.shape)
+    points[-1] = points[0]
+    pieces = split_at_end_points(points, [(0, len(points) - 1)], 0.04, 1)
+    for first, last in pieces:
+        (x, y), (dx, dy) = points[first], points[last] - points[first]
+        offsets = points[first : last + 1] - (x, y)
+        assert np.abs(offsets @ (dy, -dx)).max() <= 0.04 * math.hypot(dx, dy) + 1e-12
+    assert [first for first, _ in pieces] == [0, *(last for _, last in pieces[:-1])]
+    assert pieces[-1][1] == len(points) - 1
+    assert 4 <= len(pieces) <= 30
 
 
 def test_the_frame_is_the_robots_whatever_the_mounting():

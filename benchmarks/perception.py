@@ -169,7 +169,7 @@ def logs() -> None:
 
 def fitted(sweep: Sweep) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     lines = find_lines(sweep, split(sweep, SETTINGS.lines), SETTINGS.lines)
-    return zip(lines.starts, lines.ends, strict=True)
+    return ((np.array(line.start), np.array(line.end)) for line in lines)
 
 
 def approximated(sweep: Sweep) -> Iterator[tuple[np.ndarray, np.ndarray]]:

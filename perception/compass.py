@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from perception.lines import Lines
+from perception.lines import Line, Lines
 from perception.settings import CompassSettings
-from perception.sweep import Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,35 +47,38 @@ def compass_of(lines: Lines, settings: CompassSettings) -> Compass:
         lines: the walls, in the robot's frame.
         settings: the world angle and when the walls suffice.
     """
-    if not len(lines):
+    if not lines:
         return UNKNOWN
-    world_angle = settings.world_angle
-    offsets = _modulo(lines.alpha[:, None] - lines.alpha, world_angle)
-    near = np.abs(offsets) <= settings.spread
-    lengths = lines.lengths
-    # Agreement is counted in length: long walls decide, and a single very well seen one does not outvote all others.
-    squares = lengths * lengths
-    agreement = near @ squares
-    best = int(agreement.argmax())
-    agreeing = near[best]
-    if _sum(lengths[agreeing]) < settings.min_length:
+    named = _named_by_most(lines, settings)
+    offsets = [math.remainder(line.alpha - named.alpha, settings.world_angle) for line in lines]
+    agreeing = [(line, offset) for line, offset in zip(lines, offsets, strict=True) if abs(offset) <= settings.spread]
+    if sum([line.length for line, _ in agreeing]) < settings.min_length:
         return UNKNOWN
-    confidence = agreement.item(best) / _sum(squares)
+    confidence = _agreement([line for line, _ in agreeing]) / _agreement(lines)
     if confidence < settings.min_confidence:
         return UNKNOWN
-    weights = np.minimum(lines.information[agreeing], 1e12)
-    total = _sum(weights)
-    mean = _sum(weights * offsets[agreeing, best]) / total
+    weights = [min(line.information, 1e12) for line, _ in agreeing]
+    total = math.fsum(weights)
+    mean = math.fsum([weight * offset for weight, (_, offset) in zip(weights, agreeing, strict=True)]) / total
     # A wall's normal is a right angle away from its direction.
-    direction = lines.alpha.item(best) + mean - math.pi / 2
-    return Compass(math.remainder(direction, world_angle), confidence, settings.range_noise / math.sqrt(total))
+    misalignment = math.remainder(named.alpha + mean - math.pi / 2, settings.world_angle)
+    return Compass(misalignment, confidence, settings.range_noise / math.sqrt(total))
 
 
-def _modulo(angles: Floats, period: float) -> Floats:
-    """The same angles within half a period of zero."""
-    return angles - period * np.rint(angles / period)
+def _named_by_most(lines: Lines, settings: CompassSettings) -> Line:
+    """The first of the walls with which most of the others agree; mostly, all agree with each."""
+    world_angle, spread, first = settings.world_angle, settings.spread, lines[0]
+    if all(abs(math.remainder(line.alpha - first.alpha, world_angle)) <= spread for line in lines):
+        return first
+    alphas = np.array([line.alpha for line in lines])
+    offsets = alphas[:, None] - alphas
+    near = np.abs(offsets - world_angle * np.rint(offsets / world_angle)) <= spread
+    return lines[int((near @ np.array([line.length * line.length for line in lines])).argmax())]
 
 
-def _sum(values: Floats) -> float:
-    """What ``values.sum()`` gives, without its way through Python."""
-    return float(np.add.reduce(values))
+def _agreement(lines: Sequence[Line]) -> float:
+    """What walls weigh together.
+
+    It is counted in length: long walls decide, and a single very well seen one does not outvote all others.
+    """
+    return sum([line.length * line.length for line in lines])

@@ -65,7 +65,8 @@ class Door:
 
 def find_doors(lines: Lines, robot: RobotDescription, settings: DoorSettings) -> tuple[Door, ...]:
     """All dead ends in sight that may be doors by their sizes, the nearest first."""
-    walls = [line for line in lines if line.length >= settings.min_side - settings.margin]
+    shortest = settings.min_side - settings.margin
+    walls = [line for line in lines if line.length >= shortest]
     turns = [_turns_left(one, other, settings) for one, other in pairwise(walls)]
     dead_ends = (index for index, (one, other) in enumerate(pairwise(turns)) if one and other)
     found = (_door(walls[index : index + 3], robot, settings) for index in dead_ends)
@@ -77,7 +78,7 @@ def _turns_left(first: Line, second: Line, settings: DoorSettings) -> bool:
 
     Both corners of a dead end are so; an S-bend turns left and right.
     """
-    joined = math.hypot(second.start[0] - first.end[0], second.start[1] - first.end[1]) <= settings.corner_gap
+    joined = math.dist(first.end, second.start) <= settings.corner_gap
     return joined and abs(math.remainder(second.direction - first.direction - RIGHT, math.tau)) <= settings.square
 
 

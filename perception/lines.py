@@ -9,20 +9,20 @@ fit weighs each hit by the square of its range, which makes it the maximum likel
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import operator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise, starmap
+from typing import NamedTuple
 
 import numpy as np
 
-from perception.extremes import lowest
 from perception.settings import LineSettings
-from perception.sweep import Floats, Indices, Sweep
+from perception.sweep import Floats, Sweep
 from transport.description import Point
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(NamedTuple):
     """One straight piece of wall, the points with ``x cos(alpha) + y sin(alpha) = p`` from ``start`` to ``end``.
 
     Attributes:
@@ -30,19 +30,20 @@ class Line:
         p: distance of the wall's line from the origin, m, not negative.
         start: first end in counter-clockwise order as the sensor sees it, m.
         end: the other end, m.
+        length: from end to end, m.
         hits: how many hits made it.
+        information: 1 / variance of the angle for a range noise of 1 m, rad^-2.
+        residual: root mean square distance of the hits from the line, m.
     """
 
     alpha: float
     p: float
     start: Point
     end: Point
+    length: float
     hits: int
-
-    @property
-    def length(self) -> float:
-        """From end to end, m."""
-        return math.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])
+    information: float
+    residual: float
 
     @property
     def direction(self) -> float:
@@ -58,47 +59,8 @@ class Line:
         return (x + share * dx, y + share * dy)
 
 
-@dataclass(frozen=True, eq=False)
-class Lines:
-    """All straight pieces of a scan in the order of the beams, as arrays of equal length m.
-
-    Attributes:
-        alpha: directions of the normals, rad within [-pi, pi].
-        p: distances from the origin, m.
-        starts: first ends, m, shape (m, 2).
-        ends: other ends, m, shape (m, 2).
-        hits: numbers of hits.
-        information: 1 / variance of each angle for a range noise of 1 m, rad^-2.
-        residual: root mean square distance of the hits from their line, m.
-    """
-
-    alpha: Floats
-    p: Floats
-    starts: Floats
-    ends: Floats
-    hits: Indices
-    information: Floats
-    residual: Floats
-
-    def __len__(self) -> int:
-        return len(self.p)
-
-    def __getitem__(self, index: int) -> Line:
-        return self._each[index]
-
-    def __iter__(self) -> Iterator[Line]:
-        return iter(self._each)
-
-    @cached_property
-    def _each(self) -> tuple[Line, ...]:
-        starts, ends = map(tuple, self.starts.tolist()), map(tuple, self.ends.tolist())
-        return tuple(map(Line, self.alpha.tolist(), self.p.tolist(), starts, ends, self.hits.tolist()))
-
-    @cached_property
-    def lengths(self) -> Floats:
-        """From end to end, m, shape (m,)."""
-        chords: Floats = self.ends - self.starts
-        return np.hypot(chords[:, 0], chords[:, 1])
+Lines = tuple[Line, ...]
+"""All straight pieces of a scan in the order of the beams."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,12 +80,6 @@ class LinePieces:
         """The hits at which the walls bend, in order."""
         ends = {last for _, last in self.runs}
         return sorted({first for first, _ in self.pieces} | {last for _, last in self.pieces} - ends)
-
-
-def no_lines() -> Lines:
-    """What is found where nothing is seen."""
-    none = np.empty(0)
-    return Lines(none, none, np.empty((0, 2)), np.empty((0, 2)), np.empty(0, np.intp), none, none)
 
 
 def split(sweep: Sweep, settings: LineSettings) -> LinePieces:
@@ -149,14 +105,10 @@ def find_lines(sweep: Sweep, pieces: LinePieces, settings: LineSettings) -> Line
         settings: what is too small or too crooked to be a wall.
     """
     if not pieces.pieces:
-        return no_lines()
-    firsts, lasts = np.array(pieces.pieces).T
-    # The points at a split belong to both sides or, at a jump, to neither for sure: the fit leaves them out.
-    firsts, lasts = firsts + 1, lasts - 1
-    points = sweep.points
-    sums = _sums(points, sweep.distances**2, firsts, lasts)
-    merged = _merged(sums, firsts, lasts, settings)
-    return _chosen(_fit(points, *merged), settings)
+        return ()
+    lines = [_fitted(sweep.points, piece) for piece in _merged(_weighed(sweep, pieces), settings)]
+    min_length, max_residual = settings.min_length, settings.max_residual
+    return tuple([line for line in lines if line.length >= min_length and line.residual <= max_residual])
 
 
 def _runs(sweep: Sweep, settings: LineSettings) -> list[tuple[int, int]]:
@@ -213,101 +165,102 @@ def split_at_end_points(
     return pieces
 
 
-def _sums(points: Floats, weights: Floats, firsts: Indices, lasts: Indices) -> Floats:
-    """For each piece the sums of w, wx, wy, wxx, wxy and wyy, shape (6, m)."""
-    x, y = points[:, 0], points[:, 1]
-    terms = np.zeros((6, len(points) + 1))
-    w, wx, wy = terms[0, :-1], terms[1, :-1], terms[2, :-1]
-    w[:] = weights
-    np.multiply(weights, x, out=wx)
-    np.multiply(weights, y, out=wy)
-    np.multiply(wx, x, out=terms[3, :-1])
-    np.multiply(wx, y, out=terms[4, :-1])
-    np.multiply(wy, y, out=terms[5, :-1])
-    edges = np.empty(2 * len(firsts), np.intp)
-    edges[::2], edges[1::2] = firsts, lasts + 1
-    return np.add.reduceat(terms, edges, axis=1)[:, ::2]
+class _Piece(NamedTuple):
+    """The hits that make a straight piece, first to last, with sums over them of the weights w and of their products.
+
+    A scan has some ten pieces: single numbers are faster than arrays so short.
+    """
+
+    first: int
+    last: int
+    w: float
+    wx: float
+    wy: float
+    wxx: float
+    wxy: float
+    wyy: float
+
+    def joined(self, other: _Piece) -> _Piece:
+        """This piece and the one behind it as one."""
+        return _Piece(self.first, other.last, *map(operator.add, self[2:], other[2:]))
+
+    def scatter(self) -> tuple[float, float, float]:
+        """Sums of w (x - mean x)^2, w (x - mean x) (y - mean y) and w (y - mean y)^2."""
+        _, _, w, wx, wy, wxx, wxy, wyy = self
+        return (wxx - wx * wx / w, wxy - wx * wy / w, wyy - wy * wy / w)
+
+    def deviation(self) -> float:
+        """Root mean square distance of the hits from the line that fits best, m."""
+        cxx, cxy, cyy = self.scatter()
+        across = (cxx + cyy) / 2 - math.hypot((cxx - cyy) / 2, cxy)
+        return math.sqrt(max(across, 0.0) / self.w)
 
 
-def _scatter(sums: Floats) -> Floats:
-    """Sums of w (x - mean x)^2, w (x - mean x) (y - mean y) and w (y - mean y)^2 of each piece, shape (3, m)."""
-    total, sx, sy, sxx, sxy, syy = sums
-    return np.array((sxx - sx * sx / total, sxy - sx * sy / total, syy - sy * sy / total))
+def _weighed(sweep: Sweep, pieces: LinePieces) -> list[_Piece]:
+    """The pieces with their sums.
+
+    The points at a split belong to both sides or, at a jump, to neither for sure: they are left out.
+    """
+    columns = sweep.points.T
+    terms = np.empty((6, len(sweep.distances)))
+    np.multiply(sweep.distances, sweep.distances, out=terms[0])
+    terms[0] += 1e-30  # hits at the sensor itself weigh something, too
+    np.multiply(columns, terms[0], out=terms[1:3])
+    np.multiply(columns, terms[1], out=terms[3:5])
+    np.multiply(columns[1], terms[2], out=terms[5])
+    edges = np.array(pieces.pieces).ravel()
+    edges[::2] += 1
+    sums = np.add.reduceat(terms, edges, axis=1)[:, ::2].T.tolist()
+    return [_Piece(first + 1, last - 1, *each) for (first, last), each in zip(pieces.pieces, sums, strict=True)]
 
 
-def _deviation(sums: Floats, scatter: Floats) -> Floats:
-    """Root mean square distance of each piece's hits from the line that fits best, m."""
-    cxx, cxy, cyy = scatter
-    across = (cxx + cyy) / 2 - np.hypot((cxx - cyy) / 2, cxy)
-    deviation: Floats = np.sqrt(np.maximum(across, 0.0) / sums[0])
-    return deviation
-
-
-def _merged(
-    sums: Floats, firsts: Indices, lasts: Indices, settings: LineSettings
-) -> tuple[Floats, Floats, Indices, Indices]:
+def _merged(pieces: list[_Piece], settings: LineSettings) -> list[_Piece]:
     """Put neighbours together that one line fits about as well as two, the best pair first.
 
     A split that noise put a little beside a corner tilts the chord of the next piece so that it is split once more.
-
-    Returns:
-        Sums, scatter, first and last hits of the pieces that are left.
     """
-    while True:
-        count = len(firsts)
-        both = np.concatenate((sums, sums[:, 1:] + sums[:, :-1]), axis=1)
-        scatter = _scatter(both)
-        deviations = _deviation(both, scatter)
-        own, of_pairs = deviations[:count], deviations[count:]
-        excess = of_pairs - 1.2 * np.maximum(own[1:], own[:-1])
-        excess[firsts[1:] - lasts[:-1] != 2] = math.inf
-        if lowest(excess) > settings.merge:
-            return sums, scatter[:, :count], firsts, lasts
-        best = int(excess.argmin())
-        sums = np.delete(sums, best + 1, axis=1) + np.eye(1, count - 1, best) * sums[:, best + 1, None]
-        firsts, lasts = np.delete(firsts, best + 1), np.delete(lasts, best)
+    excesses = list(starmap(_excess, pairwise(pieces)))
+    while excesses and (least := min(excesses)) <= settings.merge:
+        best = excesses.index(least)
+        pieces[best : best + 2] = [pieces[best].joined(pieces[best + 1])]
+        before = max(best - 1, 0)
+        excesses[before : best + 2] = starmap(_excess, pairwise(pieces[before : best + 2]))
+    return pieces
 
 
-def _fit(points: Floats, sums: Floats, scatter: Floats, firsts: Indices, lasts: Indices) -> Lines:
-    """Weighted total least squares of each piece: the normal is the eigenvector of the scatter's smaller eigenvalue."""
-    cxx, cxy, cyy = scatter
-    alpha = 0.5 * np.arctan2(-2 * cxy, cyy - cxx)
-    cosine, sine = np.cos(alpha), np.sin(alpha)
-    p = (sums[1] * cosine + sums[2] * sine) / sums[0]
-    sign = np.where(p < 0, -1.0, 1.0)
-    cosine, sine, p = cosine * sign, sine * sign, np.abs(p)
-    along = np.hypot(cxx - cyy, 2 * cxy)
-    across = np.maximum((cxx + cyy - along) / 2, 0.0)
-    starts, ends = _onto(points[np.array((firsts, lasts))], cosine, sine, p)
-    return Lines(
-        alpha=np.arctan2(sine, cosine),
+def _excess(piece: _Piece, other: _Piece) -> float:
+    """By how much hits of neighbours deviate more from one line than from two, m; infinity where a jump is between."""
+    if other.first - piece.last != 2:
+        return math.inf
+    return piece.joined(other).deviation() - 1.2 * max(piece.deviation(), other.deviation())
+
+
+def _fitted(points: Floats, piece: _Piece) -> Line:
+    """Weighted total least squares: the normal is the eigenvector of the scatter's smaller eigenvalue."""
+    cxx, cxy, cyy = piece.scatter()
+    angle = math.atan2(-2 * cxy, cyy - cxx) / 2
+    cosine, sine = math.cos(angle), math.sin(angle)
+    p = (piece.wx * cosine + piece.wy * sine) / piece.w
+    if p < 0:
+        cosine, sine, p = -cosine, -sine, -p
+    along = math.hypot(cxx - cyy, 2 * cxy)
+    across = max((cxx + cyy - along) / 2, 0.0)
+    away = max(p, 0.02)
+    start, end = _onto(points, piece.first, cosine, sine, p), _onto(points, piece.last, cosine, sine, p)
+    return Line(
+        alpha=math.atan2(sine, cosine),
         p=p,
-        starts=starts,
-        ends=ends,
-        hits=lasts - firsts + 1,
-        information=(along + across) / np.maximum(p, 0.02) ** 2,
-        residual=np.sqrt(across / sums[0]),
+        start=start,
+        end=end,
+        length=math.dist(start, end),
+        hits=piece.last - piece.first + 1,
+        information=(along + across) / (away * away),
+        residual=math.sqrt(across / piece.w),
     )
 
 
-def _onto(points: Floats, cosine: Floats, sine: Floats, p: Floats) -> Floats:
-    x, y = points[..., 0], points[..., 1]
+def _onto(points: Floats, hit: int, cosine: float, sine: float, p: float) -> Point:
+    """The place of a hit, moved onto the line with this normal at this distance from the origin."""
+    x, y = points.item(hit, 0), points.item(hit, 1)
     away = x * cosine + y * sine - p
-    x -= away * cosine
-    y -= away * sine
-    return points
-
-
-def _chosen(lines: Lines, settings: LineSettings) -> Lines:
-    keep = (lines.lengths >= settings.min_length) & (lines.residual <= settings.max_residual)
-    if np.count_nonzero(keep) == len(keep):
-        return lines
-    return Lines(
-        lines.alpha[keep],
-        lines.p[keep],
-        lines.starts[keep],
-        lines.ends[keep],
-        lines.hits[keep],
-        lines.information[keep],
-        lines.residual[keep],
-    )
+    return (x - away * cosine, y - away * sine)

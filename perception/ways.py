@@ -155,7 +155,8 @@ def _flanks(lines: Lines, cosine: float, sine: float) -> list[Flank]:
     Of a wall across x that is at one side only, the end that points at the robot is one, without length.
     """
     flanks = []
-    for (x0, y0), (x1, y1) in zip(lines.starts.tolist(), lines.ends.tolist(), strict=True):
+    for line in lines:
+        (x0, y0), (x1, y1) = line.start, line.end
         low, high = x0 * cosine + y0 * sine, x1 * cosine + y1 * sine
         first, last = y0 * cosine - x0 * sine, y1 * cosine - x1 * sine
         if low > high:

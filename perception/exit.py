@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from perception.extremes import highest, lowest
+from perception.extremes import highest
 from perception.settings import ExitSettings
 from perception.sweep import Floats, Mask, Sweep
 from transport.description import Point
@@ -56,7 +56,7 @@ class Body:
 
     Attributes:
         rear: how far its outline reaches back along the lane, m (negative).
-        half_width: how far it reaches to the sides, m, to the side where that is less.
+        half_width: how far it reaches to the sides, m, to the side where that is less; not negative.
         moved: how far it has moved along the lane since the scan before, m.
     """
 
@@ -82,7 +82,7 @@ def next_lane(before: Lane, sweep: Sweep, misalignment: float, body: Body, setti
     points = sweep.points
     x = points[:, 0] * cosine + points[:, 1] * sine
     y = points[:, 1] * cosine - points[:, 0] * sine
-    in_reach = (x >= body.rear - settings.margin) & (x <= settings.range)
+    in_reach = ((x >= body.rear - settings.margin) & (x <= settings.range)).nonzero()[0]
     x, y = x[in_reach], y[in_reach]
     found = _measured(x, y, body, settings)
     if not before.known:
@@ -103,15 +103,20 @@ def _measured(x: Floats, y: Floats, body: Body, settings: ExitSettings) -> Lane 
     """The lane by what stands beside the robot on both sides; None where nothing does, or a wall is just ahead."""
     close = (np.abs(x) <= settings.beside).nonzero()[0]
     close_y = y[close]
-    across = np.abs(close_y)
-    if np.count_nonzero((x[close] > 0.0) & (across < body.half_width)) > STRAY:
+    if np.count_nonzero((x[close] > 0.0) & (np.abs(close_y) < body.half_width)) > STRAY:
         return None
-    beside = close_y[(across >= body.half_width) & (across <= settings.max_half_width)]
-    left = lowest(beside[beside > 0.0], passed_over=STRAY)
-    right = -highest(beside[beside < 0.0], passed_over=STRAY)
-    if math.isinf(left + right):
+    close_y.sort()
+    left = _lowest_from(close_y, body.half_width)
+    right = _lowest_from(-close_y[::-1], body.half_width)
+    if max(left, right) > settings.max_half_width:
         return None
     return Lane(left, right, _last(x[_within(y, Lane(left, right), settings)], math.inf))
+
+
+def _lowest_from(values: Floats, bound: float) -> float:
+    """The lowest of sorted values from a bound on but for stray readings; infinity where there are only such."""
+    index = int(values.searchsorted(bound)) + STRAY
+    return values.item(index) if index < len(values) else math.inf
 
 
 def _within(y: Floats, lane: Lane, settings: ExitSettings) -> Mask:
@@ -136,7 +141,7 @@ def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) 
     cosine, sine = math.cos(misalignment), math.sin(misalignment)
     rear = min([x * cosine + y * sine for x, y in footprint])
     across = [y * cosine - x * sine for x, y in footprint]
-    return Body(rear, min(max(across), -min(across)), moved)
+    return Body(rear, max(min(max(across), -min(across)), 0.0), moved)
 
 
 def quantised(angle: float) -> float:

@@ -11,25 +11,24 @@ import math
 from perception.sweep import Floats
 
 
-def lowest(values: Floats, otherwise: float = math.inf, *, passed_over: int = 0) -> float:
-    """The lowest value but for some lower ones.
+def lowest(values: Floats, otherwise: float = math.inf) -> float:
+    """The lowest value; ``otherwise`` where there is none.
+
+    Args:
+        values: shape (n,), without NaN.
+        otherwise: what to say of no values.
+    """
+    return values.item(values.argmin()) if len(values) else otherwise
+
+
+def highest(values: Floats, otherwise: float = -math.inf, *, passed_over: int = 0) -> float:
+    """The highest value but for some higher ones.
 
     Args:
         values: shape (n,), without NaN.
         otherwise: what to say where there are no more than those.
         passed_over: how many, a small number.
     """
-    if len(values) <= passed_over:
-        return otherwise
-    if passed_over:
-        values = values.copy()
-    for _ in range(passed_over):
-        values[values.argmin()] = math.inf
-    return values.item(values.argmin())
-
-
-def highest(values: Floats, otherwise: float = -math.inf, *, passed_over: int = 0) -> float:
-    """The highest value but for some higher ones; see ``lowest``."""
     if len(values) <= passed_over:
         return otherwise
     if passed_over:

@@ -55,9 +55,8 @@ def look(sweep: Sweep, direction: float, width: float, threshold: float, bad_sha
     if not known or 2 * known < len(beams):
         return Beam()
     passed_over = max(int(bad_share * known), int(known >= 3))
-    passed_over = min(passed_over, known - 1)
-    # NaN is sorted behind all numbers.
-    distance = min(np.partition(ranges, passed_over).item(passed_over), sweep.reach)
+    ranges.sort()  # NaN comes behind all numbers
+    distance = min(ranges.item(min(passed_over, known - 1)), sweep.reach)
     return Beam(distance, distance >= threshold, known=True)
 
 

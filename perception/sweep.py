@@ -111,8 +111,10 @@ class Sweep:
         ranges = np.array(scan.ranges, dtype=np.float64)
         if geometry.angle_increment < 0:
             ranges = ranges[::-1].copy()
-        ranges[ranges == -np.inf] = np.nan
-        ranges[(ranges >= reach) | (ranges < geometry.range_min)] = np.inf
+        others = (~((ranges >= max(geometry.range_min, 0.0)) & (ranges < reach))).nonzero()[0]
+        if len(others):
+            unknown = np.isnan(ranges[others]) | (ranges[others] == -np.inf)
+            ranges[others] = np.where(unknown, np.nan, np.inf)
         return cls(fan_of(geometry, mount), ranges, reach)
 
     @cached_property
@@ -128,18 +130,22 @@ class Sweep:
     @cached_property
     def distances(self) -> Floats:
         """The readings of the beams that hit something, m, shape (k,)."""
-        return self.ranges[self.beams]
+        return self._of_hits(self.ranges)
+
+    def _of_hits(self, values: Floats) -> Floats:
+        """What belongs to the beams that hit something; mostly that is all of them, and nothing is copied."""
+        return values if len(self.beams) == len(values) else values[self.beams]
 
     @cached_property
     def points(self) -> Floats:
         """The hits in the robot's frame, m, shape (k, 2), counter-clockwise as the sensor sees them."""
-        beams, ranges = self.beams, self.distances
+        fan, ranges = self.fan, self.distances
         # The columns lie apart in memory: most uses want all x or all y.
-        columns = np.empty((2, len(beams)))
-        np.multiply(ranges, self.fan.cosines[beams], out=columns[0])
-        np.multiply(ranges, self.fan.sines[beams], out=columns[1])
-        columns[0] += self.fan.mount.x
-        columns[1] += self.fan.mount.y
+        x, y = columns = np.empty((2, len(ranges)))
+        np.multiply(ranges, self._of_hits(fan.cosines), out=x)
+        np.multiply(ranges, self._of_hits(fan.sines), out=y)
+        x += fan.mount.x
+        y += fan.mount.y
         return columns.T
 
     @cached_property

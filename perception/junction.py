@@ -15,13 +15,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 
 from perception.lines import Lines
 from perception.settings import JunctionSettings
 from perception.sweep import Sweep
-from perception.ways import CLOSED, UNSEEN, Fitting, Surroundings, Way
+from perception.ways import CLOSED, NOTHING_SEEN, Fitting, Surroundings, View, Way
 from transport.description import RobotDescription
 
 
@@ -52,29 +53,77 @@ _KINDS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Junction:
-    """All that is known of the junction that the robot is in or about to enter.
+    """All that is known of the junction that the robot is in or about to enter, worked out when asked for.
 
     Attributes:
-        left: the way to the left.
-        ahead: the way ahead, beyond the ways to the sides.
-        right: the way to the right.
-        left_wall: d1L, distance to the corridor's left wall before the junction, m; NaN where it is not seen.
-        right_wall: d1R, distance to its right wall, m; NaN where it is not seen.
-        end: d4, how far a lane of the robot's width is free straight ahead, m; infinity where nothing is in it.
-        wide: whether a way is wider than any corridor.
-        door_depth: a way that ends within this depth may be a door, m.
+        surroundings: where the beams end, and the walls.
+        half_width: of the robot, m.
+        settings: window, depth and margins.
     """
 
-    left: Way = UNSEEN
-    ahead: Way = UNSEEN
-    right: Way = UNSEEN
-    left_wall: float = math.nan
-    right_wall: float = math.nan
-    end: float = math.inf
-    wide: bool = False
-    door_depth: float = 0.0
+    surroundings: Surroundings
+    half_width: float
+    settings: JunctionSettings
+
+    @cached_property
+    def _beside(self) -> tuple[View, View]:
+        """The views to the left and to the right."""
+        return self.surroundings.left(), self.surroundings.right()
+
+    @cached_property
+    def _forward(self) -> View:
+        """The view ahead."""
+        return self.surroundings.ahead()
+
+    @cached_property
+    def _sides(self) -> tuple[Way, Way]:
+        """The ways to the left and to the right."""
+        to_left, to_right = self._beside
+        return _of_one_junction(self._fitting(to_left).side(), self._fitting(to_right).side())
+
+    def _fitting(self, view: View) -> Fitting:
+        return Fitting(view, 2 * (self.half_width + self.settings.clearance), self.settings)
+
+    @property
+    def left(self) -> Way:
+        """The way to the left."""
+        return self._sides[0]
+
+    @property
+    def right(self) -> Way:
+        """The way to the right."""
+        return self._sides[1]
+
+    @cached_property
+    def ahead(self) -> Way:
+        """The way ahead, beyond the ways to the sides."""
+        edges = [way.far for way in self._sides if way.open]
+        edge = max(edges, default=self.settings.ahead)
+        return self._fitting(self._forward).ahead(edge, after_sides=bool(edges))
+
+    @property
+    def left_wall(self) -> float:
+        """d1L, distance to the corridor's left wall before the junction, m; NaN where it is not seen."""
+        return self._beside[0].wall(self.settings)
+
+    @property
+    def right_wall(self) -> float:
+        """d1R, distance to its right wall, m; NaN where it is not seen."""
+        return self._beside[1].wall(self.settings)
+
+    @cached_property
+    def end(self) -> float:
+        """d4, how far a lane of the robot's width is free straight ahead, m; infinity where nothing is in it."""
+        return self._forward.lane(self.half_width)
+
+    @cached_property
+    def wide(self) -> bool:
+        """Whether a way is wider than any corridor, or nothing is seen far around ahead."""
+        settings = self.settings
+        too_wide = any(way.open and way.width > settings.max_width for way in self._sides)
+        return too_wide or self._forward.is_empty(settings.open_half_angle, settings.open_range)
 
     @property
     def kind(self) -> JunctionKind:
@@ -101,7 +150,7 @@ class Junction:
         return self._may_be_door(self.right)
 
     def _may_be_door(self, way: Way) -> bool:
-        return way.open and way.ended and way.depth <= self.door_depth
+        return way.open and way.ended and way.depth <= self.settings.door_depth
 
     @property
     def d2(self) -> float:
@@ -137,26 +186,9 @@ def junction_of(
         robot: for the size of the box that must fit.
         settings: window, depth and margins.
     """
-    if 2 * np.count_nonzero(sweep.known) < max(len(sweep.ranges), 1):
-        return Junction()
-    half_width = robot.half_width
-    box = 2 * (half_width + settings.clearance)
-    surroundings = Surroundings.of(sweep, lines, misalignment)
-    to_left, to_right, forward = surroundings.left(), surroundings.right(), surroundings.ahead()
-    left, right = _of_one_junction(Fitting(to_left, box, settings).side(), Fitting(to_right, box, settings).side())
-    edges = [way.far for way in (left, right) if way.open]
-    ahead = Fitting(forward, box, settings).ahead(max(edges, default=settings.ahead), after_sides=bool(edges))
-    return Junction(
-        left=left,
-        ahead=ahead,
-        right=right,
-        left_wall=to_left.wall(settings),
-        right_wall=to_right.wall(settings),
-        end=forward.lane(half_width),
-        wide=any(way.open and way.width > settings.max_width for way in (left, right))
-        or forward.is_empty(settings.open_half_angle, settings.open_range),
-        door_depth=settings.door_depth,
-    )
+    enough = 2 * np.count_nonzero(sweep.known) >= max(len(sweep.ranges), 1)
+    surroundings = Surroundings.of(sweep, lines, misalignment) if enough else NOTHING_SEEN
+    return Junction(surroundings, robot.half_width, settings)
 
 
 def _of_one_junction(left: Way, right: Way) -> tuple[Way, Way]:

@@ -53,6 +53,9 @@ class Way:
         return (self.far + self.near) / 2
 
 
+SLIGHT = 0.03
+"""A beam leads to a side if this much of its direction does."""
+
 UNSEEN = Way()
 CLOSED = Way(known=True)
 
@@ -86,9 +89,13 @@ class Gap(NamedTuple):
     first: int
     last: int
 
+    @property
+    def width(self) -> float:
+        """From end to end, m."""
+        return self.high - self.low
 
-@dataclass(frozen=True, eq=False)
-class Surroundings:
+
+class Surroundings(NamedTuple):
     """Where all beams end, in the robot's place but turned along the walls: x along the corridor, y to the left.
 
     Attributes:
@@ -113,8 +120,8 @@ class Surroundings:
         cosine, sine = math.cos(misalignment), math.sin(misalignment)
         cosines = sweep.fan.cosines * cosine + sweep.fan.sines * sine
         sines = sweep.fan.sines * cosine - sweep.fan.cosines * sine
-        ranges = np.fmin(sweep.ranges, sweep.reach)
-        ranges[~sweep.known] = 0.0
+        # A beam of which nothing is known, NaN, ends where it begins.
+        ranges = np.fmax(np.minimum(sweep.ranges, sweep.reach), 0.0)
         mount = sweep.fan.mount
         x, y = mount.x * cosine + mount.y * sine, mount.y * cosine - mount.x * sine
         ends = np.empty((2, len(ranges)))
@@ -127,7 +134,7 @@ class Surroundings:
     def left(self) -> View:
         """The view to the left: y to the left, x ahead."""
         (x, y), (origin_x, origin_y) = self.ends, self.origin
-        beams = _towards(self.sines)
+        beams = _in_order(self.sines > SLIGHT)
         walls = [wall for wall in self.walls if wall.level > 0]
         cotangent = self.cosines[beams] / self.sines[beams]
         return View(cotangent, x[beams], y[beams], self.hit[beams], (origin_x, origin_y), walls)
@@ -135,7 +142,7 @@ class Surroundings:
     def right(self) -> View:
         """The view to the right: y to the right, x ahead."""
         (x, y), (origin_x, origin_y) = self.ends, self.origin
-        beams = _towards(-self.sines)
+        beams = _in_order(self.sines < -SLIGHT)
         walls = [Flank(-wall.level, wall.low, wall.high) for wall in self.walls if wall.level < 0]
         # Mirrored, the beams come in the other order.
         cotangent = -self.cosines[beams][::-1] / self.sines[beams][::-1]
@@ -144,9 +151,14 @@ class Surroundings:
     def ahead(self) -> View:
         """The view ahead: y ahead, x to the right; without walls, since a way ahead begins where no wall must be."""
         (x, y), (origin_x, origin_y) = self.ends, self.origin
-        beams = _towards(self.cosines)
+        beams = _in_order(self.cosines > SLIGHT)
         cotangent = -self.sines[beams] / self.cosines[beams]
         return View(cotangent, -y[beams], x[beams], self.hit[beams], (-origin_y, origin_x), [])
+
+
+_NOTHING = np.empty(0)
+NOTHING_SEEN = Surroundings(_NOTHING, _NOTHING, np.empty((2, 0)), np.empty(0, np.bool_), (0.0, 0.0), [])
+"""Surroundings of which nothing is known."""
 
 
 def _flanks(lines: Lines, cosine: float, sine: float) -> list[Flank]:
@@ -168,9 +180,8 @@ def _flanks(lines: Lines, cosine: float, sine: float) -> list[Flank]:
     return flanks
 
 
-def _towards(component: Floats) -> slice | Indices:
+def _in_order(towards: Mask) -> slice | Indices:
     """The beams that lead to one side, in order; a slice where they follow each other, which saves copies."""
-    towards = component > 0.03
     runs = _runs(towards)
     if len(runs) <= 1:
         return slice(*runs[0]) if runs else slice(0)
@@ -192,8 +203,7 @@ def _runs(mask: Mask) -> list[tuple[int, int]]:
     return runs
 
 
-@dataclass(frozen=True, eq=False)
-class View:
+class View(NamedTuple):
     """The half of the surroundings around one direction, its y axis, beams in order from positive x to negative x.
 
     Attributes:
@@ -246,7 +256,7 @@ class View:
         Two bad beams do not end one.
         """
         height = level - self.origin[1]
-        begin = self._after((limit - self.origin[0]) / height) if height > 0 else 0
+        begin = self._after((limit - self.origin[0]) / height) if height > 0 and limit < math.inf else 0
         runs: list[tuple[int, int]] = []
         for first, stop in _runs(self.y[begin:] > level):
             joins = bool(runs) and first - runs[-1][1] <= 2
@@ -278,7 +288,9 @@ class View:
 
 def _fifth(values: Floats) -> float:
     """The value that a fifth of the values do not exceed."""
-    return np.partition(values, len(values) // 5).item(len(values) // 5)
+    values, index = values.copy(), len(values) // 5
+    values.partition(index)
+    return values.item(index)
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,11 +318,13 @@ class Fitting:
         A gap counts as far as the sensor sees it: of a way that the robot has mostly passed, the rest may be too narrow
         for the box, and the way is over.
         """
+        if not len(self.view.y):
+            return UNSEEN
         reference = self.view.wall(self.settings)
         level = self.settings.assumed_wall if math.isnan(reference) else reference
         known = True
         for gap in self.view.gaps(level + self.settings.edge, self.limit):
-            if gap.low > self.settings.ahead or gap.high < 0.0 or gap.high - gap.low < self.box:
+            if gap.low > self.settings.ahead or gap.high < 0.0 or gap.width < self.box:
                 continue
             way = self._into(gap, level)
             if way.open:
@@ -326,10 +340,13 @@ class Fitting:
             after_sides: whether there are ways to the sides, so that the robot can move sideways before the way ahead.
         """
         view, settings = self.view, self.settings
+        if not len(view.y):
+            return UNSEEN
         deep = edge + settings.depth
         bottom = edge - settings.edge if after_sides else 0.0
         for free in view.gaps(deep):
-            if free.high < -settings.assumed_wall or free.low > settings.assumed_wall:
+            beside = free.high < -settings.assumed_wall or free.low > settings.assumed_wall
+            if beside or free.width < self.box:
                 continue
             low, high = view.clipped(free, bottom, deep)
             if high - low >= self.box:
@@ -345,7 +362,7 @@ class Fitting:
         deep = level + settings.depth
         near, far = view.crossing(level, gap.last), view.far_corner(gap, level)
         for free in view.gaps(deep, self.limit):
-            if free.last < gap.first or free.first > gap.last:
+            if free.last < gap.first or free.first > gap.last or free.width < self.box:
                 continue
             low, high = view.clipped(free, level + settings.edge, deep)
             high = min(high, far)

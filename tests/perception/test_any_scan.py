@@ -79,6 +79,21 @@ def test_a_scan_without_readings_is_unknown(ranges):
     unknown(everything(Perception(PICO).facts(observation_of(scan))))
 
 
+def test_hits_at_the_sensor_itself_are_no_walls():
+    scan = Scan(0, ScanGeometry(1000, -2.0, 0.004, 0.0, 10.0), np.zeros(1000, np.float32))
+    facts = Perception(PICO).facts(observation_of(scan))
+    everything(facts)
+    assert facts.lines == ()
+
+
+def test_nothing_is_known_of_a_side_to_which_no_beam_leads():
+    laser = Laser(beams=20, angle_min=-0.02, angle_max=0.02)
+    facts = Perception(RobotDescription(laser=laser)).facts(observation_of(scan_of(corridor(1.0), Pose(), laser)))
+    everything(facts)
+    assert not facts.junction.left.known
+    assert not facts.junction.right.known
+
+
 def lasers(beams, half_angle, reach):
     return Laser(beams=beams, angle_min=-half_angle, angle_max=half_angle, range_max=reach)
 

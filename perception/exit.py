@@ -76,7 +76,7 @@ def next_lane(before: Lane, sweep: Sweep, misalignment: float, body: Body, setti
         settings: sizes and ranges.
     """
     moved_on = Lane(before.left, before.right, before.end - body.moved)
-    if np.count_nonzero(sweep.known) < settings.known_share * len(sweep.ranges) or not len(sweep.ranges):
+    if sweep.known_share < settings.known_share or not len(sweep.ranges):
         return moved_on
     cosine, sine = math.cos(misalignment), math.sin(misalignment)
     points = sweep.points

@@ -196,7 +196,7 @@ class Facts:
     def door_passable(self) -> bool:
         """Whether the robot, going straight on as the door tried last faces, can pass it."""
         door = self.rung_door
-        if door is None or not self.sweep.known.any():
+        if door is None or not self.sweep.known_share:
             return False
         half_width = self.robot.half_width + self.settings.door.passage_margin
         lane = passage_of(turned(self.points, -door.facing), half_width)

@@ -17,8 +17,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 
-import numpy as np
-
 from perception.lines import Lines
 from perception.settings import JunctionSettings
 from perception.sweep import Sweep
@@ -186,8 +184,7 @@ def junction_of(
         robot: for the size of the box that must fit.
         settings: window, depth and margins.
     """
-    enough = 2 * np.count_nonzero(sweep.known) >= max(len(sweep.ranges), 1)
-    surroundings = Surroundings.of(sweep, lines, misalignment) if enough else NOTHING_SEEN
+    surroundings = Surroundings.of(sweep, lines, misalignment) if sweep.known_share >= 0.5 else NOTHING_SEEN
     return Junction(surroundings, robot.half_width, settings)
 
 

@@ -279,7 +279,7 @@ def clearance(facts: Facts) -> Length:
 @LIBRARY.signal("clearance.known")
 def clearance_known(facts: Facts) -> bool:
     """Whether the scan could be read at all."""
-    return bool(facts.sweep.known.any())
+    return facts.sweep.known_share > 0
 
 
 @LIBRARY.signal("repulsion.forward")

@@ -144,11 +144,25 @@ class Sweep:
         x, y = columns = np.empty((2, len(ranges)))
         np.multiply(ranges, self._of_hits(fan.cosines), out=x)
         np.multiply(ranges, self._of_hits(fan.sines), out=y)
-        x += fan.mount.x
-        y += fan.mount.y
+        if fan.mount.x or fan.mount.y:
+            columns += [[fan.mount.x], [fan.mount.y]]
         return columns.T
+
+    @property
+    def free(self) -> Floats:
+        """How far each beam is known to be free, m from the sensor, shape (n,); 0 where nothing is known."""
+        if len(self.beams) == len(self.ranges):
+            return self.ranges
+        return np.fmax(np.minimum(self.ranges, self.reach), 0.0)
 
     @cached_property
     def known(self) -> Mask:
         """Of which beams anything is known, shape (n,)."""
         return ~np.isnan(self.ranges)
+
+    @cached_property
+    def known_share(self) -> float:
+        """The share of such beams, 0 to 1; 0 without beams."""
+        if len(self.beams) == len(self.ranges):
+            return 1.0 if len(self.beams) else 0.0
+        return float(np.count_nonzero(self.known) / len(self.ranges))

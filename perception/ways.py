@@ -120,8 +120,7 @@ class Surroundings(NamedTuple):
         cosine, sine = math.cos(misalignment), math.sin(misalignment)
         cosines = sweep.fan.cosines * cosine + sweep.fan.sines * sine
         sines = sweep.fan.sines * cosine - sweep.fan.cosines * sine
-        # A beam of which nothing is known, NaN, ends where it begins.
-        ranges = np.fmax(np.minimum(sweep.ranges, sweep.reach), 0.0)
+        ranges = sweep.free
         mount = sweep.fan.mount
         x, y = mount.x * cosine + mount.y * sine, mount.y * cosine - mount.x * sine
         ends = np.empty((2, len(ranges)))

@@ -189,14 +189,14 @@ def _in_order(towards: Mask) -> slice | Indices:
     return np.roll(beams, runs[0][0] - runs[0][1])
 
 
-def _runs(mask: Mask) -> list[tuple[int, int]]:
-    """Where a mask is true: the first of each run and the one behind its last."""
+def _runs(mask: Mask, bridged: int = 0) -> list[tuple[int, int]]:
+    """Where a mask is true: the first of each run and the one behind its last; ``bridged`` false ones end no run."""
     runs = []
     # Bytes are searched without the cost of a call to numpy for each step.
-    values = mask.tobytes()
+    values, end = mask.tobytes().rstrip(b"\0"), bytes(bridged + 1)
     first = values.find(1)
     while first >= 0:
-        stop = values.find(0, first)
+        stop = values.find(end, first)
         runs.append((first, stop if stop >= 0 else len(values)))
         first = values.find(1, stop) if stop >= 0 else -1
     return runs
@@ -256,14 +256,14 @@ class View(NamedTuple):
         """
         height = level - self.origin[1]
         begin = self._after((limit - self.origin[0]) / height) if height > 0 and limit < math.inf else 0
-        runs: list[tuple[int, int]] = []
-        for first, stop in _runs(self.y[begin:] > level):
-            joins = bool(runs) and first - runs[-1][1] <= 2
-            runs.append((runs.pop()[0] if joins else first, stop))
         return [
-            Gap(self.crossing(level, stop - 1), self.crossing(level, first), first, stop - 1)
-            for first, stop in ((begin + first, begin + stop) for first, stop in reversed(runs))
+            self._gap(level, begin + first, begin + stop - 1)
+            for first, stop in reversed(_runs(self.y[begin:] > level, bridged=2))
         ]
+
+    def _gap(self, level: float, first: int, last: int) -> Gap:
+        """The stretch of a line that some beams cross."""
+        return Gap(self.crossing(level, last), self.crossing(level, first), first, last)
 
     def _after(self, cotangent: float) -> int:
         """The first beam whose cotangent is not more than this."""

@@ -98,8 +98,7 @@ def ticks(
         step = supervisor.step(observation.time, facts=facts)
         coordinated = perf_counter()
         effects = supervisor.act(facts)  # act
-        wanted = merged(effect for _, effect in effects)
-        command = Command(chain.shape(wanted.twist, facts), wanted.ring, observation.stamp)
+        command = chain.shape(merged(effect for _, effect in effects), facts)
         acted = perf_counter()
         robot.command(command)  # communicate
         commanded = perf_counter()

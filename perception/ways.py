@@ -73,6 +73,11 @@ class Flank(NamedTuple):
     low: float
     high: float
 
+    @property
+    def is_end(self) -> bool:
+        """Whether it is but the end of a wall across."""
+        return self.high == self.low
+
 
 class Gap(NamedTuple):
     """A run of beams that go beyond a line along x.
@@ -245,7 +250,7 @@ class View(NamedTuple):
         of_corridor = (
             wall.level
             for wall in self.walls
-            if wall.low <= (front if wall.high > wall.low else settings.beside) and wall.high >= -settings.behind
+            if wall.low <= (settings.beside if wall.is_end else front) and wall.high >= -settings.behind
         )
         return min((level for level in of_corridor if level <= settings.max_wall), default=math.nan)
 
@@ -376,7 +381,9 @@ class Fitting:
         """The outer one of the two walls between which a gap is: they may be offset."""
         reach, highest = self.settings.box_reach, level + self.settings.max_offset
         for wall in self.view.walls:
-            if min(abs(wall.high - gap.low), abs(wall.low - gap.high)) <= reach and wall.level <= highest:
+            joins = min(abs(wall.high - gap.low), abs(wall.low - gap.high)) <= reach and wall.level <= highest
+            # Where a wall across is seen through the gap, its end may only be where it comes into sight.
+            if joins and not wall.is_end:
                 level = max(level, wall.level)
         return level
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 from perception.facts import Facts
+from skills.limits import within_acceleration
 from skills.safety import Guard
 from skills.settings import SkillSettings
 from skills.surroundings import Surroundings
 from transport.description import RobotDescription
-from transport.messages import STOP, Twist
+from transport.messages import STOP, Command
 
 
 class MotionChain:
@@ -19,16 +20,22 @@ class MotionChain:
     """
 
     def __init__(self, robot: RobotDescription, settings: SkillSettings) -> None:
+        self._robot = robot
         self._guard = Guard(robot, settings.safety)
         self._surroundings = Surroundings(robot.laser, settings.safety.reach)
         self._last = STOP
 
-    def shape(self, wanted: Twist, facts: Facts) -> Twist:
-        """The command to send for a wanted one; to be called once a tick, in every tick.
+    def shape(self, wanted: Command, facts: Facts) -> Command:
+        """The command to send for a wanted one, in answer to a tick; to be called once a tick, in every tick.
 
         A robot that sees nothing stops, as does one whose wish is not a number, as comes of an odometry that is none.
+        A robot that rings stands still, as the rules of the door want it, also where the guard would have it move off.
         """
-        if not facts.sweep.known.any() or not math.isfinite(wanted.forward + wanted.left + wanted.turn):
-            wanted = STOP
-        self._last = self._guard.admit(self._last, wanted, self._surroundings.update(facts))
-        return self._last
+        twist, points = wanted.twist, self._surroundings.update(facts)
+        if not facts.sweep.known.any() or not math.isfinite(twist.forward + twist.left + twist.turn):
+            twist = STOP
+        if wanted.ring:
+            self._last = within_acceleration(self._last, STOP, self._robot.limits, self._robot.period)
+        else:
+            self._last = self._guard.admit(self._last, twist, points)
+        return Command(self._last, wanted.ring, facts.observation.stamp)

@@ -21,6 +21,12 @@ HARDEST = 4.0
 OPPOSITE = 0.9
 """Cosine of the angle within which a point is opposite to another; the other wall of a corner is not."""
 
+FORESEEN = 0.35
+"""Up to so far ahead of the robot's centre a passage may be narrower, m: where it can stop, and the margin there.
+
+Much farther ahead a turning robot would take the wall that it turns away from for one side of a narrow passage.
+"""
+
 STANDING = np.zeros((1, 3))
 """The pose of a robot that stays where it is."""
 
@@ -82,7 +88,7 @@ class Guard:
         rear, front = self._middle[0] - self._half[0], self._middle[0] + self._half[0]
         side = float(self._half[1])
         faced = x[(np.abs(y) < side) & (x > front)]
-        ahead = min(0.5, float(faced.min()) - 0.1) if len(faced) else 0.5
+        ahead = min(FORESEEN, float(faced.min()) - 0.1) if len(faced) else FORESEEN
         beside = y[(x > rear) & (x < ahead)]
         left, right = beside[beside > 0], beside[beside < 0]
         room = float(left.min()) - float(right.max()) if len(left) and len(right) else math.inf

@@ -8,6 +8,9 @@ from skills.library import LIBRARY
 from skills.motion import Skill
 from transport.messages import Command
 
+AT_REST = 0.02
+"""A robot that is slower than this stands still, m/s."""
+
 
 @LIBRARY.activity("ring", outcomes=("accepted", "refused"), holds=("base", "bell"))
 class Ring(Skill):
@@ -18,7 +21,8 @@ class Ring(Skill):
     """
 
     def __init__(self) -> None:
-        self._since: float | None = None
+        self._began: float | None = None
+        self._moved = 0.0
         self._rung = False
 
     def tick(self, facts: Facts) -> Command | Outcome:
@@ -26,8 +30,12 @@ class Ring(Skill):
         reply = facts.observation.door
         if self._rung and reply is not None:
             return Outcome("accepted" if reply.accepted else "refused")
-        if self._since is None:
-            self._since = facts.time
-        rings = not self._rung and facts.time - self._since >= self.settings.door.settle
+        time, settle = facts.time, self.settings.door.settle
+        if self._began is None:
+            self._began = self._moved = time
+        if facts.observation.odometry.twist.speed > AT_REST:
+            self._moved = time
+        # A robot that keeps off something is never quite at rest; with the bell it stands still all the same.
+        rings = not self._rung and (time - self._moved >= settle or time - self._began >= 2 * settle)
         self._rung = self._rung or rings
         return Command(ring=rings)

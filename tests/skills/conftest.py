@@ -56,12 +56,12 @@ def drive():
             effect = activity.tick(facts)
             if isinstance(effect, Outcome):
                 outcome, effect = effect.name, Command()
-            command = Command(chain.shape(effect.twist, facts), effect.ring, simulation.observation.stamp)
+            command = chain.shape(effect, facts)
             commands.append(command)
             simulation.step(command)
         while commands[-1].twist != STOP and outcome is not None:
             facts = perception.facts(simulation.observation)
-            commands.append(Command(chain.shape(STOP, facts), answers=simulation.observation.stamp))
+            commands.append(chain.shape(Command(), facts))
             simulation.step(commands[-1])
         verdict = simulation.verdict()
         return Drive(

@@ -241,6 +241,17 @@ def test_the_bell_is_rung_once_and_standing_still(world, corridor, drive):
     assert [command.twist for command in done.commands if command.ring] == [STOP]
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("end", [-0.24, -0.3])
+def test_the_bell_is_rung_standing_still_where_something_is_too_near(world, drive, seed, end):
+    """The guard would have the robot move off the end of the wall, and a door opens for no robot that moves."""
+    door = Door("front", ((2, -0.5), (2, 0.5)))
+    walls = [(-2, 0.5, 3, 0.5), (-2, -0.5, 3, -0.5), (0.95, -0.5, 0.95, end)]
+    done = drive(Ring(), world(walls, Pose(1.0, 0), [door]), seed)
+    assert done.outcome == "accepted"
+    assert [command.twist for command in done.commands if command.ring] == [STOP]
+
+
 def test_where_there_is_no_door_the_ring_is_refused(world, corridor, drive):
     assert drive(Ring(), world(corridor(1.0, length=1.0))).outcome == "refused"
 

@@ -22,7 +22,7 @@ def driven(maze, faults=(), ticks=70):
     perception, chain, activity = Perception(ROBOT), MotionChain(ROBOT, SkillSettings()), Drive()
     for _ in range(ticks):
         facts = perception.facts(simulation.observation)
-        twist = chain.shape(activity.tick(facts).twist, facts)
+        twist = chain.shape(activity.tick(facts), facts).twist
         simulation.step(Command(twist, answers=simulation.observation.stamp))
     return simulation
 
@@ -46,7 +46,7 @@ def test_a_robot_that_does_not_know_where_it_is_stops(world, corridor):
         if tick >= 10:
             observation = replace(observation, odometry=replace(observation.odometry, x=math.nan, qz=math.nan))
         facts = perception.facts(observation)
-        sent.append(chain.shape(activity.tick(facts).twist, facts))
+        sent.append(chain.shape(activity.tick(facts), facts).twist)
         simulation.step(Command(sent[-1], answers=observation.stamp))
     assert sent[9].speed > 0.4
     assert sent[14:] == [STOP] * 6

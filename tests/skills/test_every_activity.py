@@ -103,7 +103,7 @@ def test_no_command_breaks_the_limits(name, data, world, robot):
         if isinstance(effect, Outcome):
             assert effect.name in declared.outcomes
             effect = Command()
-        sent = chain.shape(effect.twist, facts)
+        sent = chain.shape(effect, facts).twist
         assert within(robot.limits, sent), sent
         assert reachable(robot.limits, before, sent, robot.period), (before, sent)
         before = sent

@@ -10,10 +10,7 @@ from skills.passage import points_along
 from skills.sides import Side
 
 JUST_PASSED = 0.1
-"""The corner is reached when it is beside the robot's origin, or this much behind, m.
-
-It may have been passed in the turn. No other wall of the way that the robot came from is so near behind it.
-"""
+"""The corner is reached when it is beside the robot's origin, or this much behind, m: two ticks at full speed."""
 BESIDE = 0.1
 """What is nearer to the robot's line than this is not beside it, m."""
 

@@ -187,15 +187,6 @@ def test_a_thin_wall_is_noticed_beside_the_robot(world, drive, side):
     assert done.end.x == pytest.approx(2, abs=0.2)
 
 
-@pytest.mark.parametrize("side", list(Side))
-@pytest.mark.parametrize("passed", [0.12, 0.15])
-def test_a_corner_passed_in_the_turn_is_not_looked_for_ahead(world, drive, side, passed):
-    thin, island = (-passed, side.sign * 0.32, -passed, side.sign * 1.5), (0.7, side.sign * 0.5, 2, side.sign * 0.5)
-    done = drive(ReachCorner(side), world([thin, island, (-1, -side.sign, 6, -side.sign)]))
-    assert done.outcome == "done"
-    assert done.end.x == pytest.approx(0, abs=0.1)
-
-
 def test_a_corner_that_is_not_there_is_given_up(world, drive):
     done = drive(ReachCorner(Side.RIGHT, distance=1.0), world([(-1, 2, 6, 2)]))
     assert done.outcome == "done"

@@ -13,6 +13,8 @@ JUST_PASSED = 0.1
 """The corner is reached when it is beside the robot's origin, or this much behind, m: two ticks at full speed."""
 BESIDE = 0.1
 """What is nearer to the robot's line than this is not beside it, m."""
+ASIDE = 0.7
+"""What is farther from the robot's line than this is not the corner about which it has turned, m."""
 
 
 @LIBRARY.activity("reach_corner", outcomes=("done", "blocked"), holds=("base",))
@@ -29,12 +31,12 @@ class ReachCorner(Advance):
         self._side = side
 
     def _arrived(self, facts: Facts) -> bool:
-        return self._beside(facts, self._side)
+        return self._beside(facts, self._side, ASIDE)
 
-    def _beside(self, facts: Facts, side: Side) -> bool:
+    def _beside(self, facts: Facts, side: Side, farthest: float) -> bool:
         points = points_along(facts, facts.misalignment)
         x, y = points[:, 0], points[:, 1] * side.sign
-        near = (x > -JUST_PASSED) & (x <= 0) & (y > BESIDE) & (y < facts.settings.space.side)
+        near = (x > -JUST_PASSED) & (x <= 0) & (y > BESIDE) & (y < farthest)
         return bool(near.sum() >= 2)
 
 
@@ -50,4 +52,5 @@ class LeaveJunction(ReachCorner):
         super().__init__(Side.LEFT, speed, distance)
 
     def _arrived(self, facts: Facts) -> bool:
-        return self._beside(facts, Side.LEFT) and self._beside(facts, Side.RIGHT)
+        farthest = facts.settings.space.side
+        return all(self._beside(facts, side, farthest) for side in Side)

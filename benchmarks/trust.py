@@ -7,6 +7,7 @@ Run as ``python benchmarks/trust.py [MACHINE ...]``; without names all shipped m
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 from time import perf_counter, process_time
@@ -85,12 +86,17 @@ def coverage_share(model):
 
 
 def main():
+    parser = argparse.ArgumentParser(description="What trust costs.")
+    parser.add_argument("machines", nargs="*", metavar="MACHINE", default=[], help="shipped machines; all of them")
     library = robot_library()
-    names = sys.argv[1:] or list(shipped_machines())
+    known = shipped_machines()
+    names = parser.parse_args().machines or list(known)
+    if unknown := [name for name in names if name not in known]:
+        parser.error(f"there is no shipped machine {', '.join(unknown)}; there are {', '.join(known)}")
     print(f"{'machine':18}{'step us':>9}{'coverage %':>12}{'generate s':>12}{'tests':>7}{'check s':>9}"
           f"{'situations':>12}{'steps':>8}{'states %':>10}{'trans %':>9}{'guards %':>10}{'mutants %':>11}")  # fmt: skip
     for name in names:
-        path = shipped_machines()[name]
+        path = known[name]
         model = load_model(path, library)
         micro, share = coverage_share(model)
         begin = process_time()

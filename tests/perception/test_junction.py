@@ -146,3 +146,16 @@ def test_a_way_behind_the_end_of_a_wall_that_points_at_the_robot(stub, side):
         way = junction.right if side > 0 else junction.left
         assert way.open
         assert way.near == pytest.approx(stub, abs=0.1)
+
+
+@pytest.mark.parametrize("x", [1.08, 1.12, 1.14, 1.16, 1.18, 1.2])
+@pytest.mark.parametrize("seed", range(3))
+def test_where_a_wall_comes_into_sight_through_a_gap_is_not_its_end(x, seed):
+    """The far wall of the way to the left, of which only a part is seen, is not the wall in which that way begins."""
+    walls = [
+        (0, 0.06, 0, 2.9), (0, 2.137, 0.71, 2.123), (0, 2.9, 2.12, 2.86), (1.42, 1.41, 1.42, 2.13),
+        (0.72, 1.42, 1.42, 1.41), (2.13, 1.4, 2.12, 2.86),
+    ]  # fmt: skip
+    junction = junction_at(walls, Pose(x, 2.5, math.pi), seed)
+    assert junction.kind is JunctionKind.T_LEFT
+    assert junction.left.far == pytest.approx(x - 0.71, abs=0.08)

@@ -189,7 +189,7 @@ def test_a_thin_wall_is_noticed_beside_the_robot(world, drive, side):
 
 @pytest.mark.parametrize("side", list(Side))
 def test_a_wall_farther_aside_is_not_the_corner_about_which_the_robot_turned(world, drive, side):
-    walls = [(0.3, side.sign * 0.82, 0.3, side.sign * 2), (0.9, side.sign * 0.4, 3, side.sign * 0.4)]
+    walls = [(0.3, side.sign * 0.76, 0.3, side.sign * 2), (0.9, side.sign * 0.4, 3, side.sign * 0.4)]
     done = drive(ReachCorner(side), world([*walls, (-1, -side.sign, 6, -side.sign)]))
     assert done.outcome == "done"
     assert done.end.x == pytest.approx(0.9, abs=0.2)

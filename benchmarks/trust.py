@@ -87,7 +87,7 @@ def coverage_share(model):
 
 def main():
     parser = argparse.ArgumentParser(description="What trust costs.")
-    parser.add_argument("machines", nargs="*", metavar="MACHINE", default=[], help="shipped machines; all of them")
+    parser.add_argument("machines", nargs="*", metavar="MACHINE", help="shipped machines; all of them")
     library = robot_library()
     known = shipped_machines()
     names = parser.parse_args().machines or list(known)

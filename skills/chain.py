@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from perception.facts import Facts
-from skills.limits import within_acceleration
 from skills.safety import Guard
 from skills.settings import SkillSettings
 from skills.surroundings import Surroundings
@@ -20,7 +19,6 @@ class MotionChain:
     """
 
     def __init__(self, robot: RobotDescription, settings: SkillSettings) -> None:
-        self._robot = robot
         self._guard = Guard(robot, settings.safety)
         self._surroundings = Surroundings(robot.laser, settings.safety.reach)
         self._last = STOP
@@ -32,10 +30,8 @@ class MotionChain:
         A robot that rings stands still, as the rules of the door want it, also where the guard would have it move off.
         """
         twist, points = wanted.twist, self._surroundings.update(facts)
-        if not facts.sweep.known.any() or not math.isfinite(twist.forward + twist.left + twist.turn):
+        if not facts.sweep.known_share or not math.isfinite(twist.forward + twist.left + twist.turn):
             twist = STOP
-        if wanted.ring:
-            self._last = within_acceleration(self._last, STOP, self._robot.limits, self._robot.period)
-        else:
-            self._last = self._guard.admit(self._last, twist, points)
+        before, guard = self._last, self._guard
+        self._last = guard.brake(before) if wanted.ring else guard.admit(before, twist, points)
         return Command(self._last, wanted.ring, facts.observation.stamp)

@@ -74,7 +74,11 @@ class Guard:
             reachable = within_acceleration(before, within_speed(other, limits), limits, period)
             if self.clearance(points, self._stop(reachable)) >= keep:
                 return reachable
-        return within_acceleration(before, STOP, limits, period)
+        return self.brake(before)
+
+    def brake(self, before: Twist) -> Twist:
+        """The command nearest to standing still that is within the robot's limits."""
+        return within_acceleration(before, STOP, self._robot.limits, self._robot.period)
 
     def margin(self, points: Points) -> float:
         """The distance to keep from the walls, m: less where they leave less room."""
@@ -153,13 +157,13 @@ class Guard:
 
     def _stop(self, twist: Twist) -> NDArray[np.float64]:
         """Where the robot is after a period with this twist and after each period of braking, shape (k, 3)."""
-        limits, period = self._robot.limits, self._robot.period
+        period = self._robot.period
         pose = Pose()
         poses = []
         while twist != STOP:
             pose = moved(pose, twist, period)
             poses.append((pose.x, pose.y, pose.heading))
-            twist = within_acceleration(twist, STOP, limits, period)
+            twist = self.brake(twist)
         return np.asarray(poses or [(0.0, 0.0, 0.0)])
 
 

@@ -173,9 +173,9 @@ class Regions:
         self.only = None if only is None else self._regions[only].index
         asked: dict[str, set[int]] = {}
         for transition in model.transitions:
-            region = self.of_state(transition.source)
             if outer is not None and _apart(model.states[transition.source], outer):
                 continue
+            region = self.of_state(transition.source)
             for condition in machine.generator.decision(transition.index).conditions:
                 for part in parts_of(condition):
                     if isinstance(part, SignalValue):

@@ -8,6 +8,7 @@ from skills.activities.advance import Advance
 from skills.library import LIBRARY
 from skills.passage import points_along
 from skills.sides import Side
+from skills.surroundings import Points
 
 JUST_PASSED = 0.1
 """The corner is reached when it is beside the robot's origin, or this much behind, m: two ticks at full speed."""
@@ -31,17 +32,11 @@ class ReachCorner(Advance):
         self._side = side
 
     def _arrived(self, facts: Facts) -> bool:
-        return self._beside(facts, self._side, ASIDE)
-
-    def _beside(self, facts: Facts, side: Side, farthest: float) -> bool:
-        points = points_along(facts, facts.misalignment)
-        x, y = points[:, 0], points[:, 1] * side.sign
-        near = (x > -JUST_PASSED) & (x <= 0) & (y > BESIDE) & (y < farthest)
-        return bool(near.sum() >= 2)
+        return _stands_beside(points_along(facts, facts.misalignment), self._side, ASIDE)
 
 
 @LIBRARY.activity("leave_junction", outcomes=("done", "blocked"), holds=("base",))
-class LeaveJunction(ReachCorner):
+class LeaveJunction(Advance):
     """Drive straight on until a wall or its end stands at both sides of the robot.
 
     Outcomes: `done` when the robot is in the way beyond the junction, or has driven the distance, as in open space;
@@ -49,8 +44,15 @@ class LeaveJunction(ReachCorner):
     """
 
     def __init__(self, speed: Speed = 0.5, distance: Length = 1.2) -> None:
-        super().__init__(Side.LEFT, speed, distance)
+        super().__init__(distance, speed)
 
     def _arrived(self, facts: Facts) -> bool:
-        farthest = facts.settings.space.side
-        return all(self._beside(facts, side, farthest) for side in Side)
+        points, farthest = points_along(facts, facts.misalignment), facts.settings.space.side
+        return all(_stands_beside(points, side, farthest) for side in Side)
+
+
+def _stands_beside(points: Points, side: Side, farthest: float) -> bool:
+    """Whether something no farther than that stands beside the robot, by points in a frame along its course."""
+    x, y = points[:, 0], points[:, 1] * side.sign
+    near = (x > -JUST_PASSED) & (x <= 0) & (y > BESIDE) & (y < farthest)
+    return bool(near.sum() >= 2)

@@ -35,10 +35,10 @@ from programs import Program, base, command, told, toy  # noqa: E402
 from toy_controller import HANG  # noqa: E402
 from toy_world import are_answers, undisturbed  # noqa: E402
 
-from controller.loop import ticks  # noqa: E402
-from controller.mission import Mission, prepare  # noqa: E402
-from controller.profile import load_profile  # noqa: E402
-from controller.simulation import SimulatedWorld, find_maze  # noqa: E402
+from maze_machine.catalogue.profile import load_profile  # noqa: E402
+from maze_machine.drive.loop import ticks  # noqa: E402
+from maze_machine.drive.mission import Mission, prepare  # noqa: E402
+from maze_machine.simulated.world import SimulatedWorld, find_maze  # noqa: E402
 from perception import Perception  # noqa: E402
 from skills.chain import MotionChain  # noqa: E402
 from transport.connect import connect_robot  # noqa: E402

@@ -27,9 +27,9 @@ import numpy as np
 # Before the folder of the benchmarks, where a script bears the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from controller.campaign import Record, Results, Setup, jobs_of
-from controller.simulation import find_maze
-from controller.workers import on_cores
+from maze_machine.campaign.jobs import Record, Results, Setup, jobs_of
+from maze_machine.campaign.workers import on_cores
+from maze_machine.simulated.world import find_maze
 from sim.corridors import corridor, random_corridor
 from sim.formats import write_maze
 from sim.generate import Recipe, generate

@@ -28,10 +28,10 @@ import numpy as np
 # Before the folder of the benchmarks, where this script bears the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from controller.library import robot_library
-from controller.machines import shipped_machines
 from hsm.dsl import load_model
 from hsm.expressions import SignalValue
+from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.machines import shipped_machines
 from perception import Facts, Perception, PerceptionSettings, WorldModel, signals
 from perception.compass import compass_of
 from perception.hough import hough_compass

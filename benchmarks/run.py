@@ -23,10 +23,10 @@ from rich.table import Table
 # Before the folder of the benchmarks, where a script bears the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from controller.loop import Phases, Tick
-from controller.mission import Ending, drive, prepare
-from controller.profile import load_profile
-from controller.simulation import SimulatedWorld, find_maze
+from maze_machine.catalogue.profile import load_profile
+from maze_machine.drive.loop import Phases, Tick
+from maze_machine.drive.mission import Ending, drive, prepare
+from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.world import LockstepRobot
 
 

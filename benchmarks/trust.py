@@ -15,8 +15,6 @@ from time import perf_counter, process_time
 # Before the folder of the benchmarks, where a script bears the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from controller.library import robot_library
-from controller.machines import shipped_machines
 from hsm.coverage import Coverage
 from hsm.dsl import load_model
 from hsm.machine import Machine
@@ -29,6 +27,8 @@ from hsm.testing.points import Kind
 from hsm.testing.running import run_suite
 from hsm.testing.script import Script, scripted
 from hsm.testing.trial import load_trial
+from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.machines import shipped_machines
 
 STEPS = 4_000
 ROUNDS = 60

@@ -15,9 +15,9 @@ import typer.main
 
 import perception.signals
 import skills.library
-from controller.cli import app
-from controller.profile import Profile, profile_text
 from hsm.registry import ActionDeclaration, ActivityDeclaration, Parameter, SignalDeclaration
+from maze_machine.catalogue.profile import Profile, profile_text
+from maze_machine.cli import app
 from perception import Facts
 from skills.settings import SkillSettings
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from maze_machine.view import scans
 from perception import Facts, Perception
 from perception.hough import hough_lines
 from perception.junction import Junction
@@ -18,7 +19,6 @@ from perception.nodes import wall_segments
 from sim.lidar import Lidar
 from transport.description import Point, RobotDescription
 from transport.messages import Observation, Odometry, Pose, Scan
-from view import scans
 
 IMAGES = Path(__file__).parent / "images"
 PICO = RobotDescription()

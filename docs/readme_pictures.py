@@ -10,7 +10,7 @@ from pathlib import Path
 from PIL import Image
 from typer.testing import CliRunner
 
-from controller.cli import app
+from maze_machine.cli import app
 
 IMAGES = Path(__file__).parent / "images"
 COMMANDS = {

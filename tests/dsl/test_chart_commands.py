@@ -8,14 +8,14 @@ import pytest
 from typer.testing import CliRunner
 
 import hsm
-from controller.cli import app
-from controller.library import robot_library
-from controller.machines import shipped_machines
 from hsm.dsl import check_text
 from hsm.model import After, StateKind
 from hsm.plans import own_name
 from hsm.topology import HISTORY
 from hsm.wording import activity_text, expression_text
+from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.machines import shipped_machines
+from maze_machine.cli import app
 
 LIFT = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" name="lift" initial="moving">
     <state id="moving" initial="up">

@@ -5,11 +5,11 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from controller.cli import app
-from controller.library import robot_library
-from controller.machines import shipped_machines
 from hsm.codes import CODES
 from hsm.types import UNITS
+from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.machines import shipped_machines
+from maze_machine.cli import app
 
 GOOD = "machine good\n\nstate a\n    do rotate(90 deg)\n    on done, blocked -> b\n\nfinal b\n"
 BAD = "machine bad\nparam idle : time = 1 s\nstate a\n    do rotat(90 deg)\n    on done -> c\n\nfinal b\n"

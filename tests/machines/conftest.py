@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from controller.mission import drive, prepare
-from controller.profile import load_profile
+from maze_machine.catalogue.profile import load_profile
+from maze_machine.drive.mission import drive, prepare
 from sim.maze import Maze, Start
 from sim.robot import SimulatedRobot
 from transport.messages import Pose

@@ -4,10 +4,10 @@ import re
 
 import pytest
 
-from controller.library import robot_library
-from controller.machines import shipped_machines
 from hsm.diagnostics import Severity
 from hsm.dsl import check_file
+from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.machines import shipped_machines
 
 MACHINES = shipped_machines()
 

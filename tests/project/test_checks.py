@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("hsm", "skills", "perception", "machines", "transport", "sim", "controller", "view")
+ROOMS = ("hsm", "skills", "perception", "machines", "transport", "sim", "maze_machine")
 
 CHECKS = {
     "style": ["-m", "ruff", "check", "--no-cache", "."],

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from controller.machines import SHIPPED
+from maze_machine.catalogue.machines import SHIPPED
 
 ROOT = Path(__file__).parents[2]
 PAGES = ("tutorial.md", "explanation/loop.md", "explanation/skills.md")

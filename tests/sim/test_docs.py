@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from controller.cli import app
+from maze_machine.cli import app
 from sim.faults import parse_fault
 
 DOCS = Path(__file__).parents[2] / "docs"

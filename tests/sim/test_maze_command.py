@@ -3,7 +3,7 @@
 import pytest
 from typer.testing import CliRunner
 
-from controller.cli import app
+from maze_machine.cli import app
 
 
 def invoke(*arguments):

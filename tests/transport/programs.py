@@ -115,7 +115,7 @@ def toy(name: str, *arguments: str) -> object:
 _COMMAND = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from controller.cli import main
+from maze_machine.cli import main
 main()
 """
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import typer.main
 
-from controller.cli import app
+from maze_machine.cli import app
 from transport.security import Access, read_access
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -17,7 +17,7 @@ from programs import base, command, told, toy
 from toy_world import PERIOD, are_answers, undisturbed
 from typer.testing import CliRunner
 
-from controller.cli import app
+from maze_machine.cli import app
 from transport.settings import LinkSettings
 
 STEPS = 250

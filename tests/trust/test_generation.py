@@ -3,7 +3,6 @@
 import pytest
 from typer.testing import CliRunner
 
-from controller.cli import app
 from hsm.testing.checking import NO_FAULT, check
 from hsm.testing.exploring import Regions
 from hsm.testing.feasible import CONTRADICTION, TAKEN_BEFORE
@@ -13,6 +12,7 @@ from hsm.testing.points import Kind, points
 from hsm.testing.reading import parse_suite
 from hsm.testing.running import run_suite
 from hsm.testing.writing import Writer
+from maze_machine.cli import app
 
 
 def suite_of(machine, library):

@@ -4,8 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from controller.library import robot_library
-from controller.machines import shipped_machines
 from hsm.dsl import load_model
 from hsm.machine import Machine
 from hsm.monitoring import Monitor
@@ -16,6 +14,8 @@ from hsm.testing.running import run_suite
 from hsm.testing.script import Script, scripted_machine
 from hsm.testing.watching import property_watch
 from hsm.testing.writing import Writer
+from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.machines import shipped_machines
 
 BELL = """machine bell
 

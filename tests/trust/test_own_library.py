@@ -3,10 +3,10 @@
 import pytest
 from typer.testing import CliRunner
 
-from controller.cli import app
-from controller.errors import UsageError
-from controller.library import named_library
 from hsm import Library
+from maze_machine.catalogue.library import named_library
+from maze_machine.cli import app
+from maze_machine.errors import UsageError
 
 LIBRARY = """
 from hsm import Library

@@ -2,8 +2,6 @@
 
 import pytest
 
-from controller.library import robot_library
-from controller.machines import shipped_machines
 from hsm.coverage import Coverage
 from hsm.properties import Never, Precedence, Recurrence
 from hsm.testing.measured import Measured
@@ -11,6 +9,8 @@ from hsm.testing.mutating import survey
 from hsm.testing.points import Kind
 from hsm.testing.running import run_suite
 from hsm.testing.trial import load_trial
+from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.machines import shipped_machines
 
 
 @pytest.fixture(scope="module")

@@ -1,1 +1,0 @@
-"""The process that runs a machine on a robot."""

@@ -1,0 +1,1 @@
+"""Arguments of commands: options, their completion, and values written as in the language."""

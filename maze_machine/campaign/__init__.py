@@ -1,0 +1,1 @@
+"""Campaigns: many runs, the workers that do them, and their summary."""

@@ -1,0 +1,142 @@
+"""Robot profiles: everything tunable of a robot in one TOML file, validated, overridable from the command line."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, Field, ValidationError
+
+from maze_machine.catalogue.shipped import find_file
+from maze_machine.errors import CommandError, FileError, UsageError
+from perception.settings import PerceptionSettings
+from skills.settings import SkillSettings
+from transport.description import RobotDescription, Settings
+from transport.settings import LinkSettings
+from transport.wording import in_words
+
+SHIPPED = Path(__file__).parent / "profiles"
+
+
+class ProfileError(FileError):
+    """A profile that cannot be used; the message names the file, the key, the reason and a way out."""
+
+
+class Profile(Settings):
+    """A robot as its controller knows it; the sections of a profile file."""
+
+    robot: RobotDescription = RobotDescription()
+    """The robot's body: shape, limits, laser, period."""
+    link: LinkSettings = LinkSettings()
+    """How the robot is reached, and how patient either side is with the other."""
+    perception: PerceptionSettings = PerceptionSettings()
+    """Thresholds and sizes of perception."""
+    skills: SkillSettings = SkillSettings()
+    """Gains and limits of the motion skills."""
+    machines: dict[str, dict[str, bool | int | float | str]] = Field(default_factory=dict)
+    """Parameters of machines, by the machine's name: ``[machines.pledge]``, ``cruise = "0.4 m/s"``."""
+
+
+def shipped_profiles() -> dict[str, Path]:
+    """The profiles that come with the project, by name."""
+    return {path.stem: path for path in sorted(SHIPPED.glob("*.toml"))}
+
+
+def load_profile(name: str = "pico", overrides: Iterable[str] = ()) -> Profile:
+    """Read a profile.
+
+    Args:
+        name: a TOML file, or the name of a shipped profile.
+        overrides: settings that replace the file's, each ``section.key=value`` with a TOML value.
+
+    Raises:
+        ProfileError: the file cannot be read, or a key or value in it is not one.
+        UsageError: the same of an override.
+    """
+    path = find_file("profile", name, shipped_profiles(), ProfileError)
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ProfileError(f"{path}: {error}") from None
+    profile = _validated(table, str(path), ProfileError)
+    for override in overrides:
+        _set(table, override)
+        profile = _validated(table, f"--set {override}", UsageError)
+    return profile
+
+
+def _set(table: dict[str, Any], override: str) -> None:
+    """Put ``section.key=value`` into a table of tables."""
+    key, equals, text = override.partition("=")
+    if not equals or not key.strip():
+        raise UsageError(f"--set {override}: no value", "write section.key=value")
+    *sections, last = (part.strip() for part in key.split("."))
+    for section in sections:
+        table = table.setdefault(section, {})
+        if not isinstance(table, dict):
+            raise UsageError(f"--set {override}: `{section}` is a value, not a section")
+    table[last] = _toml_value(text.strip())
+
+
+def _toml_value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text  # a bare word is a string: quotes would need quoting in a shell
+
+
+def _validated(table: Mapping[str, Any], source: str, kind: type[CommandError]) -> Profile:
+    try:
+        return Profile.model_validate(table)
+    except ValidationError as error:
+        first = error.errors()[0]
+        if first["type"] == "extra_forbidden":
+            key = ".".join(map(str, first["loc"]))
+            raise kind(f"{source}: unknown key `{key}`", _nearest_key(first["loc"])) from None
+        raise kind(f"{source}: {in_words(first)}") from None
+
+
+def _nearest_key(location: tuple[int | str, ...]) -> str:
+    """What may have been meant by an unknown key."""
+    section: type[BaseModel] = Profile
+    for part in location[:-1]:
+        annotation = section.model_fields[str(part)].annotation
+        if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
+            return ""
+        section = annotation
+    known = list(section.model_fields)
+    close = get_close_matches(str(location[-1]), known, n=1)
+    return f"did you mean `{close[0]}`?" if close else f"known here: {', '.join(known)}"
+
+
+def profile_text(profile: Profile) -> str:
+    """A profile as a TOML file that explains itself: every key with its value and what it means."""
+    return "\n".join(_section(profile, ())).lstrip("\n") + "\n"
+
+
+def _section(section: BaseModel, path: tuple[str, ...]) -> Iterator[str]:
+    """The lines of a section: its values first, then its subsections."""
+    fields = type(section).model_fields
+    values = {name: getattr(section, name) for name in fields}
+    plain = [name for name, value in values.items() if not isinstance(value, BaseModel | dict)]
+    if plain:
+        yield from ("", f"[{'.'.join(path)}]")
+    for name in plain:
+        yield from (f"# {line}" for line in (fields[name].description or "").splitlines())
+        yield f"{name} = {_toml(values[name])}"
+    for name, value in values.items():
+        if isinstance(value, BaseModel):
+            yield from _section(value, (*path, name))
+        elif isinstance(value, dict):
+            for key, table in value.items():
+                yield from ("", f"[{'.'.join((*path, name, key))}]")
+                yield from (f"{one} = {_toml(setting)}" for one, setting in table.items())
+
+
+def _toml(value: object) -> str:
+    """A value as TOML writes it; JSON's notation is TOML's for all that a profile may hold."""
+    return json.dumps(value, ensure_ascii=False)

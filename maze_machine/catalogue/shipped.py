@@ -1,0 +1,29 @@
+"""Files that a person names: one that comes with the project by its name, any other by its path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+
+from maze_machine.errors import FileError
+
+
+def find_file(kind: str, name: str, shipped: Mapping[str, Path], error: type[FileError] = FileError) -> Path:
+    """The file that is meant.
+
+    Args:
+        kind: what it is, such as ``maze``.
+        name: a path, or the name of a shipped one, which comes first.
+        shipped: the files that come with the project, by name.
+        error: what is raised if there is neither.
+
+    Raises:
+        FileError: there is neither; the message says what may have been meant.
+    """
+    path = shipped.get(name, Path(name))
+    if path.is_file():
+        return path
+    listed = f"shipped {kind}s: {', '.join(shipped)}"
+    close = get_close_matches(name, shipped, n=1)
+    raise error(f"there is no {kind} `{name}`", f"did you mean `{close[0]}`? ({listed})" if close else listed)

@@ -1,0 +1,87 @@
+"""``maze-machine check``: what is wrong with a machine, and what may be."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from maze_machine.arguments.completion import complete_machine
+from maze_machine.errors import ExitStatus, UsageError
+
+if TYPE_CHECKING:
+    from hsm.diagnostics import Diagnostic
+
+
+def check(
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            help=".maze-machine files, or names of shipped machines.",
+            metavar="FILE...",
+            autocompletion=complete_machine,
+        ),
+    ],
+    json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+    sarif: Annotated[bool, typer.Option("--sarif", help="Print the findings as SARIF 2.1.0.")] = False,
+    ignore: Annotated[
+        list[str] | None,
+        typer.Option(metavar="CODE", help="Leave out warnings and notes whose code begins so; may be repeated."),
+    ] = None,
+) -> None:
+    """Check machines and all that they import: errors, likely mistakes, and notes on overlaps and gaps.
+
+    Every finding bears a code, which `maze-machine list codes` and the reference explain. The exit status is 1 if there
+    is an error, 3 if a file cannot be read. A comment `# accept CODE` on a line accepts a warning or a note there.
+
+    Example: `maze-machine check pledge my.maze-machine`
+
+    Example: `maze-machine check my.maze-machine --ignore N --sarif > findings.sarif`
+    """
+    from importlib.metadata import version
+
+    from hsm.diagnostics import Severity
+    from hsm.dsl import check_file, render
+    from maze_machine.catalogue.library import robot_library
+
+    if json and sarif:
+        raise UsageError("--json does not go with --sarif", "one form at a time")
+    library = robot_library()
+    findings: list[Diagnostic] = []
+    sources: dict[str, str] = {}
+    for name in files:
+        checked = check_file(machine_path(name), library)
+        findings.extend(found for found in checked.diagnostics if found not in findings)
+        sources.update(checked.sources)
+    unwanted = tuple(ignore or ())
+    findings = [one for one in findings if one.severity is Severity.ERROR or not one.code.startswith(unwanted)]
+    if json:
+        print(render.as_json(findings))
+    elif sarif:
+        print(render.as_sarif(findings, version("maze-machine")))
+    else:
+        print_findings(findings, sources, files)
+    if any(found.code == "E0107" for found in findings):
+        raise typer.Exit(ExitStatus.BAD_FILE)
+    if any(found.severity is Severity.ERROR for found in findings):
+        raise typer.Exit(ExitStatus.FAILED)
+
+
+def machine_path(name: str) -> str:
+    """The file that is meant: a shipped machine's, or the one at this path."""
+    from maze_machine.catalogue.machines import shipped_machines
+
+    return str(shipped_machines().get(name, name))
+
+
+def print_findings(findings: Sequence[Diagnostic], sources: dict[str, str], files: Sequence[str]) -> None:
+    """Print findings for people, and how many there are."""
+    from hsm.dsl import render
+
+    if findings:
+        print(render.as_text(findings, sources, colour=sys.stdout.isatty()))
+        print()
+    counted = f"{len(files)} file{'s' * (len(files) != 1)} checked"
+    print(f"{counted}: {render.summary(findings) or 'nothing to say'}")

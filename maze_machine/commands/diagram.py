@@ -1,0 +1,50 @@
+"""``maze-machine diagram``: a machine as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from maze_machine.arguments.options import ChartArgument
+from maze_machine.errors import FileError, UsageError
+
+if TYPE_CHECKING:
+    from hsm.machine import Machine
+
+
+def diagram(
+    file: ChartArgument,
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", help="Where to: a .svg, .png, .dot or .mmd (Mermaid) file.", metavar="FILE"),
+    ],
+) -> None:
+    """Draw a machine: hierarchy, regions, history, guards, time-outs, activities.
+
+    Pictures need Graphviz, which comes with the extra `diagrams`; Mermaid's text does not.
+
+    Example: `maze-machine diagram pledge -o pledge.svg`
+    """
+    from hsm.diagrams import FORMATS, DiagramError, draw
+
+    if output.suffix.removeprefix(".") not in FORMATS:
+        raise UsageError(f"{output}: a diagram is a {', '.join(f'.{one}' for one in FORMATS)} file")
+    try:
+        draw(load_chart(file), output)
+    except DiagramError as error:
+        raise UsageError(str(error)) from None
+    except OSError as error:
+        raise FileError(f"{output} cannot be written: {error.strerror or error}") from None
+
+
+def load_chart(file: str) -> Machine:
+    """The machine of a ``.maze-machine`` or ``.scxml`` file, or of a shipped machine's name."""
+    import hsm
+    from maze_machine.catalogue.library import robot_library
+    from maze_machine.catalogue.machines import find_machine
+
+    if file.endswith(".scxml"):
+        return hsm.scxml.load(file)
+    return hsm.load(str(find_machine(file)), robot_library())

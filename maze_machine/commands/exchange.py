@@ -1,0 +1,68 @@
+"""``maze-machine import`` and ``maze-machine export``: machines from and to other tools."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from maze_machine.arguments.options import ChartArgument
+from maze_machine.errors import FileError
+
+Output = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Where to; standard output if left out.", metavar="FILE")
+]
+
+
+class Target(StrEnum):
+    """What a machine can be exported to."""
+
+    SCXML = "scxml"
+
+
+def import_chart(
+    file: Annotated[Path, typer.Argument(help="An .scxml file.", metavar="FILE")], output: Output = None
+) -> None:
+    """Turn a statechart in SCXML into a .maze-machine file.
+
+    What the language has no counterpart for is refused by name, with its place; the exit status is 3 then.
+
+    Example: `maze-machine import lift.scxml -o lift.maze-machine`
+    """
+    from hsm.dsl.format import format_text
+    from hsm.scxml import read_file
+    from hsm.scxml.translation import to_machine_text
+
+    _write(format_text(to_machine_text(read_file(file))), output)
+
+
+def export(
+    file: ChartArgument,
+    to: Annotated[Target, typer.Option("--to", help="The format.")] = Target.SCXML,
+    output: Output = None,
+) -> None:
+    """Write a machine for other tools.
+
+    States, history, events, time-outs and outcomes are SCXML's own. It has no word for signals, activities and units:
+    they stand in it as this language writes them, so that only a machine without them can be imported again.
+
+    Example: `maze-machine export pledge --to scxml -o pledge.scxml`
+    """
+    from hsm.scxml import write_text
+    from maze_machine.commands.diagram import load_chart
+
+    assert to is Target.SCXML, "there is no other"
+    _write(write_text(load_chart(file).model), output)
+
+
+def _write(text: str, output: Path | None) -> None:
+    if output is None:
+        sys.stdout.write(text)
+        return
+    try:
+        output.write_text(text, encoding="utf-8", newline="")
+    except OSError as error:
+        raise FileError(f"{output} cannot be written: {error.strerror or error}") from None

@@ -1,0 +1,58 @@
+"""``maze-machine fmt``: machines in their one canonical form."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from maze_machine.errors import ExitStatus
+
+
+def fmt(
+    files: Annotated[
+        list[str], typer.Argument(help=".maze-machine files; `-` formats standard input.", metavar="FILE...")
+    ],
+    check: Annotated[bool, typer.Option("--check", help="Change nothing; say which files would be changed.")] = False,
+) -> None:
+    """Lay machines out in their canonical form: indentation, blanks, arrows in columns; comments and meaning stay.
+
+    A file that cannot be read line by line is left as it is, with what is wrong. The exit status is 1 then, and with
+    `--check` if a file would be changed; 3 if a file is not there.
+
+    Example: `maze-machine fmt my.maze-machine`
+
+    Example: `maze-machine fmt --check *.maze-machine`
+    """
+    from pathlib import Path
+
+    from hsm.diagnostics import MachineError
+    from hsm.dsl import render
+    from hsm.dsl.format import format_text
+    from hsm.dsl.loading import read_text
+
+    status = ExitStatus.OK
+    for name in files:
+        try:
+            text = sys.stdin.read() if name == "-" else read_text(name)
+        except MachineError as error:
+            print(render.as_text(error.diagnostics, {}, colour=sys.stderr.isatty()), file=sys.stderr)
+            status = ExitStatus.BAD_FILE
+            continue
+        try:
+            formatted = format_text(text, name)
+        except MachineError as error:
+            print(render.as_text(error.diagnostics, {name: text}, colour=sys.stderr.isatty()), file=sys.stderr)
+            status = max(status, ExitStatus.FAILED)
+            continue
+        if name == "-" and not check:
+            print(formatted, end="")
+        elif formatted != text:
+            print(f"{name}: {'would be formatted' if check else 'formatted'}")
+            if check:
+                status = max(status, ExitStatus.FAILED)
+            else:
+                Path(name).write_text(formatted, encoding="utf-8", newline="")
+    if status:
+        raise typer.Exit(status)

@@ -1,0 +1,50 @@
+"""``maze-machine gate``: a dead man, limits and leases in front of a robot's driver that has none."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from maze_machine.arguments.options import LISTEN, IdentityOption, ListenOption, RobotOption, SettingsOption
+
+
+def gate(
+    driver: Annotated[
+        str, typer.Argument(metavar="ENDPOINT", help="Where the driver is reached: its Zenoh bridge or router.")
+    ],
+    inside: Annotated[
+        str, typer.Option(metavar="NAME", help="The driver's namespace; controllers must not know it.")
+    ] = "base",
+    listen: ListenOption = LISTEN,
+    robot: RobotOption = "pico",
+    settings: SettingsOption = None,
+    identity: IdentityOption = None,
+) -> None:
+    """Stand between controllers and a ROS 2 driver: one controller at a time, limits, and a stop when it falls silent.
+
+    It runs on the robot, next to the driver. The profile's section `[link]` names the driver's topics. It ends with
+    Ctrl-C, and leaves the robot standing.
+
+    Example: `maze-machine gate tcp/127.0.0.1:7448 --inside base --listen tcp/0.0.0.0:7447`
+    """
+    from maze_machine.arguments.network import joined
+    from maze_machine.catalogue.profile import load_profile
+    from transport.connect import dialling
+    from transport.driver import RosDriver
+    from transport.endpoints import check_endpoint
+    from transport.gate import DriverBase, Gate
+    from transport.keys import RobotKeys
+
+    check_endpoint(driver)
+    profile = load_profile(robot, settings or ())
+    outside = profile.link.model_copy(update={"gate": True, "keys": "bridge"})
+    with (
+        joined(listen, None, identity, outside) as net,
+        dialling(driver, wait=profile.link.connect) as bus,
+    ):
+        base = DriverBase(RosDriver(bus, RobotKeys(inside, profile.link)))
+        server = Gate(net, base, profile.robot, outside)
+        print(f"{profile.robot.name} behind a gate listens at {listen}", flush=True)
+        for _report in server.episodes():
+            pass  # a driver has no referee

@@ -1,0 +1,123 @@
+"""``maze-machine list``: what there is to name in a machine."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from maze_machine.arguments.options import JsonOption
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from hsm.registry import Library
+
+
+class Subject(StrEnum):
+    """What can be listed."""
+
+    MACHINES = "machines"
+    SIGNALS = "signals"
+    ACTIVITIES = "activities"
+    ACTIONS = "actions"
+    EVENTS = "events"
+    TYPES = "types"
+    UNITS = "units"
+    CODES = "codes"
+
+
+def listing(
+    subject: Annotated[Subject, typer.Argument(help="What to list.")],
+    json: JsonOption = False,
+) -> None:
+    """List what a machine may name, with types, units and a line of documentation; or the codes of findings.
+
+    Example: `maze-machine list signals`
+
+    Example: `maze-machine list activities --json`
+    """
+    from json import dumps
+
+    rows = list(_rows(subject))
+    if json:
+        print(dumps(rows, indent=2, ensure_ascii=False))
+        return
+    columns = list(rows[0]) if rows else []
+    widths = [max(len(row[column]) for row in rows) for column in columns]
+    for row in rows:
+        cells = (row[column].ljust(width) for column, width in zip(columns, widths, strict=True))
+        print("  ".join(cells).rstrip())
+
+
+def _rows(subject: Subject) -> Iterable[dict[str, str]]:
+    from hsm.codes import CODES
+    from hsm.types import UNITS
+    from maze_machine.catalogue.library import robot_library
+
+    match subject:
+        case Subject.MACHINES:
+            return _machines()
+        case Subject.UNITS:
+            return (
+                {"name": one.name, "type": str(one.quantity), "SI": f"{one.factor:.6g} {one.quantity.si_unit}"}
+                for one in UNITS.values()
+            )
+        case Subject.CODES:
+            return (
+                {"name": one.name, "severity": one.severity.name.lower(), "about": one.title} for one in CODES.values()
+            )
+        case _:
+            return _declared(subject, robot_library())
+
+
+def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
+    """What the registry declares."""
+    from hsm.dsl.describe import first_line, holds_text, outcomes_text, signature, type_text
+
+    match subject:
+        case Subject.SIGNALS:
+            for signal in library.signals.values():
+                call = signature(signal.name, signal.parameters, empty="")
+                yield {"name": call, "type": type_text(signal.type), "about": first_line(signal.doc)}
+        case Subject.ACTIVITIES:
+            for activity in library.activities.values():
+                row = {"name": signature(activity.name, activity.parameters), "outcomes": outcomes_text(activity)}
+                yield {**row, "holds": holds_text(activity), "about": first_line(activity.doc)}
+        case Subject.ACTIONS:
+            for action in library.actions.values():
+                yield {"name": signature(action.name, action.parameters), "about": first_line(action.doc)}
+        case Subject.EVENTS:
+            for event in library.events.values():
+                yield {"name": event.name, "about": first_line(event.doc)}
+        case _:
+            yield from _types(library)
+
+
+def _types(library: Library) -> Iterable[dict[str, str]]:
+    from hsm.dsl.describe import first_line
+    from hsm.types import QUANTITY_NAMES
+
+    yield {"name": "bool", "values": "true, false", "about": ""}
+    yield {"name": "int", "values": "whole numbers", "about": ""}
+    for quantity, name in QUANTITY_NAMES.items():
+        unit = "" if quantity.si_unit == "1" else f" in {quantity.si_unit}"
+        yield {"name": name, "values": f"numbers{unit}", "about": ""}
+    for name, enumeration in library.enumerations.items():
+        values = ", ".join(member.value for member in enumeration)
+        yield {"name": name, "values": values, "about": first_line(enumeration.__doc__ or "")}
+
+
+def _machines() -> Iterable[dict[str, str]]:
+    from hsm.dsl.describe import first_line
+    from hsm.dsl.loading import read_text
+    from hsm.dsl.parser import parse
+    from hsm.dsl.syntax import MachineLine
+    from maze_machine.catalogue.machines import shipped_machines
+
+    for name, path in shipped_machines().items():
+        tree, _ = parse(read_text(path), str(path))
+        head = next((item for item in tree.items if isinstance(item, MachineLine)), None)
+        doc = tree.comment_above(head.name.line or 1) if head is not None else ""
+        yield {"name": name, "about": first_line(doc)}

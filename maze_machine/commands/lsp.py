@@ -1,0 +1,25 @@
+"""``maze-machine lsp``: what editors talk to while a machine is written."""
+
+from __future__ import annotations
+
+from maze_machine.errors import UsageError
+
+
+def lsp() -> None:
+    """Serve an editor over standard input and output, by the Language Server Protocol.
+
+    Findings while one types, completion from the registry, documentation under the pointer, go to definition, outline,
+    formatting. Needs the extra `lsp`: `pip install "maze-machine[lsp]"`.
+
+    Example: `maze-machine lsp`
+    """
+    from importlib.metadata import version
+
+    from maze_machine.catalogue.library import robot_library
+
+    try:
+        from hsm.dsl.server import make_server
+    except ImportError as error:
+        missing = f"the language server needs the package {error.name}"
+        raise UsageError(missing, 'install it with: pip install "maze-machine[lsp]"') from None
+    make_server(robot_library(), version("maze-machine")).start_io()

@@ -1,0 +1,158 @@
+"""``maze-machine maze``: look at mazes, convert them between formats, and draw new ones by seed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from maze_machine.arguments.options import MazeArgument
+from maze_machine.errors import UsageError
+
+if TYPE_CHECKING:
+    from sim.maze import Maze
+
+app = typer.Typer(
+    no_args_is_help=True, rich_markup_mode="markdown", help="Look at mazes, convert them, draw new ones by seed."
+)
+
+PixelOption = Annotated[
+    float, typer.Option("--metres-a-pixel", min=0.001, metavar="METRES", help="Scale of heightmap images.")
+]
+CellOption = Annotated[
+    float, typer.Option("--metres-a-cell", min=0.1, metavar="METRES", help="Scale of micromouse and mms mazes.")
+]
+
+
+@app.command()
+def show(
+    maze: MazeArgument,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Where to save the picture, a .png or .svg. Default: NAME.png")
+    ] = None,
+    no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
+    metres_a_pixel: PixelOption = 0.025,
+    metres_a_cell: CellOption = 1.0,
+) -> None:
+    """Tell what a maze is like and save a picture of it.
+
+    Example: `maze-machine maze show final_2015 --picture final.svg`
+    """
+    from maze_machine.simulated.world import find_maze
+
+    drawn = find_maze(maze, metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
+    print(_facts(drawn))
+    if not no_picture:
+        _save(drawn, picture or Path(f"{Path(maze).stem}.png"))
+
+
+@app.command()
+def convert(
+    maze: MazeArgument,
+    output: Annotated[
+        Path, typer.Argument(help="The new file; its suffix says the format: .maze, .png, .pgm, .txt or .num.")
+    ],
+    metres_a_pixel: PixelOption = 0.025,
+    metres_a_cell: CellOption = 1.0,
+) -> None:
+    """Write a maze in another format.
+
+    A heightmap is drawn with the start at its centre. Cells (.txt, .num) can hold only mazes that consist of cells.
+
+    Example: `maze-machine maze convert maze.pgm maze.maze`
+    """
+    from maze_machine.simulated.world import find_maze
+    from sim.formats import write_maze
+
+    drawn = find_maze(maze, metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
+    write_maze(drawn, output, metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
+    print(f"{output}: {_facts(drawn)}")
+
+
+@app.command()
+def generate(
+    output: Annotated[
+        Path, typer.Argument(help="The new file; its suffix says the format: .maze, .png, .pgm, .txt or .num.")
+    ],
+    seed: Annotated[int, typer.Option(min=0, help="Which of all such mazes.")] = 0,
+    size: Annotated[str, typer.Option(metavar="COLUMNSxROWS", help="Number of cells.")] = "6x5",
+    corridor: Annotated[float, typer.Option(metavar="METRES", help="Width of the corridors.")] = 1.0,
+    loops: Annotated[int, typer.Option(min=0, help="Walls left out, so that there are two ways.")] = 1,
+    islands: Annotated[int, typer.Option(min=0, help="Solid blocks with a way all around.")] = 0,
+    open_spaces: Annotated[int, typer.Option(min=0, help="Rooms of two by two to three by three cells.")] = 0,
+    dead_ends: Annotated[float, typer.Option(min=0, max=1, help="Share of the dead ends that stay.")] = 1.0,
+    doors: Annotated[int, typer.Option(min=0, help="Doors in dead ends, all of which must be passed.")] = 0,
+    skew: Annotated[float, typer.Option(metavar="DEGREES", help="Walls are turned by up to this angle.")] = 0.0,
+    offset: Annotated[float, typer.Option(metavar="METRES", help="Walls are shifted by up to this length.")] = 0.0,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE", help="Save a picture too, a .png or .svg.")] = None,
+) -> None:
+    """Draw a maze: the same seed and options always give the same one, and it can be solved.
+
+    Example: `maze-machine maze generate new.maze --seed 7 --size 8x6 --doors 1 --islands 1 --skew 2 --offset 0.1`
+    """
+    from pydantic import ValidationError
+
+    from sim.formats import write_maze
+    from sim.generate import Recipe, generate
+    from transport.wording import in_words
+
+    columns, times, rows = size.partition("x")
+    if not times:
+        raise UsageError(f"`--size` must be columns x rows, not {size!r}", "write 6x5 for six by five cells")
+    try:
+        recipe = Recipe.model_validate(
+            {
+                "columns": columns,
+                "rows": rows,
+                "corridor": corridor,
+                "loops": loops,
+                "islands": islands,
+                "open_spaces": open_spaces,
+                "dead_ends": dead_ends,
+                "doors": doors,
+                "skew": skew,
+                "offset": offset,
+            }
+        )
+    except ValidationError as error:
+        first = error.errors()[0]
+        options = tuple(_option(str(part)) for part in first["loc"])
+        raise UsageError(in_words({**first, "loc": options}), "see maze generate --help") from None
+    drawn = generate(recipe, seed)
+    write_maze(drawn, output, metres_a_cell=corridor)
+    print(f"{output}: {_facts(drawn)}")
+    if picture is not None:
+        _save(drawn, picture)
+
+
+def _option(name: str) -> str:
+    """The option that sets a value of a recipe."""
+    return "--size" if name in ("columns", "rows") else f"--{name.replace('_', '-')}"
+
+
+def _facts(maze: Maze) -> str:
+    from sim.solvability import shortest_way
+
+    left, bottom, right, top = maze.bounds
+    way = shortest_way(maze)
+    parts = [
+        f"{right - left:.2f} x {top - bottom:.2f} m",
+        _count(len(maze.walls), "wall"),
+        _count(len(maze.doors), "door"),
+        _count(len(maze.objects), "moving object"),
+        _count(len(maze.exits), "exit"),
+        f"shortest way out about {way:.1f} m" if way is not None else "no way out",
+    ]
+    return f"{maze.name}: " + ", ".join(parts)
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
+
+
+def _save(maze: Maze, picture: Path) -> None:
+    from sim.picture import save_picture
+
+    save_picture(maze, picture)
+    print(f"picture: {picture}")

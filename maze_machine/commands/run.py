@@ -1,0 +1,235 @@
+"""``maze-machine run``: a machine drives a robot."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from maze_machine.arguments.completion import complete_machine, complete_maze
+from maze_machine.arguments.options import (
+    FaultOption,
+    IdentityOption,
+    JsonOption,
+    RobotOption,
+    SettingsOption,
+    SimulateOption,
+    SpeedOption,
+    TimeLimitOption,
+    TraceOption,
+)
+from maze_machine.errors import ExitStatus, UsageError
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from maze_machine.catalogue.profile import Profile
+    from maze_machine.drive.attempts import RefereedRobot
+    from maze_machine.drive.mission import Watcher
+    from transport.lockstep import RemoteLockstep
+    from transport.realtime import RealtimeRobot
+
+DEFAULT_MAZE = "final_2015"
+PICTURES = (".png", ".svg", ".pdf", ".jpg")
+
+
+def run(
+    machine: Annotated[
+        str,
+        typer.Argument(help="A .maze-machine file, or the name of a shipped machine.", autocompletion=complete_machine),
+    ],
+    maze: Annotated[
+        str | None,
+        typer.Option(
+            help="Maze of the embedded simulator: a file of any format, or the name of a shipped maze. "
+            "Default: final_2015.",
+            autocompletion=complete_maze,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Which run: all that is random is drawn from it. Default: 0.")
+    ] = None,
+    connect: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ENDPOINT",
+            help="Drive the robot that listens there, such as tcp/127.0.0.1:7447, and start no simulator.",
+        ),
+    ] = None,
+    identity: IdentityOption = None,
+    robot: RobotOption = "pico",
+    settings: SettingsOption = None,
+    parameters: Annotated[
+        list[str] | None,
+        typer.Option("--param", metavar="NAME=VALUE", help="Set a parameter, with its unit; may be repeated."),
+    ] = None,
+    simulate: SimulateOption = None,
+    fault: FaultOption = None,
+    speed: SpeedOption = None,
+    time_limit: TimeLimitOption = None,
+    attempts: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            max=2,
+            help="How many attempts to make within the maze's time limit. Another one begins at the start, with a "
+            "fresh machine, after one that has failed.",
+        ),
+    ] = 1,
+    practice: Annotated[
+        bool,
+        typer.Option(
+            "--practice",
+            help="Make two attempts, the second one after a success too, which the rules do not grant: what the "
+            "first has learned of the maze is known in it.",
+        ),
+    ] = False,
+    trace: TraceOption = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Record sensors, commands and steps as MCAP, for `maze-machine replay`."),
+    ] = None,
+    live: Annotated[
+        int | None,
+        typer.Option(min=0, max=65535, metavar="PORT", help="Show the run on a page at this port; 0 takes any."),
+    ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Where to save the picture of the path. Default: in the folder runs/."),
+    ] = None,
+    no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
+    json: JsonOption = False,
+) -> None:
+    """Run a machine on a robot until the machine, the referee or a limit ends it.
+
+    Without `--connect` a simulator is started in the same process. The exit status is 0 only if the robot is out of the
+    maze by the rules, in the last attempt if there are two. Files of a second attempt have `-2` in their names.
+
+    Example: `maze-machine run pledge`
+
+    Example: `maze-machine run my.maze-machine --maze maze.pgm --seed 3 --param "cruise=0.3 m/s"`
+
+    Example: `maze-machine run pledge --attempts 2`
+
+    Example: `maze-machine run tremaux --practice`
+
+    Example: `maze-machine run pledge --live 8000 --speed 4`
+
+    Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
+    """
+    from contextlib import ExitStack, closing
+    from json import dumps
+
+    from maze_machine.arguments.parameters import split_setting
+    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.drive.attempts import KeptRobot
+    from maze_machine.drive.attempts import attempts as attempts_of
+    from maze_machine.drive.mission import prepare
+    from maze_machine.report.outputs import Outputs, numbered
+    from maze_machine.report.result import Result
+    from maze_machine.simulated.settings import pace, simulator_settings
+    from maze_machine.simulated.world import SimulatedWorld, find_maze
+    from transport.world import LockstepRobot
+
+    if connect is not None:
+        refuse_with_connect({"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed})
+    if practice and record is not None:
+        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
+    if picture is not None and picture.suffix not in PICTURES:
+        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
+    profile = load_profile(robot, settings or ())
+    mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit)
+    world = None
+    if connect is None:
+        rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
+        simulator = simulator_settings(rules, fault or ())
+        world = SimulatedWorld(
+            find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0, simulator, pace(profile.robot.period, speed)
+        )
+    outputs, most = Outputs(trace, record, live), 2 if practice else attempts
+    files: dict[str, Path] = {}
+    with ExitStack() as stack:
+        link = None
+        if connect is not None and most > 1:
+            link = stack.enter_context(closing(in_lockstep(reached(connect, identity, profile, seed))))
+
+        def take_hold() -> RefereedRobot:
+            if world is not None:
+                return LockstepRobot(world)
+            return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
+
+        def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
+            return outputs.of_attempt(number).watchers(mission, machine, world)
+
+        repeated = world or link
+        begin_again = (lambda: False) if repeated is None else repeated.try_again
+        for attempt in attempts_of(mission, take_hold, watchers, most, begin_again):
+            number, ending = attempt.number, attempt.ending
+            nth = "" if number == 1 else f" {number}"
+            files |= {kind + nth: file for kind, file in outputs.of_attempt(number).files.items()}
+            told = [] if repeated is None or most == 1 else repeated.attempts()
+            result = Result(mission.machine.name, mission.parameters, ending, files, link_counts(attempt.robot), told)
+            if not no_picture:
+                from maze_machine.report.picture import save_run
+
+                shown = numbered(picture or default_picture(mission.machine.name, ending.report), number)
+                save_run(shown, world, attempt.trail, result.line)
+                files["picture" + nth] = shown
+    print(dumps(result.as_json()) if json else "\n".join(result.lines()))
+    raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
+
+
+def refuse_with_connect(embedded: Mapping[str, object]) -> None:
+    """Refuse options of the embedded simulator where there is none.
+
+    Raises:
+        UsageError: one of them was given.
+    """
+    for option, value in embedded.items():
+        if value:
+            raise UsageError(f"{option} does not go with --connect", "give it to `maze-machine sim`")
+
+
+def reached(endpoint: str, identity: Path | None, profile: Profile, seed: int | None) -> RemoteLockstep | RealtimeRobot:
+    """The robot at an endpoint.
+
+    Raises:
+        LinkError: nobody can be reached there, or the robot is not to be had.
+    """
+    from maze_machine.arguments.network import secured
+    from transport.connect import connect_robot
+
+    security = secured(endpoint, identity, profile.link)
+    return connect_robot(endpoint, profile.robot, profile.link, seed=seed, security=security)
+
+
+def in_lockstep(robot: RemoteLockstep | RealtimeRobot) -> RemoteLockstep:
+    """The robot, if its time waits for its controller: another attempt is then the simulator's to grant.
+
+    Raises:
+        UsageError: it does not.
+    """
+    from transport.lockstep import RemoteLockstep
+
+    if isinstance(robot, RemoteLockstep):
+        return robot
+    robot.close()
+    raise UsageError("in real time attempts are made one by one", "put the robot back and give the command again")
+
+
+def link_counts(robot: object) -> dict[str, int]:
+    """What was counted on the link to a robot, by what it is called."""
+    named = {"overruns": "overruns", "reconnects": "reconnects", "resent": "steps asked for again"}
+    counts = {words: int(getattr(robot, name)) for name, words in named.items() if hasattr(robot, name)}
+    dropped = getattr(robot, "dropped", {})
+    return counts | {f"dropped, {reason}": count for reason, count in dropped.items()}
+
+
+def default_picture(machine: str, report: Mapping[str, Any]) -> Path:
+    """Where the picture of a run goes if nobody says so: ``runs/MACHINE-MAZE-SEED.png``."""
+    names = [machine, str(report.get("maze", "robot")), str(report.get("seed", ""))]
+    stem = "-".join(re.sub(r"[^\w.]+", "_", name) for name in names if name)
+    return Path("runs") / f"{stem}.png"

@@ -1,0 +1,80 @@
+"""``maze-machine sim``: the simulator as a process of its own."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from maze_machine.arguments.options import (
+    LISTEN,
+    FaultOption,
+    IdentityOption,
+    ListenOption,
+    MazeArgument,
+    RobotOption,
+    SettingsOption,
+    SimulateOption,
+    SpeedOption,
+)
+
+
+def sim(
+    maze: MazeArgument,
+    listen: ListenOption = LISTEN,
+    connect: Annotated[
+        str | None, typer.Option(metavar="ENDPOINT", help="Dial a router there instead of listening.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="The run, where a controller asks for none.")] = 0,
+    robot: RobotOption = "pico",
+    settings: SettingsOption = None,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Let time pass by the clock on the wall, with a dead man, as hardware.")
+    ] = False,
+    simulate: SimulateOption = None,
+    fault: FaultOption = None,
+    speed: SpeedOption = None,
+    once: Annotated[
+        bool, typer.Option("--once", help="End after one episode, also when its controller has died.")
+    ] = False,
+    identity: IdentityOption = None,
+) -> None:
+    """Simulate a robot in a maze for a controller in another process.
+
+    One line says that it is ready, and one line each how an episode went. It ends with Ctrl-C. Without `--realtime`
+    each period of the simulation waits for its command.
+
+    Example: `maze-machine sim final_2015 --listen tcp/127.0.0.1:7447`
+    """
+    from math import inf
+
+    from maze_machine.arguments.network import joined
+    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.simulated.settings import pace, simulator_settings
+    from maze_machine.simulated.world import SimulatedWorld, find_maze
+    from transport.gate import Gate, PacedWorld
+    from transport.lockstep import LockstepServer
+
+    profile = load_profile(robot, settings or ())
+    description = profile.robot
+    drawn = find_maze(maze)
+    world = simulator_settings(simulate or (), fault or ())
+
+    def begin(asked: int | None) -> SimulatedWorld:
+        beat = None if realtime else pace(description.period, speed)
+        return SimulatedWorld(drawn, description, seed if asked is None else asked, world, beat)
+
+    with joined(listen, connect, identity, profile.link) as bus:
+        server: LockstepServer | Gate
+        if realtime:
+            base = PacedWorld(begin, description.period)
+            server = Gate(bus, base, description, profile.link)
+        else:
+            server = LockstepServer(bus, description.name, description.period, begin)
+        place = f"dials {connect}" if connect else f"listens at {listen}"
+        print(f"{description.name} in {drawn.name} {place}", flush=True)
+        patience = profile.link.silence if realtime else profile.link.step
+        for report in server.episodes(forsaken=patience if once else inf):
+            print(f"seed {report['seed']}: {report['line']}", flush=True)
+            if once:
+                return

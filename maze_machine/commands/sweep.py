@@ -1,0 +1,91 @@
+"""``maze-machine sweep``: machines over mazes and seeds, on all cores."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from maze_machine.arguments.options import JsonOption, RobotOption, SettingsOption, TimeLimitOption
+from maze_machine.errors import ExitStatus, UsageError
+
+
+def sweep(
+    machines: Annotated[
+        list[str], typer.Option(metavar="A,B,...", help="Machines: files or names, with commas; may be repeated.")
+    ],
+    mazes: Annotated[
+        list[str],
+        typer.Option(metavar="A,B,...", help="Mazes: files, folders of files or names, with commas; may be repeated."),
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The results, one JSON line a run; taken up if it exists.")],
+    seeds: Annotated[int, typer.Option(min=1, help="How many seeds for each machine and maze, from 0.")] = 1,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes. Default: one a core.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Hand the runs to this dask.distributed cluster instead.")
+    ] = None,
+    robot: RobotOption = "pico",
+    settings: SettingsOption = None,
+    time_limit: TimeLimitOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Run machines over mazes and seeds and say how they did.
+
+    The results do not depend on the number of workers. A sweep that was interrupted goes on where it was when it is
+    started again with the same file. The exit status is 0 if every run was solved.
+
+    Example: `maze-machine sweep --machines pledge,right_hand --mazes mazes/ --seeds 10 --out results.jsonl`
+    """
+    import os
+    from dataclasses import asdict
+    from json import dumps
+
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from maze_machine.campaign.jobs import Results, Setup, jobs_of
+    from maze_machine.campaign.summary import failures, summary, table
+    from maze_machine.campaign.workers import on_cluster, on_cores
+
+    if scheduler is not None and workers is not None:
+        raise UsageError("--workers does not go with --scheduler", "the cluster has its own workers")
+    setup = Setup(robot, tuple(settings or ()), time_limit)
+    results = Results(out, setup, jobs_of(_each(machines), _each(mazes), seeds))
+    todo = results.open_jobs
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        disable=not Console(stderr=True).is_terminal,
+    )
+    if todo:
+        with bar:
+            shown = bar.add_task("runs", total=len(todo))
+            doing = (
+                on_cluster(setup, todo, scheduler)
+                if scheduler
+                else on_cores(setup, todo, workers or os.cpu_count() or 1)
+            )
+            with doing as done:
+                for record in done:
+                    results.add(record)
+                    bar.advance(shown)
+        results.write()
+    rows, failed = summary(results.records), failures(results.records)
+    if json:
+        print(dumps({"machines": [asdict(row) for row in rows], "failures": failed}))
+    else:
+        console = Console()
+        console.print(table(rows))
+        for line in failed:
+            console.print(line, markup=False, highlight=False)
+    solved = all(record["solved"] for record in results.records)
+    raise typer.Exit(ExitStatus.OK if solved else ExitStatus.FAILED)
+
+
+def _each(values: list[str]) -> list[str]:
+    """The names in all values of an option, each of which may hold several with commas."""
+    return [name for value in values for name in value.split(",")]

@@ -1,0 +1,35 @@
+"""``maze-machine view``: a recorded run as a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from maze_machine.arguments.options import RecordingArgument
+
+
+def view(
+    recording: RecordingArgument,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="The page. Default: beside the recording.")
+    ] = None,
+) -> None:
+    """Make a page of a recorded run: the robot, what its laser saw, its states and transitions, to be played and wound.
+
+    The page is one file that any browser opens. For a page that shows a run while it goes on, see
+    `maze-machine run --live`.
+
+    Example: `maze-machine view run.mcap -o run.html`
+    """
+    from maze_machine.drive.replay import recorded_profile
+    from maze_machine.view.page import frame, head, replay_page
+    from transport.recording import read_recording
+
+    recorded = read_recording(recording)
+    page = output or recording.with_suffix(".html")
+    title = f"{Path(recorded.run.get('machine', recorded.robot)).stem}, {len(recorded.ticks)} ticks"
+    frames = [frame(tick.observation, tick.command, tick.step) for tick in recorded.ticks]
+    page.write_text(replay_page(head(title, recorded_profile(recorded).robot), frames), encoding="utf-8")
+    print(page)

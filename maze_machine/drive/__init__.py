@@ -1,0 +1,1 @@
+"""Driving a machine on a robot: the loop, missions, traces and replays."""

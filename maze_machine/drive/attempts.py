@@ -1,0 +1,92 @@
+"""Attempts: a mission begun anew at the start after it has failed, as the challenge grants it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from maze_machine.drive.mission import Ending, Mission, Watcher, drive
+from maze_machine.drive.trail import TrailKeeper
+from perception import Perception
+from transport.robot import Robot
+from transport.world import Refereed
+
+
+class RefereedRobot(Robot, Refereed, Protocol):
+    """A robot whose referee it knows."""
+
+
+class KeptRobot:
+    """A robot for several attempts: to let go of it is left to whoever took hold of it."""
+
+    def __init__(self, robot: RefereedRobot) -> None:
+        self._robot = robot
+
+    def __getattr__(self, name: str) -> Any:
+        """All but closing it is the robot's own."""
+        return getattr(self._robot, name)
+
+    def close(self) -> None:
+        """Nothing: in lockstep a world stands still that nobody commands."""
+
+
+WatchersOf = Callable[[int], AbstractContextManager[Sequence[Watcher]]]
+"""Who is told of an attempt, given its number, for as long as it lasts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """An attempt that is over.
+
+    Attributes:
+        number: counted from 1.
+        robot: what drove, let go.
+        ending: how it ended.
+        trail: where it went.
+    """
+
+    number: int
+    robot: RefereedRobot
+    ending: Ending
+    trail: TrailKeeper
+
+
+def attempts(
+    mission: Mission,
+    robot: Callable[[], RefereedRobot],
+    watchers: WatchersOf,
+    most: int = 1,
+    try_again: Callable[[], bool] = lambda: False,
+) -> Iterator[Attempt]:
+    """Drive a mission until the robot is out or no attempt is left.
+
+    Each attempt begins with a fresh machine and a fresh memory. Where another one is granted after a success, it is for
+    practice: then the junctions that the robot has marked are known.
+
+    Args:
+        mission: what to do; an attempt that reaches its time limit is the last one.
+        robot: takes hold of the robot for an attempt.
+        watchers: who is told of an attempt.
+        most: how many to make at most.
+        try_again: puts the robot, which has been stopped, back to the start, if another attempt is granted.
+
+    Yields:
+        Each attempt, before the next one begins.
+
+    Raises:
+        MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
+        LinkError: the robot is out of reach.
+    """
+    perception = Perception(mission.profile.robot, mission.profile.perception)
+    for number in range(1, most + 1):
+        trail = TrailKeeper()
+        with watchers(number) as watching:
+            driven = robot()
+            ending = drive(mission, driven, driven, [trail, *watching], perception)
+        yield Attempt(number, driven, ending, trail)
+        if number == most or ending.limited or not try_again():
+            return
+        known = perception.world.from_the_start() if ending.report.get("escaped") else None
+        perception = Perception(mission.profile.robot, mission.profile.perception, known)

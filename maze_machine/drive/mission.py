@@ -1,0 +1,140 @@
+"""A mission: a machine made ready for a robot, and what becomes of it when it is driven."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+import hsm
+from hsm import Machine
+from maze_machine.arguments.parameters import parameter_values
+from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.machines import find_machine
+from maze_machine.catalogue.profile import Profile
+from maze_machine.drive.loop import Tick, ticks
+from perception import Perception
+from skills.chain import MotionChain
+from transport.robot import Robot
+from transport.world import Refereed
+
+Watcher = Callable[[Tick], object]
+"""Somebody who is told each tick: a trace, a progress display, a recording, a live page."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mission:
+    """A machine, the robot's profile, and the parameters of this run.
+
+    Attributes:
+        machine: the checked machine.
+        profile: what is tunable of the robot.
+        parameters: the machine's parameters, in SI units.
+        time_limit: the run is ended after so many seconds on the robot's clock; None for no limit.
+    """
+
+    machine: Machine
+    profile: Profile
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    time_limit: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How a mission ended.
+
+    Attributes:
+        outcome: the final state that the machine reached, or None.
+        reason: in words, who ended it.
+        ticks: number of ticks.
+        duration: time on the robot's clock, s.
+        elapsed: time on the wall clock, s.
+        report: the referee's verdict, of JSON values; empty where there is no referee.
+        limited: whether the mission's time limit ended it.
+        violations: properties of the machine that did not hold, in words, with time and place.
+    """
+
+    outcome: str | None
+    reason: str
+    ticks: int
+    duration: float
+    elapsed: float
+    report: Mapping[str, Any]
+    limited: bool = False
+    violations: tuple[str, ...] = ()
+
+
+def prepare(
+    name: str,
+    profile: Profile,
+    parameters: Iterable[tuple[str, str]] = (),
+    time_limit: float | None = None,
+) -> Mission:
+    """Load a machine for a robot.
+
+    Args:
+        name: a .maze-machine file, or the name of a shipped machine.
+        profile: the robot's profile; its section for the machine sets parameters too.
+        parameters: names and values of parameters as a person writes them; they win over the profile's.
+        time_limit: s, or None.
+
+    Raises:
+        FileError: there is no such machine.
+        MachineError: the machine has faults.
+        UsageError: a parameter is unknown or has a value that is not of its type.
+    """
+    library = robot_library(profile.skills)
+    machine = hsm.load(find_machine(name), library)
+    written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
+    values = parameter_values(machine.model.parameters, written, library.enumerations)
+    return Mission(machine, profile, values, time_limit)
+
+
+def drive(
+    mission: Mission,
+    robot: Robot,
+    referee: Refereed | None = None,
+    watchers: Sequence[Watcher] = (),
+    perception: Perception | None = None,
+) -> Ending:
+    """Run a mission on a robot to its end; the robot is stopped and let go, whatever happens.
+
+    Args:
+        mission: what to do.
+        robot: the robot.
+        referee: who may end the run and knows the verdict: a simulated robot itself, or nobody.
+        watchers: called with each tick, after its command has been sent.
+        perception: what sees for the mission, where it shall remember something from before; else a fresh one.
+
+    Raises:
+        MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
+        LinkError: the robot is out of reach.
+    """
+    began = perf_counter()
+    first = last = None
+    violations: list[str] = []
+    limited = False
+    reason = "the machine ended"
+    with closing(robot):
+        perception = perception or Perception(mission.profile.robot, mission.profile.perception)
+        chain = MotionChain(mission.profile.robot, mission.profile.skills)
+        for tick in ticks(robot, mission.machine, mission.parameters, perception, chain):
+            first, last = first or tick, tick
+            violations.extend(map(str, tick.violations))
+            for watch in watchers:
+                watch(tick)
+            if referee is not None and referee.finished:
+                reason = "the referee ended the run"
+                break
+            limited = mission.time_limit is not None and tick.time - first.time >= mission.time_limit
+            if limited:
+                reason = f"the time limit of {mission.time_limit:g} s was reached"
+                break
+        report = {} if referee is None else dict(referee.report())
+    assert first is not None
+    assert last is not None
+    elapsed = perf_counter() - began
+    duration = last.time - first.time
+    return Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations))

@@ -1,0 +1,47 @@
+"""From a run to its picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maze_machine.drive.trail import TrailKeeper
+from maze_machine.simulated.world import SimulatedWorld
+from maze_machine.view.picture import Scene, Trail, save_picture
+from sim.maze import Maze
+from transport.messages import Pose
+
+NOWHERE = Scene(*(np.empty((0, 2, 2)) for _ in range(3)))
+"""For a robot whose surroundings are not known."""
+
+
+def scene_of(maze: Maze) -> Scene:
+    """What a picture shows of a maze."""
+    doors = np.array([door.leaf for door in maze.doors], dtype=np.float64)
+    return Scene(_pairs(maze.walls), _pairs(doors), _pairs(maze.exits))
+
+
+def trail_of(kept: TrailKeeper, poses: Sequence[Pose]) -> Trail:
+    """What a picture shows of a run that was at these poses at the ticks kept."""
+    positions = np.array([(pose.x, pose.y) for pose in poses], dtype=np.float64).reshape(-1, 2)
+    return Trail(np.array(kept.times), positions[: len(kept.times)], kept.states)
+
+
+def save_run(file: Path, world: SimulatedWorld | None, kept: TrailKeeper, title: str) -> None:
+    """Save the picture of a run: in the maze where it was simulated here, by odometry alone where it was not.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    file.parent.mkdir(parents=True, exist_ok=True)
+    if world is None:
+        save_picture(file, NOWHERE, trail_of(kept, kept.poses), f"{title} (by odometry)")
+    else:
+        save_picture(file, scene_of(world.maze), trail_of(kept, world.path), title)
+
+
+def _pairs(segments: NDArray[np.float64]) -> NDArray[np.float64]:
+    return segments.reshape(-1, 2, 2)

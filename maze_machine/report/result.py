@@ -1,0 +1,81 @@
+"""What a run came to: for a person as lines, for a program as JSON values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from maze_machine.drive.mission import Ending
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A run that is over.
+
+    Attributes:
+        machine: the machine's name.
+        parameters: the machine's parameters, SI units.
+        ending: how it, or its last attempt, ended.
+        files: what was written, by kind (``picture``, ``trace``, ``recording``).
+        attempts: the referee's verdict on each attempt, in order; empty where only one was to be made.
+        link: what was counted on the link to the robot: overruns, dropped messages and the like.
+    """
+
+    machine: str
+    parameters: Mapping[str, Any]
+    ending: Ending
+    files: Mapping[str, Path] = field(default_factory=dict)
+    link: Mapping[str, int] = field(default_factory=dict)
+    attempts: Sequence[Mapping[str, Any]] = ()
+
+    @property
+    def solved(self) -> bool:
+        """Whether the robot is out by the rules; where nobody judges, whether the machine came to its end."""
+        report = self.ending.report
+        return bool(report["escaped"]) if report else self.ending.outcome is not None
+
+    def as_json(self) -> dict[str, Any]:
+        """JSON values; lengths in m, times in s."""
+        ending = self.ending
+        return {
+            "solved": self.solved,
+            "machine": self.machine,
+            "parameters": dict(self.parameters),
+            "outcome": ending.outcome,
+            "ended_by": ending.reason,
+            "ticks": ending.ticks,
+            "duration": ending.duration,
+            "verdict": dict(ending.report) or None,
+            "attempts": [dict(attempt) for attempt in self.attempts],
+            "violations": list(ending.violations),
+            "link": dict(self.link),
+            "files": {kind: str(path) for kind, path in self.files.items()},
+        }
+
+    @property
+    def line(self) -> str:
+        """The result as one line."""
+        ending, report = self.ending, self.ending.report
+        outcome = f"the machine ended in `{ending.outcome}`" if ending.outcome else ending.reason
+        if not report:
+            return f"{self.machine}: {outcome} after {ending.duration:.1f} s"
+        verdict = "out of the maze" if self.solved else f"failed: {report['reason']} ({outcome})"
+        return f"{self.machine} in {report['maze']}, seed {report['seed']}: {verdict} after {report['time']:.1f} s"
+
+    def lines(self) -> list[str]:
+        """The result for a person."""
+        report = self.ending.report
+        told: dict[str, object] = {f"attempt {one['attempt']}": one["line"] for one in self.attempts}
+        if report:
+            clearance = report["clearance"]
+            told |= {
+                "time": f"{report['time']:.1f} s",
+                "path length": f"{report['path_length']:.2f} m",
+                "smallest distance to a wall": "none was near" if clearance is None else f"{clearance:.3f} m",
+                "doors opened": ", ".join(report["doors_opened"]) or "none",
+            }
+        counted = {name: count for name, count in self.link.items() if count}
+        told |= counted | dict(self.files)
+        return [self.line, *(f"  {name:<28} {value}" for name, value in told.items()), *self.ending.violations]

@@ -1,0 +1,1 @@
+"""The embedded simulator as the loop's robot."""

@@ -1,0 +1,138 @@
+"""A simulator to drive in: mazes by name, a world in lockstep, the referee's verdict as a report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from maze_machine.catalogue.shipped import find_file
+from sim.formats import METRES_A_CELL, METRES_A_PIXEL, read_maze
+from sim.library import shipped_mazes
+from sim.maze import Maze
+from sim.referee import Verdict
+from sim.settings import SimulatorSettings
+from sim.simulation import Simulation
+from transport.clock import Pace
+from transport.description import RobotDescription
+from transport.messages import STOP, Command, Observation, Pose
+
+
+def maze_file(name: str) -> Path:
+    """The file of a maze.
+
+    Args:
+        name: a file, or the name of a shipped maze.
+
+    Raises:
+        FileError: there is neither.
+    """
+    return find_file("maze", name, shipped_mazes())
+
+
+def find_maze(name: str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cell: float = METRES_A_CELL) -> Maze:
+    """Read a maze of any format from a file, or a shipped one by its name.
+
+    Args:
+        name: a file, or the name of a shipped maze.
+        metres_a_pixel: scale of heightmap images, m.
+        metres_a_cell: scale of micromouse and mms mazes, m.
+
+    Raises:
+        FileError: there is neither.
+        MazeError: the file is no maze, or one that cannot be solved.
+    """
+    return read_maze(maze_file(name), metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
+
+
+class SimulatedWorld:
+    """One episode in a simulation, of one attempt or several: ``transport.world.World`` for a single robot."""
+
+    def __init__(
+        self,
+        maze: Maze,
+        robot: RobotDescription,
+        seed: int = 0,
+        settings: SimulatorSettings | None = None,
+        pace: Pace | None = None,
+    ) -> None:
+        """Args: the maze, the robot, the run, the simulator's settings, and a beat to keep; None not to wait."""
+        self._simulation = Simulation(maze, robot, seed, settings)
+        self._pace = pace
+        self._began = 0
+
+    @property
+    def maze(self) -> Maze:
+        """Where it takes place."""
+        return self._simulation.maze
+
+    @property
+    def observation(self) -> Observation:
+        """What the robot senses now."""
+        return self._simulation.observation
+
+    @property
+    def finished(self) -> bool:
+        """Whether the referee has ended the attempt."""
+        return self._simulation.finished()
+
+    @property
+    def path(self) -> Sequence[Pose]:
+        """Where the robot really was at each tick of the present attempt, in the maze's frame."""
+        return self._simulation.path()[self._began :]
+
+    def pose(self, tick: int) -> Pose:
+        """Where the robot really was at a tick of the present attempt, in the maze's frame."""
+        return self._simulation.path()[self._began + tick]
+
+    def step(self, command: Command) -> Observation:
+        """Carry out a command for one period."""
+        if self._pace is not None:
+            self._pace.wait()
+        self._simulation.step(command)
+        return self._simulation.observation
+
+    def report(self) -> Mapping[str, object]:
+        """The referee's verdict so far, of JSON values."""
+        return {
+            "maze": self._simulation.maze.name,
+            "seed": self._simulation.seed,
+            **as_report(self._simulation.verdict()),
+        }
+
+    def attempts(self) -> list[Mapping[str, object]]:
+        """The referee's verdict on each attempt so far, in order, of JSON values."""
+        return [as_report(verdict) for verdict in self._simulation.verdicts()]
+
+    def try_again(self) -> bool:
+        """Begin the next attempt at the start, if the rules grant one; time runs on.
+
+        A robot that is still inside stands there until the referee has ended its attempt.
+
+        Returns:
+            Whether they did.
+        """
+        while not self.finished:
+            self.step(Command(STOP))
+        began = len(self._simulation.path())
+        granted = self._simulation.try_again()
+        if granted:
+            self._began = began
+        return granted
+
+
+def as_report(verdict: Verdict) -> dict[str, object]:
+    """A verdict as JSON values; lengths in m, times in s."""
+    return {
+        "attempt": verdict.attempt,
+        "escaped": verdict.escaped,
+        "outcome": verdict.outcome.value,
+        "reason": verdict.reason,
+        "line": verdict.line(),
+        "time": verdict.time,
+        "path_length": verdict.path_length,
+        "clearance": verdict.clearance if math.isfinite(verdict.clearance) else None,
+        "doors_opened": list(verdict.doors_opened),
+        "contacts": [str(contact) for contact in verdict.contacts],
+        "rings": verdict.rings,
+    }

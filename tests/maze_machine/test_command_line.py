@@ -1,0 +1,59 @@
+"""The command line as a whole: help, unknown names, what it imports before it is told to."""
+
+import subprocess
+import sys
+
+import pytest
+import typer.main
+from typer.testing import CliRunner
+
+from maze_machine.cli import app
+
+
+def commands(group=None, prefix=()):
+    group = group or typer.main.get_command(app)
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from commands(command, (*prefix, name))
+        else:
+            yield (*prefix, name), command
+
+
+@pytest.mark.parametrize(
+    ("path", "command"), list(commands()), ids=lambda value: " ".join(value) if isinstance(value, tuple) else ""
+)
+def test_every_command_has_help_with_an_example(path, command):
+    shown = CliRunner().invoke(app, [*path, "--help"], env={"COLUMNS": "200"})
+    assert shown.exit_code == 0
+    assert f"maze-machine {' '.join(path)}" in command.help, "the docstring gives an example"
+    undocumented = [one.name for one in command.params if not one.help]
+    assert undocumented == []
+
+
+def test_help_needs_none_of_the_heavy_packages():
+    heavy = "numpy", "zenoh", "pymunk", "matplotlib", "lark", "pydantic", "numba", "rosbags", "transitions"
+    code = f"import sys, maze_machine.cli; print([name for name in {heavy} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+@pytest.mark.parametrize("arguments", [["no-such-command"], ["run"], ["run", "--no-such-option"]])
+def test_wrong_usage_ends_with_status_2(arguments):
+    ended = CliRunner().invoke(app, arguments)
+    assert ended.exit_code == 2
+    assert "Usage" in ended.stderr
+    assert "Traceback" not in ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("maze-machine re", {"replay"}),
+        ("maze-machine run ple", {"pledge", "pledge_smooth"}),
+        ("maze-machine run pledge --maze fin", {"final_2015"}),
+        ("maze-machine run pledge --robot pico-", {"pico-hardware"}),
+    ],
+)
+def test_a_shell_completes_commands_and_shipped_names(words, offered):
+    environment = {"_MAZE_MACHINE_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
+    shown = CliRunner().invoke(app, prog_name="maze-machine", env=environment).stdout
+    assert set(shown.split()) == offered

@@ -1,0 +1,185 @@
+"""The loop on a robot that only remembers what it was told."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import hsm
+from hsm.registry import Library, Outcome
+from hsm.types import Speed
+from maze_machine.catalogue.profile import load_profile
+from maze_machine.drive.loop import merged
+from maze_machine.drive.mission import Mission, drive
+from maze_machine.drive.trace import trace_line
+from maze_machine.report.result import Result
+from transport.description import Laser
+from transport.messages import Command, Observation, Odometry, Pose, Scan, Twist
+from transport.robot import LinkError
+
+LIBRARY = Library("test")
+
+
+@LIBRARY.activity("go", outcomes=("done",), holds=("base",))
+class Go:
+    """Drive for so many ticks."""
+
+    def __init__(self, speed: Speed, ticks: int) -> None:
+        self.speed, self.left = speed, ticks
+
+    def tick(self, facts):
+        """The velocity."""
+        self.left -= 1
+        return Command(Twist(self.speed)) if self.left >= 0 else Outcome("done")
+
+
+@LIBRARY.activity("fail", holds=("base",))
+class Fail:
+    """Does not work."""
+
+    def tick(self, facts):
+        """Raise."""
+        raise RuntimeError("no legs")
+
+
+@dataclass
+class Recorder:
+    """A robot in empty space that stands still, whatever it is told."""
+
+    lost_after: int = 10**6
+    finished_after: int = 10**6
+    told: list[Command] = field(default_factory=list)
+    closed: int = 0
+
+    @property
+    def finished(self):
+        return len(self.told) >= self.finished_after
+
+    def report(self):
+        assert not self.closed, "the referee is asked while the robot is still there"
+        return {"escaped": True}
+
+    def observe(self):
+        assert not self.closed
+        if len(self.told) >= self.lost_after:
+            raise LinkError("nobody there")
+        stamp = 100_000_000 * len(self.told)
+        ranges = np.full(1000, math.inf, dtype=np.float32)
+        return Observation(stamp, Scan(stamp, Laser().geometry(), ranges), Odometry.at(stamp, Pose()))
+
+    def command(self, command):
+        assert not self.closed
+        self.told.append(command)
+
+    def close(self):
+        self.closed += 1
+
+
+def mission(tmp_path, text, **more):
+    file = tmp_path / "test.maze-machine"
+    file.write_text(text)
+    return Mission(hsm.load(file, LIBRARY), load_profile(), **more)
+
+
+GOING = """\
+machine test
+param speed : speed = 0.3 m/s
+initial going
+state going
+    do go(speed = speed, ticks = 5)
+    on done -> over
+final over
+"""
+
+
+def test_a_machine_runs_to_its_end_and_the_robot_is_let_go(tmp_path):
+    robot, seen = Recorder(), []
+    ending = drive(mission(tmp_path, GOING), robot, watchers=[seen.append])
+    assert (ending.outcome, ending.reason, ending.report) == ("over", "the machine ended", {})
+    assert ending.ticks == len(robot.told) == len(seen) == 7
+    assert ending.duration == pytest.approx(0.6)
+    assert robot.closed == 1
+    assert [tick.index for tick in seen] == list(range(7))
+    assert [command.answers for command in robot.told] == [tick.observation.stamp for tick in seen]
+    assert [tick.command for tick in seen] == robot.told
+    assert all(seconds >= 0 for tick in seen for seconds in tick.phases)
+
+
+def test_an_outcome_is_seen_one_tick_after_it_was_reported(tmp_path):
+    robot, seen = Recorder(), []
+    drive(mission(tmp_path, GOING), robot, watchers=[seen.append])
+    assert [tick.configuration for tick in seen] == [("going",)] * 6 + [("over",)]
+    assert seen[-1].step.transitions[0].place.line == 6
+
+
+def test_properties_are_watched_and_told_once(tmp_path):
+    held = "property driving : never in(over) and doing(go)\n"
+    broken = "property short : after in(going), in(over) within 300 ms\n"
+    text = GOING.replace("initial", held + broken + "initial", 1)
+    lines, ours = [], mission(tmp_path, text)
+    ending = drive(ours, Recorder(), watchers=[lambda tick: lines.append(trace_line(ours.machine, tick))])
+    assert [(k, line["violated"]) for k, line in enumerate(lines) if "violated" in line] == [(3, ["short"])]
+    (told,) = ending.violations
+    assert "test.maze-machine:4:" in told
+    assert "property short is violated at 0.3 s in going" in told
+    result = Result("test", {}, ending)
+    assert told in result.lines()
+    assert result.as_json()["violations"] == [told]
+    assert drive(mission(tmp_path, GOING), Recorder()).violations == ()
+
+
+def test_parameters_reach_the_activity_and_limits_the_command(tmp_path):
+    robot = Recorder()
+    drive(mission(tmp_path, GOING, parameters={"speed": 9.0}), robot)
+    speeds = [command.twist.forward for command in robot.told]
+    limits = load_profile().robot.limits
+    assert max(speeds) == pytest.approx(limits.speed)
+    assert max(abs(a - b) for a, b in zip([0.0, *speeds], speeds, strict=False)) <= limits.acceleration * 0.1 + 1e-12
+
+
+def test_a_fault_stops_the_robot_first_and_names_the_line(tmp_path):
+    robot = Recorder()
+    failing = mission(tmp_path, "machine test\ninitial bad\nstate bad\n    do fail()\n    after 9 s -> bad\n")
+    with pytest.raises(hsm.MachineFault, match=r"test.maze-machine:4:8: .*no legs"):
+        drive(failing, robot)
+    assert robot.closed == 1
+    assert all(command.twist == Twist() for command in robot.told)
+
+
+def test_a_lost_link_or_a_watcher_that_fails_closes_the_robot_too(tmp_path):
+    robot = Recorder(lost_after=3)
+    with pytest.raises(LinkError):
+        drive(mission(tmp_path, GOING), robot)
+    assert robot.closed == 1
+
+    def interrupt(tick):
+        raise KeyboardInterrupt
+
+    robot = Recorder()
+    with pytest.raises(KeyboardInterrupt):
+        drive(mission(tmp_path, GOING), robot, watchers=[interrupt])
+    assert robot.closed == 1
+
+
+def test_the_referee_or_the_time_limit_may_end_a_run(tmp_path):
+    robot = Recorder(finished_after=2)
+    ending = drive(mission(tmp_path, GOING), robot, robot)
+    assert (ending.outcome, ending.ticks, ending.report) == (None, 2, {"escaped": True})
+    assert ending.reason == "the referee ended the run"
+    ending = drive(mission(tmp_path, GOING, time_limit=0.3), Recorder())
+    assert (ending.outcome, ending.ticks) == (None, 4)
+    assert ending.reason == "the time limit of 0.3 s was reached"
+
+
+COMMANDS = st.builds(Command, st.builds(Twist, *[st.floats(-1, 1)] * 3), st.booleans(), st.integers(0, 9))
+
+
+@given(st.lists(st.booleans(), max_size=4), COMMANDS, st.integers(0, 4))
+def test_what_holds_the_base_moves_it_and_any_may_ring(rings, holder, place):
+    others = [Command(ring=ring) for ring in rings]
+    together = merged([*others[:place], holder, *others[place:]])
+    assert together == Command(holder.twist, holder.ring or any(rings))
+    assert merged([]) == Command()

@@ -1,0 +1,32 @@
+"""What a terminal shows while a machine drives."""
+
+from io import StringIO
+
+from rich.console import Console
+
+from maze_machine.catalogue.profile import load_profile
+from maze_machine.drive.mission import drive, prepare
+from maze_machine.report.progress import Progress
+from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport.world import LockstepRobot
+
+
+def shown(terminal):
+    out = StringIO()
+    profile = load_profile()
+    robot = LockstepRobot(SimulatedWorld(find_maze("corridor"), profile.robot))
+    with Progress(Console(file=out, force_terminal=terminal, width=120)) as progress:
+        drive(prepare("pledge", profile, time_limit=2.0), robot, robot, [progress])
+    return out.getvalue()
+
+
+def test_a_terminal_shows_time_state_position_and_speed():
+    text = shown(terminal=True)
+    assert " s  " in text
+    assert "start" in text
+    assert " m  " in text
+    assert "x real time" in text
+
+
+def test_nothing_else_is_written_to():
+    assert shown(terminal=False) == ""

@@ -10,6 +10,7 @@ _BOUNDS = {
     "less_than": ("lt", "less than"),
     "less_than_equal": ("le", "at most"),
 }
+_LONGEST = 80
 _SHAPES = {
     "float_parsing": "a number",
     "float_type": "a number",
@@ -26,8 +27,20 @@ _SHAPES = {
 }
 
 
+def printable(text: str) -> str:
+    """A text that a terminal shows as it is: control characters and lone surrogates are replaced by ``?``.
+
+    Escape codes in a name that came from elsewhere would otherwise move the cursor, hide text or worse.
+    """
+    return "".join(one if one.isprintable() else "?" for one in text)
+
+
 def in_words(found: ErrorDetails) -> str:
     """One finding as a sentence: ```limits.speed` must be more than 0, not -1``."""
+    return printable(_sentence(found))
+
+
+def _sentence(found: ErrorDetails) -> str:
     kind, limits = found["type"], found.get("ctx", {})
     subject = f"`{place}` " if (place := ".".join(str(part) for part in found["loc"])) else ""
     if kind == "extra_forbidden":
@@ -36,7 +49,15 @@ def in_words(found: ErrorDetails) -> str:
         return f"{subject}is missing"
     if kind == "value_error":
         return f"{subject}{found['msg'].removeprefix('Value error, ')}"
-    return f"{subject}must be {_wanted(kind, limits)}, not {found['input']!r}"
+    return f"{subject}must be {_wanted(kind, limits)}, not {_shortened(found['input'])}"
+
+
+def _shortened(value: object) -> str:
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # a number of too many digits, a table in a table in a table ...
+        return "this"
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def _wanted(kind: str, limits: dict[str, object]) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from hsm.types import Angle, Duration, Length, Speed, TurnRate
+from hsm.model.types import Angle, Duration, Length, Speed, TurnRate
 from perception.facts import Facts
 from perception.junction import JunctionKind
 from perception.library import LIBRARY

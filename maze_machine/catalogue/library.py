@@ -9,7 +9,7 @@ from pathlib import Path
 import perception.library
 import perception.signals
 import skills.library
-from hsm.registry import Library
+from hsm.model.registry import Library
 from maze_machine.catalogue.machines import SHIPPED
 from maze_machine.errors import UsageError
 from skills.settings import SkillSettings

@@ -12,7 +12,7 @@ from maze_machine.arguments.completion import complete_machine
 from maze_machine.errors import ExitStatus, UsageError
 
 if TYPE_CHECKING:
-    from hsm.diagnostics import Diagnostic
+    from hsm.model.diagnostics import Diagnostic
 
 
 def check(
@@ -42,8 +42,9 @@ def check(
     """
     from importlib.metadata import version
 
-    from hsm.diagnostics import Severity
-    from hsm.dsl import check_file, render
+    from hsm.dsl import check_file
+    from hsm.dsl.reporting import render
+    from hsm.model.diagnostics import Severity
     from maze_machine.catalogue.library import robot_library
 
     if json and sarif:
@@ -78,7 +79,7 @@ def machine_path(name: str) -> str:
 
 def print_findings(findings: Sequence[Diagnostic], sources: dict[str, str], files: Sequence[str]) -> None:
     """Print findings for people, and how many there are."""
-    from hsm.dsl import render
+    from hsm.dsl.reporting import render
 
     if findings:
         print(render.as_text(findings, sources, colour=sys.stdout.isatty()))

@@ -11,7 +11,7 @@ from maze_machine.arguments.options import ChartArgument
 from maze_machine.errors import FileError, UsageError
 
 if TYPE_CHECKING:
-    from hsm.machine import Machine
+    from hsm.engine.compiled import Machine
 
 
 def diagram(
@@ -27,7 +27,7 @@ def diagram(
 
     Example: `maze-machine diagram pledge -o pledge.svg`
     """
-    from hsm.diagrams import FORMATS, DiagramError, draw
+    from hsm.interchange.diagrams import FORMATS, DiagramError, draw
 
     if output.suffix.removeprefix(".") not in FORMATS:
         raise UsageError(f"{output}: a diagram is a {', '.join(f'.{one}' for one in FORMATS)} file")
@@ -46,5 +46,5 @@ def load_chart(file: str) -> Machine:
     from maze_machine.catalogue.machines import find_machine
 
     if file.endswith(".scxml"):
-        return hsm.scxml.load(file)
+        return hsm.interchange.scxml.load(file)
     return hsm.load(str(find_machine(file)), robot_library())

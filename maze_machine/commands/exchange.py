@@ -32,9 +32,9 @@ def import_chart(
 
     Example: `maze-machine import lift.scxml -o lift.maze-machine`
     """
-    from hsm.dsl.format import format_text
-    from hsm.scxml import read_file
-    from hsm.scxml.translation import to_machine_text
+    from hsm.dsl.format.formatter import format_text
+    from hsm.interchange.scxml import read_file
+    from hsm.interchange.scxml.translation import to_machine_text
 
     _write(format_text(to_machine_text(read_file(file))), output)
 
@@ -51,7 +51,7 @@ def export(
 
     Example: `maze-machine export pledge --to scxml -o pledge.scxml`
     """
-    from hsm.scxml import write_text
+    from hsm.interchange.scxml import write_text
     from maze_machine.commands.diagram import load_chart
 
     assert to is Target.SCXML, "there is no other"

@@ -12,7 +12,7 @@ from maze_machine.arguments.options import JsonOption
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from hsm.registry import Library
+    from hsm.model.registry import Library
 
 
 class Subject(StrEnum):
@@ -52,8 +52,8 @@ def listing(
 
 
 def _rows(subject: Subject) -> Iterable[dict[str, str]]:
-    from hsm.codes import CODES
-    from hsm.types import UNITS
+    from hsm.model.codes import CODES
+    from hsm.model.types import UNITS
     from maze_machine.catalogue.library import robot_library
 
     match subject:
@@ -74,7 +74,7 @@ def _rows(subject: Subject) -> Iterable[dict[str, str]]:
 
 def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
     """What the registry declares."""
-    from hsm.dsl.describe import first_line, holds_text, outcomes_text, signature, type_text
+    from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
 
     match subject:
         case Subject.SIGNALS:
@@ -96,8 +96,8 @@ def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
 
 
 def _types(library: Library) -> Iterable[dict[str, str]]:
-    from hsm.dsl.describe import first_line
-    from hsm.types import QUANTITY_NAMES
+    from hsm.dsl.lsp.describe import first_line
+    from hsm.model.types import QUANTITY_NAMES
 
     yield {"name": "bool", "values": "true, false", "about": ""}
     yield {"name": "int", "values": "whole numbers", "about": ""}
@@ -110,10 +110,10 @@ def _types(library: Library) -> Iterable[dict[str, str]]:
 
 
 def _machines() -> Iterable[dict[str, str]]:
-    from hsm.dsl.describe import first_line
-    from hsm.dsl.loading import read_text
-    from hsm.dsl.parser import parse
-    from hsm.dsl.syntax import MachineLine
+    from hsm.dsl.lsp.describe import first_line
+    from hsm.dsl.semantics.loading import read_text
+    from hsm.dsl.syntax.ast import MachineLine
+    from hsm.dsl.syntax.parser import parse
     from maze_machine.catalogue.machines import shipped_machines
 
     for name, path in shipped_machines().items():

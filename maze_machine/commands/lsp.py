@@ -18,7 +18,7 @@ def lsp() -> None:
     from maze_machine.catalogue.library import robot_library
 
     try:
-        from hsm.dsl.server import make_server
+        from hsm.dsl.lsp.server import make_server
     except ImportError as error:
         missing = f"the language server needs the package {error.name}"
         raise UsageError(missing, 'install it with: pip install "maze-machine[lsp]"') from None

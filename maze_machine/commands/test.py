@@ -64,8 +64,8 @@ def test(
     """
     from json import dumps
 
-    from hsm.testing.reading import SUFFIX
-    from hsm.testing.trial import load_machine, load_trial
+    from hsm.testing.scenarios.reading import SUFFIX
+    from hsm.testing.scenarios.trial import load_machine, load_trial
     from maze_machine.catalogue.library import named_library, robot_library
     from maze_machine.catalogue.machines import find_machine
     from maze_machine.report.trials import Reports, generated, mutated, run_trial

@@ -9,7 +9,7 @@ from time import perf_counter
 from typing import Any, NamedTuple, cast
 
 from hsm import Machine, Macrostep, Supervisor
-from hsm.monitoring import Monitor, Violation
+from hsm.engine.monitoring import Monitor, Violation
 from perception import Perception
 from skills.chain import MotionChain
 from transport.messages import Command, Observation, Pose, Twist

@@ -16,7 +16,7 @@ import pytest
 if TYPE_CHECKING:
     from hsm import Library, Machine, Supervisor
     from hsm.testing.coverage.data import Measurements
-    from hsm.testing.exploration.checking import Verdict
+    from hsm.testing.exploration.checking import PropertyVerdict
     from hsm.testing.scenarios.driver import Driver
     from hsm.testing.scenarios.running import Failure
     from hsm.testing.scenarios.scenarios import Scenario
@@ -179,12 +179,12 @@ class ScenarioItem(pytest.Item):
 class PropertyViolated(Exception):  # noqa: N818 - how a test ends
     """A property with a run that violates it."""
 
-    def __init__(self, verdict: Verdict) -> None:
+    def __init__(self, verdict: PropertyVerdict) -> None:
         self.verdict = verdict
         super().__init__(str(verdict))
 
 
-_checked: pytest.StashKey[dict[str, Verdict]] = pytest.StashKey()
+_checked: pytest.StashKey[dict[str, PropertyVerdict]] = pytest.StashKey()
 
 
 class PropertyItem(pytest.Item):

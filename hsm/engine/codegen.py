@@ -16,9 +16,9 @@ from dataclasses import dataclass, field
 from types import CodeType, TracebackType
 from typing import Any
 
-from hsm.engine.decisions import Condition, Constant, Decision, Junction, Negation, Tree, decision_of
+from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
 from hsm.engine.evaluation import all_signals, eager_signals
-from hsm.engine.probes import Marks
+from hsm.engine.probes import Probes
 from hsm.model.chart import Action, After, Assign, Call, Model, Raise, State, When
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
@@ -28,7 +28,7 @@ NONE = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Chain:
+class CandidateChain:
     """Candidates in their order of precedence, and the function that picks one.
 
     Attributes:
@@ -118,8 +118,8 @@ class Generator:
         self._states = {state.name: state.index for state in model.states}
         self._slots: dict[tuple[str, str], int] = {}
         self._decisions = [decision_of(transition) for transition in model.transitions]
-        self.marks = Marks(self._decisions)
-        self._chains: dict[tuple[tuple[int, ...], bool], Chain] = {}
+        self.probes = Probes(self._decisions)
+        self._chains: dict[tuple[tuple[int, ...], bool], CandidateChain] = {}
         self._namespace: dict[str, Any] = {}
         self._objects: dict[int, str] = {}
         self._opened: dict[int, tuple[int, ...]] = {}
@@ -130,7 +130,7 @@ class Generator:
         """What decides whether a transition fires."""
         return self._decisions[transition]
 
-    def chain(self, candidates: tuple[int, ...]) -> Chain:
+    def chain(self, candidates: tuple[int, ...]) -> CandidateChain:
         """The chain of some transitions, all of one kind of trigger."""
         timed = isinstance(self.model.transitions[candidates[0]].trigger, After)
         found = self._chains.get((candidates, timed))
@@ -138,10 +138,10 @@ class Generator:
             found = self._chains[candidates, timed] = self._make_chain(candidates, timed)
         return found
 
-    def _make_chain(self, candidates: tuple[int, ...], timed: bool) -> Chain:  # noqa: FBT001
+    def _make_chain(self, candidates: tuple[int, ...], timed: bool) -> CandidateChain:  # noqa: FBT001
         pick = self._pick(candidates, timed, _Writer())
         waits = isinstance(self.model.transitions[candidates[0]].trigger, When)
-        return Chain(candidates, pick, self._pick(candidates, timed, _Writer(fresh=True)) if waits else pick)
+        return CandidateChain(candidates, pick, self._pick(candidates, timed, _Writer(fresh=True)) if waits else pick)
 
     def _pick(self, candidates: tuple[int, ...], timed: bool, writer: _Writer) -> Callable[..., int]:  # noqa: FBT001
         writer.add(0, "def pick(f, m, v, c, h, due):" if timed else "def pick(f, m, v, c, h):")
@@ -160,7 +160,7 @@ class Generator:
         if not decision.conditions:
             decided = decision.follow(bool)[0]
             writer.add(depth, f"return {index}" if decided else "pass")
-        elif self.marks.single(index):
+        elif self.probes.single(index):
             self._nested(writer, index, decision, depth)
         else:
             self._flat(writer, index, decision, depth)
@@ -175,7 +175,7 @@ class Generator:
 
         def end(*, outcome: bool) -> _Continuation:
             def write(depth: int, path: int) -> None:
-                writer.add(depth, f"h[{self.marks.place(index, path)}] = 1")
+                writer.add(depth, f"h[{self.probes.place(index, path)}] = 1")
                 if outcome:
                     writer.add(depth, f"return {index}")
 
@@ -202,7 +202,7 @@ class Generator:
                     if not rest:
                         branch(first, depth, path, true, false)
                         return
-                    others = Junction(tuple(rest), conjunction=tree.conjunction)
+                    others = Connective(tuple(rest), conjunction=tree.conjunction)
 
                     def further(depth: int, path: int) -> None:
                         branch(others, depth, path, true=true, false=false)
@@ -243,7 +243,7 @@ class Generator:
 
         writer.add(depth, "p = 0")
         decide(decision.tree, depth)
-        writer.add(depth, f"h[{self.marks.first(index)}].add(p)")
+        writer.add(depth, f"h[{self.probes.first(index)}].add(p)")
         writer.add(depth, "if r:")
         writer.add(depth + 1, f"return {index}")
 

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hsm.engine.codegen import NONE, Chain
+from hsm.engine.codegen import NONE, CandidateChain
 from hsm.engine.plans import Plan
 from hsm.model.chart import After, Always, On, Transition, When
-from hsm.model.events import Event, Scoped, matches
+from hsm.model.events import Event, StateEvent, matches
 from hsm.model.topology import Remembered
 
 if TYPE_CHECKING:
@@ -31,21 +31,21 @@ class Selector:
         pick: gives what fires.
     """
 
-    chains: tuple[Chain, ...]
+    chains: tuple[CandidateChain, ...]
     pick: Callable[..., Picked]
 
 
-class Unusual(Exception):  # noqa: N818 - not an error
+class SlowPath(Exception):  # noqa: N818 - not an error
     """There is more to do than to move."""
 
 
 class Moves(dict[Picked, Plan]):
-    """Plans that do nothing but move; asked for any other, it raises ``Unusual``."""
+    """Plans that do nothing but move; asked for any other, it raises ``SlowPath``."""
 
     __slots__ = ()
 
     def __missing__(self, picked: Picked) -> Plan:
-        raise Unusual
+        raise SlowPath
 
 
 class Configuration:
@@ -62,7 +62,7 @@ class Configuration:
         pick_first: the same, for a step in which no signal was evaluated yet.
         events: what an event can fire, for the events that were asked for.
         plans: what is done for the transitions that a selector picked.
-        moves: those of the plans that do nothing but move, whatever history states remember; ``Unusual`` is raised for
+        moves: those of the plans that do nothing but move, whatever history states remember; ``SlowPath`` is raised for
             all others.
     """
 
@@ -152,7 +152,7 @@ class Configuration:
     def _listens(self, transition: Transition, event: Event) -> bool:
         if not isinstance(transition.trigger, On):
             return False
-        inside = isinstance(event, Scoped) and (
+        inside = isinstance(event, StateEvent) and (
             event.origin == transition.source or self.machine.topology.inside(event.origin, transition.source)
         )
         return matches(transition.trigger, event, inside=inside)

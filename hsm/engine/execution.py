@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 from hsm.engine.codegen import NONE, Block
 from hsm.engine.configuration import Configuration, Picked, Selector
 from hsm.engine.evaluation import SignalFault
-from hsm.engine.macrostep import NOTHING_DUE, Look, Phase
+from hsm.engine.macrostep import NOTHING_DUE, Phase, Selection
 from hsm.engine.plans import Plan
 from hsm.model.chart import Cancel, Send
 from hsm.model.diagnostics import Place
-from hsm.model.events import Event, Scoped
+from hsm.model.events import Event, StateEvent
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
 from hsm.model.topology import Remembered
@@ -57,10 +57,10 @@ class RunState:
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class PendingFault:
     """Something that went wrong, on its way to a transition that handles it."""
 
-    event: Scoped
+    event: StateEvent
     reason: str
     place: Place | None
     error: BaseException
@@ -72,21 +72,21 @@ class Fault:
         return raised
 
 
-def fault_event(state: int) -> Scoped:
+def fault_event(state: int) -> StateEvent:
     """The event that announces a fault in a state."""
-    return Scoped(("fault",), state, "error.execution")
+    return StateEvent(("fault",), state, "error.execution")
 
 
-def _event(entry: Event | Fault) -> Event:
-    return entry.event if isinstance(entry, Fault) else entry
+def _event(entry: Event | PendingFault) -> Event:
+    return entry.event if isinstance(entry, PendingFault) else entry
 
 
-class Reaction:
+class MacrostepExecution:
     """One step.
 
     Attributes:
         state: the state of the run, as far as the step has come.
-        looks: what was looked at and done so far.
+        selections: what was looked at and done so far.
         stopped: states that were left and had an activity, in order.
     """
 
@@ -95,26 +95,26 @@ class Reaction:
     ) -> None:
         self.machine = machine
         self.state = replace(state)
-        self.looks: list[Look] = []
+        self.selections: list[Selection] = []
         self.stopped: list[int] = []
         self._time = time
         self._facts = facts
         self._memo = memo
         self._hits = hits
-        self._queue: deque[Event | Fault | Send | Cancel] = deque()
-        self._external: deque[Event | Fault] = deque()
+        self._queue: deque[Event | PendingFault | Send | Cancel] = deque()
+        self._external: deque[Event | PendingFault] = deque()
         self._failed: dict[Any, BaseException] = {}
         self._reported: set[Any] = set()
-        self._found: list[Fault] = []
+        self._found: list[PendingFault] = []
         self._error: BaseException | None = None
 
     def start(self, plan: Plan) -> None:
         """Enter the initial configuration."""
         self._take(Phase.START, NOTHING_DUE, plan)
-        self._settle()
-        self._work_off()
+        self._run_to_stability()
+        self._drain()
 
-    def run(self, events: Iterable[Event | Fault], error: BaseException | None = None) -> None:
+    def run(self, events: Iterable[Event | PendingFault], error: BaseException | None = None) -> None:
         """Handle events, then time-outs, then conditions.
 
         Args:
@@ -123,12 +123,14 @@ class Reaction:
         """
         self._error = error
         if self.state.outcome is not None:
-            self.looks.extend((one, self.state.configuration, (), NOTHING_DUE, None) for one in map(_event, events))
+            self.selections.extend(
+                (one, self.state.configuration, (), NOTHING_DUE, None) for one in map(_event, events)
+            )
             return
         self._external.extend(self._arrived())
         self._external.extend(events)
-        self._settle()
-        self._work_off()
+        self._run_to_stability()
+        self._drain()
         due = frozenset(index for index, deadline in self.state.timers.items() if self._reached(deadline))
         if due:
             self._time_outs(due)
@@ -137,7 +139,7 @@ class Reaction:
     def _reached(self, deadline: float) -> bool:
         return self._time >= deadline - TOLERANCE
 
-    def _settle(self) -> None:
+    def _run_to_stability(self) -> None:
         """Take transitions without a trigger and handle the machine's own events until there are none."""
         taken = 0
         while self.state.outcome is None:
@@ -157,7 +159,7 @@ class Reaction:
             if taken > SPIN:
                 raise self._spin()
 
-    def _work_off(self) -> None:
+    def _drain(self) -> None:
         """Handle the events from outside, and those that the machine sends itself meanwhile."""
         bound = len(self._external) + SPIN
         while self._external and self.state.outcome is None:
@@ -165,7 +167,7 @@ class Reaction:
                 raise self._spin()
             bound -= 1
             self._handle(self._external.popleft())
-            self._settle()
+            self._run_to_stability()
 
     def _send(self, send: Send) -> None:
         if send.delay <= 0:
@@ -180,7 +182,7 @@ class Reaction:
             self.state.sent = tuple(one for one in self.state.sent if not self._reached(one[0]))
         return [send.event for _, send in arrived]
 
-    def _handle(self, entry: Event | Fault) -> bool:
+    def _handle(self, entry: Event | PendingFault) -> bool:
         """Let one event fire what it can; whether there was anything."""
         event = _event(entry)
         selector = self.state.configuration.on(event)
@@ -189,7 +191,7 @@ class Reaction:
         else:
             fired = False
             self._record(event, NOTHING_DUE, None)
-        if not fired and isinstance(entry, Fault):
+        if not fired and isinstance(entry, PendingFault):
             raise entry.unhandled(self.machine)
         return fired
 
@@ -198,10 +200,10 @@ class Reaction:
             after = self.state.configuration.after
             if self.state.outcome is not None or after is None or not self._fire(after, Phase.AFTER, due):
                 return
-            plan = self.looks[-1][4]
+            plan = self.selections[-1][4]
             due = due.difference(plan.disarmed if plan else ())
-            self._settle()
-            self._work_off()
+            self._run_to_stability()
+            self._drain()
         raise self._spin()
 
     def _conditions(self) -> None:
@@ -212,14 +214,14 @@ class Reaction:
             if when is None:
                 return
             if not self._fire(when, Phase.WHEN) and not self._queue:
-                self.looks.pop()  # the last look, which finds nothing, is part of every macrostep
+                self.selections.pop()  # the last look, which finds nothing, is part of every macrostep
                 return
-            self._settle()
-            self._work_off()
+            self._run_to_stability()
+            self._drain()
         raise self._spin()
 
     def _record(self, trigger: Phase | Event, due: frozenset[int], plan: Plan | None) -> None:
-        self.looks.append((trigger, self.state.configuration, self.state.values, due, plan))
+        self.selections.append((trigger, self.state.configuration, self.state.values, due, plan))
 
     def _fire(self, selector: Selector, trigger: Phase | Event, due: frozenset[int] = NOTHING_DUE) -> bool:
         """Take what a selector picks; whether there was anything."""
@@ -274,7 +276,7 @@ class Reaction:
         if plan.work:
             values = state.values[:]
             for item in plan.work:
-                if isinstance(item, Scoped):
+                if isinstance(item, StateEvent):
                     self._queue.append(item)
                     continue
                 block, active = item
@@ -305,7 +307,7 @@ class Reaction:
                     continue
                 finally:
                     self._error = None
-                generator.marks.mark(self._hits, index, path)
+                generator.probes.mark(self._hits, index, path)
                 if held:
                     if index not in found:
                         found.append(index)
@@ -341,7 +343,7 @@ class Reaction:
             cause = error.__cause__ if isinstance(error.__cause__, Exception) else error
         if known not in self._reported:
             self._reported.add(known)
-            self._found.append(Fault(fault_event(declared.source), reason, place, cause))
+            self._found.append(PendingFault(fault_event(declared.source), reason, place, cause))
 
     def _action_failed(self, block: Block, error: Exception) -> MachineFault:
         state = self.machine.model.states[block.state]
@@ -349,7 +351,7 @@ class Reaction:
 
     def _spin(self) -> Spin:
         """The error for an endless step, which names the cycle of transitions at its end."""
-        taken: Sequence[tuple[int, ...]] = [look[4].transitions for look in self.looks if look[4] is not None]
+        taken: Sequence[tuple[int, ...]] = [look[4].transitions for look in self.selections if look[4] is not None]
         period = next((n for n in range(1, len(taken) // 2) if taken[-n:] == taken[-2 * n : -n]), len(taken))
         cycle = [self.machine.model.transitions[index] for one in taken[-period:] for index in one]
         names = [self.machine.model.states[one.source].name for one in cycle]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hsm.engine.configuration import Configuration, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
-from hsm.engine.macrostep import NOTHING_DUE, Look, Macrostep, Phase
+from hsm.engine.macrostep import NOTHING_DUE, Macrostep, Phase, Selection
 from hsm.model.chart import Transition
 from hsm.model.expressions import Binary, Expression, SignalValue, Unary, VariableValue
 from hsm.model.unparse import call_text, expression_text, trigger_text, value_text
@@ -67,9 +67,9 @@ class Considered:
 
 
 def explain(step: Macrostep) -> tuple[Considered, ...]:
-    """Every transition that was looked at in a step, in the order of the looks."""
-    time, _, memo, values, timers, after = step.evidence
-    found = [one for look in step.looks for one in _explain_look(look, memo)]
+    """Every transition that was looked at in a step, in the order of the selections."""
+    time, _, memo, values, timers, after = step.record
+    found = [one for look in step.selections for one in _explain_look(look, memo)]
     if values is not None:
         found.extend(_explain_look((Phase.WHEN, after, values, NOTHING_DUE, None), memo))
     found.extend(_waiting(after, timers, time))
@@ -83,7 +83,7 @@ def _waiting(after: Configuration, timers: Mapping[int, float], time: float) -> 
             yield Considered(transition, str(Phase.AFTER), Verdict.NOT_DUE, remaining=deadline - time)
 
 
-def _explain_look(look: Look, memo: Mapping[Any, Any]) -> Iterator[Considered]:
+def _explain_look(look: Selection, memo: Mapping[Any, Any]) -> Iterator[Considered]:
     trigger, configuration, values, due, plan = look
     machine = configuration.machine
     evaluation = machine.evaluation(memo, values, configuration.active, _gone)
@@ -100,7 +100,7 @@ def _explain_look(look: Look, memo: Mapping[Any, Any]) -> Iterator[Considered]:
                 yield one
 
 
-def _selector(look: Look) -> Selector | None:
+def _selector(look: Selection) -> Selector | None:
     trigger, configuration = look[0], look[1]
     match trigger:
         case Phase.START:

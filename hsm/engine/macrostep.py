@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from hsm.engine.plans import Plan
 from hsm.model.chart import Action, Transition
-from hsm.model.events import Event, Scoped
+from hsm.model.events import Event, StateEvent
 
 if TYPE_CHECKING:
     from hsm.engine.configuration import Configuration
@@ -29,7 +29,7 @@ class Phase(Enum):
         return self.value
 
 
-Look = tuple["Phase | Event", "Configuration", Sequence[Any], frozenset[int], Plan | None]
+Selection = tuple["Phase | Event", "Configuration", Sequence[Any], frozenset[int], Plan | None]
 """One look at the transitions for one trigger: the trigger, the configuration, the variables, the due time-outs, and
 what was done."""
 
@@ -55,11 +55,11 @@ class Microstep:
     actions: tuple[Action, ...]
 
 
-Evidence = tuple[
-    float, Sequence[Look | Plan], Mapping[Any, Any], Sequence[Any] | None, Mapping[int, float], "Configuration"
+StepRecord = tuple[
+    float, Sequence[Selection | Plan], Mapping[Any, Any], Sequence[Any] | None, Mapping[int, float], "Configuration"
 ]
-"""What a step leaves behind: its time; its looks (a plan alone was fired by conditions, with the last variables); the
-signals evaluated; the variables at the last look for conditions, which found none to hold and is not among the looks
+"""What a step leaves behind: its time; its selections (a plan alone was fired by conditions, with the last variables);
+the signals evaluated; the variables at the last look for conditions, which found none to hold and is no selection
 (None where there was no such look); the deadlines of time-outs; the configuration afterwards."""
 
 
@@ -69,38 +69,38 @@ class Macrostep:
     Two are equal when the same was done at the same time. As a truth value: whether anything was done.
 
     Attributes:
-        evidence: what the step leaves behind; everything else is worked out from it.
+        record: what the step leaves behind; everything else is worked out from it.
     """
 
     # One is made every tick, which itself takes less than a microsecond: what the step leaves behind is set from
     # outside, as it is, which is a quarter faster than an __init__.
-    __slots__ = ("evidence",)
+    __slots__ = ("record",)
 
-    evidence: Evidence
+    record: StepRecord
 
     @property
     def time(self) -> float:
         """The logical time of the step in seconds."""
-        return self.evidence[0]
+        return self.record[0]
 
     @property
     def configuration(self) -> frozenset[str]:
         """Full names of all states active after the step."""
-        return self.evidence[5].names
+        return self.record[5].names
 
     @property
-    def looks(self) -> tuple[Look, ...]:
+    def selections(self) -> tuple[Selection, ...]:
         """The looks in full, but for the last one."""
-        _, looks, _, values, _, after = self.evidence
+        _, selections, _, values, _, after = self.record
         return tuple(
             (Phase.WHEN, look.source or after, values or (), NOTHING_DUE, look) if isinstance(look, Plan) else look
-            for look in looks
+            for look in selections
         )
 
     @property
     def microsteps(self) -> tuple[Microstep, ...]:
         """What was done, one microstep after the other."""
-        model = self.evidence[5].machine.model
+        model = self.record[5].machine.model
         return tuple(
             Microstep(
                 trigger=str(trigger),
@@ -109,7 +109,7 @@ class Macrostep:
                 entered=tuple(model.states[state].name for state in plan.entered if state),
                 actions=plan.actions,
             )
-            for trigger, _, _, _, plan in self.looks
+            for trigger, _, _, _, plan in self.selections
             if plan is not None
         )
 
@@ -159,17 +159,17 @@ class Macrostep:
         Args:
             state: its full name.
         """
-        model = self.evidence[5].machine.model
+        model = self.record[5].machine.model
         return tuple(one for one in self.considered if model.states[one.transition.source].name == state)
 
-    def _events(self) -> list[Look]:
-        return [look for look in self.looks if isinstance(look[0], str | Scoped)]
+    def _events(self) -> list[Selection]:
+        return [look for look in self.selections if isinstance(look[0], str | StateEvent)]
 
     def _said(self) -> tuple[Any, ...]:
         return self.time, self.microsteps, self.ignored, self.configuration
 
     def __bool__(self) -> bool:
-        return any(map(itemgetter(4), self.looks))
+        return any(map(itemgetter(4), self.selections))
 
     def __eq__(self, other: object) -> bool:
         return self._said() == other._said() if isinstance(other, Macrostep) else NotImplemented

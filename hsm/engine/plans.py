@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from hsm.engine.codegen import Block, Generator
 from hsm.model.chart import Action, After, State, StateKind
-from hsm.model.events import Scoped
+from hsm.model.events import StateEvent
 from hsm.model.topology import HISTORY, Remembered, Topology
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class Plan:
     entered: tuple[int, ...]
     source: Configuration | None
     target: Configuration
-    work: tuple[tuple[Block, frozenset[int]] | Scoped, ...]
+    work: tuple[tuple[Block, frozenset[int]] | StateEvent, ...]
     remembered: tuple[tuple[int, tuple[int, ...]], ...]
     disarmed: tuple[int, ...]
     timed: bool
@@ -60,7 +60,7 @@ class Plan:
     @property
     def actions(self) -> tuple[Action, ...]:
         """The actions that are run, in order."""
-        return tuple(action for one in self.work if not isinstance(one, Scoped) for action in one[0].actions)
+        return tuple(action for one in self.work if not isinstance(one, StateEvent) for action in one[0].actions)
 
 
 class _EntrySet:
@@ -300,13 +300,13 @@ class Planner:
     def _timed(self, index: int) -> bool:
         return isinstance(self._transitions[index].trigger, After)
 
-    def _completions(self, final: int, active: set[int]) -> Iterator[Scoped]:
+    def _completions(self, final: int, active: set[int]) -> Iterator[StateEvent]:
         """What a final state completes: the state around it, and every parallel state around that is complete now."""
         around = self._states[final].parent
-        yield Scoped(("done", own_name(self._states[final])), around, f"done.state.{self._states[around].name}")
+        yield StateEvent(("done", own_name(self._states[final])), around, f"done.state.{self._states[around].name}")
         outer = self._states[around].parent
         while self._states[outer].kind is StateKind.PARALLEL and self._complete(outer, active):
-            yield Scoped(("done",), outer, f"done.state.{self._states[outer].name}")
+            yield StateEvent(("done",), outer, f"done.state.{self._states[outer].name}")
             outer = self._states[outer].parent
 
     def _complete(self, parallel: int, active: set[int]) -> bool:
@@ -340,7 +340,7 @@ class _Work:
     """What is to be done, while it is put together, and the states active at that moment."""
 
     active: set[int]
-    done: list[tuple[Block, frozenset[int]] | Scoped] = field(default_factory=list)
+    done: list[tuple[Block, frozenset[int]] | StateEvent] = field(default_factory=list)
 
     def run(self, block: Block | None) -> None:
         if block is not None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from hsm.engine.execution import Fault, RunState
+from hsm.engine.execution import PendingFault, RunState
 from hsm.model.chart import After, Send, Transition
-from hsm.model.events import Scoped
+from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
 from hsm.model.unparse import expression_text
 
@@ -34,14 +34,14 @@ class Run:
 
     time: float
     state: RunState
-    pending: tuple[Scoped | Fault, ...]
+    pending: tuple[StateEvent | PendingFault, ...]
     finished: frozenset[int]
 
 
 def to_json(machine: Machine, run: Run) -> dict[str, Any]:
     """A run in a form that JSON can carry; states and variables stand by their names."""
     state, names = run.state, [one.name for one in machine.model.states]
-    events = [(one.event, one.reason) if isinstance(one, Fault) else (one, None) for one in run.pending]
+    events = [(one.event, one.reason) if isinstance(one, PendingFault) else (one, None) for one in run.pending]
     return {
         "machine": machine.name,
         "time": run.time,
@@ -180,21 +180,23 @@ def _timer(machine: Machine, source: str, number: int) -> int:
     return transitions[number]
 
 
-def _pending(machine: Machine, names: Sequence[str], origin: str, standard: str, reason: str | None) -> Scoped | Fault:
-    event = Scoped(tuple(names), _index(machine, origin), standard)
+def _pending(
+    machine: Machine, names: Sequence[str], origin: str, standard: str, reason: str | None
+) -> StateEvent | PendingFault:
+    event = StateEvent(tuple(names), _index(machine, origin), standard)
     if reason is None:
         return event
-    return Fault(event, reason, machine.model.states[event.origin].place, RuntimeError(reason))
+    return PendingFault(event, reason, machine.model.states[event.origin].place, RuntimeError(reason))
 
 
-def _origin(entry: Scoped | Fault) -> int:
-    return entry.event.origin if isinstance(entry, Fault) else entry.origin
+def _origin(entry: StateEvent | PendingFault) -> int:
+    return entry.event.origin if isinstance(entry, PendingFault) else entry.origin
 
 
-def _moved(entry: Scoped | Fault, origin: int) -> Scoped | Fault:
-    if isinstance(entry, Fault):
-        return Fault(Scoped(entry.event.names, origin, entry.event.standard), entry.reason, entry.place, entry.error)
-    return Scoped(entry.names, origin, entry.standard)
+def _moved(entry: StateEvent | PendingFault, origin: int) -> StateEvent | PendingFault:
+    if isinstance(entry, PendingFault):
+        return replace(entry, event=replace(entry.event, origin=origin))
+    return replace(entry, origin=origin)
 
 
 def _kept_values(old: Machine, run: Run, new: Machine) -> dict[str, Any]:

@@ -12,11 +12,11 @@ from hsm.testing.coverage.data import Measured, Measurements
 from hsm.testing.coverage.html import write_html
 from hsm.testing.coverage.lcov import cobertura, lcov
 from hsm.testing.coverage.table import coverage_table, missed_lines, total_share
-from hsm.testing.exploration.checking import MOST_STEPS, Verdict, check
+from hsm.testing.exploration.checking import MOST_STEPS, PropertyVerdict, check
 from hsm.testing.exploration.generating import MOST_STEPS as MOST_GENERATED
 from hsm.testing.exploration.generating import generate
 from hsm.testing.mutation.mutating import survey
-from hsm.testing.scenarios.running import Failure, Result, run_suite
+from hsm.testing.scenarios.running import Failure, ScenarioResult, run_suite
 from hsm.testing.scenarios.trial import Trial
 from hsm.testing.scenarios.watching import watches
 from hsm.testing.scenarios.writing import Writer
@@ -61,7 +61,7 @@ def run_trial(trial: Trial, steps: int | None, reports: Reports) -> Told:
     model = trial.machine.model
     measurements = Measurements()
     lines: list[str] = []
-    results: list[Result] = []
+    results: list[ScenarioResult] = []
     for suite in trial.suites:
         lines.append(suite.file)
         for result in run_suite(suite, trial.machine, lambda: watches(model.properties)):
@@ -144,7 +144,7 @@ def _written(measured: list[Measured], reports: Reports) -> list[str]:
     return lines
 
 
-def _result_json(result: Result) -> dict[str, Any]:
+def _result_json(result: ScenarioResult) -> dict[str, Any]:
     failure: Failure | None = result.failure
     found: dict[str, Any] = {"name": result.scenario.name, "passed": result.passed}
     if result.scenario.place is not None:
@@ -161,7 +161,7 @@ def _result_json(result: Result) -> dict[str, Any]:
     return found
 
 
-def _verdict_json(verdict: Verdict, writer: Writer) -> dict[str, Any]:
+def _verdict_json(verdict: PropertyVerdict, writer: Writer) -> dict[str, Any]:
     return {
         "name": verdict.name,
         "property": verdict.text,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from hsm.dsl.semantics.logic import Formula, UndecidedError, case_text, either, formula_of, models, negation
-from hsm.dsl.semantics.subject import Subject
+from hsm.dsl.logic.formulas import Formula, UndecidedError, case_text, either, formula_of, models, negation
+from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.chart import On, State, StateKind
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic
@@ -13,7 +13,7 @@ from hsm.model.diagnostics import Diagnostic
 _MOST_GUARDS = 40
 
 
-def check(subject: Subject) -> Iterator[Diagnostic]:
+def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """Outcomes that nothing handles, or that are handled only under a condition."""
     for state in subject.own_states():
         if state.index in subject.opaque:
@@ -29,7 +29,9 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
             yield from _handled(subject, state, {"done": ("done",)}, f"of `{state.name}`")
 
 
-def _handled(subject: Subject, state: State, ends: Mapping[str, tuple[str, ...]], whose: str) -> Iterator[Diagnostic]:
+def _handled(
+    subject: AnalysisInput, state: State, ends: Mapping[str, tuple[str, ...]], whose: str
+) -> Iterator[Diagnostic]:
     """One finding for all outcomes that nothing handles, and one for each that is handled only under a condition.
 
     Args:
@@ -60,7 +62,7 @@ def _handled(subject: Subject, state: State, ends: Mapping[str, tuple[str, ...]]
         yield finding("W0504", place, message, f"add `on {', '.join(never)} -> ...`")
 
 
-def _handled_when(subject: Subject, state: State, names: tuple[str, ...]) -> Formula:
+def _handled_when(subject: AnalysisInput, state: State, names: tuple[str, ...]) -> Formula:
     """When a transition of the state or of one around it is on one of the names; with very many it is not looked at."""
     model = subject.model
     handled: Formula = False
@@ -79,7 +81,7 @@ def _handled_when(subject: Subject, state: State, names: tuple[str, ...]) -> For
     return True
 
 
-def _can_complete(subject: Subject, state: State) -> bool:
+def _can_complete(subject: AnalysisInput, state: State) -> bool:
     """Whether every region of a parallel state has a final state."""
     states = subject.model.states
     regions = [states[child] for child in state.children]

@@ -129,22 +129,22 @@ class _Builder:
     def raise_event(self, parts: list[Any]) -> ast.RaiseSyntax:
         return ast.RaiseSyntax(parts[0])
 
-    def disjunction(self, parts: list[Any]) -> ast.Chain:
-        return ast.Chain("or", tuple(parts), 1 + max(map(depth_of, parts)))
+    def disjunction(self, parts: list[Any]) -> ast.ChainSyntax:
+        return ast.ChainSyntax("or", tuple(parts), 1 + max(map(depth_of, parts)))
 
-    def conjunction(self, parts: list[Any]) -> ast.Chain:
-        return ast.Chain("and", tuple(parts), 1 + max(map(depth_of, parts)))
+    def conjunction(self, parts: list[Any]) -> ast.ChainSyntax:
+        return ast.ChainSyntax("and", tuple(parts), 1 + max(map(depth_of, parts)))
 
-    def binary(self, parts: list[Any]) -> ast.Binary:
+    def binary(self, parts: list[Any]) -> ast.BinarySyntax:
         left, operator, right = parts
-        return ast.Binary(operator, left, right, 1 + max(depth_of(left), depth_of(right)))
+        return ast.BinarySyntax(operator, left, right, 1 + max(depth_of(left), depth_of(right)))
 
     comparison = binary
     undivided = binary
     product = binary
 
-    def negation(self, parts: list[Any]) -> ast.Unary:
-        return ast.Unary(parts[0], parts[1], 1 + depth_of(parts[1]))
+    def negation(self, parts: list[Any]) -> ast.UnarySyntax:
+        return ast.UnarySyntax(parts[0], parts[1], 1 + depth_of(parts[1]))
 
     unary = negation
 

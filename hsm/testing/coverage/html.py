@@ -8,7 +8,7 @@ from pathlib import Path
 
 from hsm.testing.coverage.data import Measured
 from hsm.testing.coverage.heat import heat_map
-from hsm.testing.coverage.items import Kind, Point, share
+from hsm.testing.coverage.items import CoverageItem, ItemKind, share
 from hsm.testing.coverage.table import COLUMNS
 
 _STYLE = """
@@ -71,11 +71,11 @@ def _machine_page(machine: Measured) -> str:
     return _page(f"Coverage of {machine.model.name}", "".join(parts))
 
 
-def _in(point: Point, file: str) -> bool:
+def _in(point: CoverageItem, file: str) -> bool:
     return point.place is not None and point.place.file == file
 
 
-def _row(name: str, points: Iterable[Point]) -> str:
+def _row(name: str, points: Iterable[CoverageItem]) -> str:
     listed = list(points)
     cells = []
     for kind in COLUMNS:
@@ -84,9 +84,9 @@ def _row(name: str, points: Iterable[Point]) -> str:
     return f"<tr><td>{name}</td>{''.join(cells)}<td>{share(listed):.1f}%</td></tr>"
 
 
-def _source(text: str, points: Sequence[Point]) -> str:
+def _source(text: str, points: Sequence[CoverageItem]) -> str:
     """The lines of a file, coloured by what was covered, with what was missed below each."""
-    by_line: dict[int, list[Point]] = {}
+    by_line: dict[int, list[CoverageItem]] = {}
     for point in points:
         if point.place is not None:
             by_line.setdefault(point.place.line, []).append(point)
@@ -95,7 +95,7 @@ def _source(text: str, points: Sequence[Point]) -> str:
         here = by_line.get(number, [])
         missed = [one for one in here if not one.covered]
         style = "" if not here else "good" if not missed else "bad" if len(missed) == len(here) else "part"
-        counts = [one.count for one in here if one.kind in (Kind.STATE, Kind.TRANSITION)]
+        counts = [one.count for one in here if one.kind in (ItemKind.STATE, ItemKind.TRANSITION)]
         count = f"{min(counts)}&times;" if counts else ""
         rows.append(
             f'<div class="{style}"><pre class="number">{number}</pre><pre class="count">{count}</pre>'

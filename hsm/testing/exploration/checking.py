@@ -31,7 +31,7 @@ NO_FAULT = "no step fails"
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class PropertyVerdict:
     """What is known of one property.
 
     Attributes:
@@ -74,7 +74,7 @@ def check(
     tick: float = TICK,
     steps: int = MOST_STEPS,
     only: Collection[str] | None = None,
-) -> list[Verdict]:
+) -> list[PropertyVerdict]:
     """Check the properties of a machine, its signals, outcomes and events free.
 
     Args:
@@ -88,7 +88,7 @@ def check(
     ready = scripted_machine(machine)
     stated = [one for one in ready.model.properties if only is None or one.name in only]
     instant = [one for one in stated if isinstance(one.claim, Never | AlwaysHolds)]
-    verdicts: list[Verdict] = []
+    verdicts: list[PropertyVerdict] = []
     if instant or only is None or NO_FAULT in only:
         search = _search(
             ready, parameters, tick, instant, steps=steps, wanted={one.name for one in instant} or {NO_FAULT}
@@ -198,7 +198,7 @@ class _Search:
             self.parents[key] = (source, edge)
             self.queue.append((depth, key, edge.target))
 
-    def verdict(self, name: str, text: str, machine: Machine, tick: float) -> Verdict:
+    def verdict(self, name: str, text: str, machine: Machine, tick: float) -> PropertyVerdict:
         """What was found out about one property."""
         violation = example = None
         if name in self.violations:
@@ -207,7 +207,7 @@ class _Search:
             violation = edges[-1].fault or text
             example = self._example(name, machine, edges, tick)
         complete = not self.queue
-        return Verdict(name, text, violation, example, len(self.parents), self.steps, self.depth, complete)
+        return PropertyVerdict(name, text, violation, example, len(self.parents), self.steps, self.depth, complete)
 
     def _way(self, source: tuple[Any, ...] | None, edge: Edge) -> Iterator[Edge]:
         yield edge

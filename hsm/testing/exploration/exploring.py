@@ -13,11 +13,11 @@ from typing import Any
 
 from hsm.engine.compiled import Machine
 from hsm.engine.evaluation import Evaluation
-from hsm.engine.execution import Fault, Reaction, RunState, fault_event
-from hsm.engine.macrostep import Look
+from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
+from hsm.engine.macrostep import Selection
 from hsm.engine.monitoring import Holds
 from hsm.model.chart import On, Raise, Send, State, StateKind, Transition
-from hsm.model.events import Scoped
+from hsm.model.events import StateEvent
 from hsm.model.expressions import Binary, Expression, SignalValue
 from hsm.model.faults import MachineFault
 from hsm.model.registry import ActionDeclaration, SignalDeclaration
@@ -103,7 +103,7 @@ class Edge:
     Attributes:
         input: what happened.
         target: where it led.
-        looks: what was looked at and taken.
+        selections: what was looked at and taken.
         paths: the paths through guards that were seen, by transition.
         fault: why the step failed; the target is then where it came from.
         violations: what a watcher objects to.
@@ -111,7 +111,7 @@ class Edge:
 
     input: Input
     target: Moment
-    looks: tuple[Look, ...]
+    selections: tuple[Selection, ...]
     paths: Mapping[int, frozenset[int]]
     fault: str | None = None
     violations: tuple[str, ...] = ()
@@ -119,22 +119,22 @@ class Edge:
     @property
     def transitions(self) -> Iterator[int]:
         """The transitions taken, by index."""
-        return (index for look in self.looks if look[4] is not None for index in look[4].transitions)
+        return (index for look in self.selections if look[4] is not None for index in look[4].transitions)
 
     @property
     def entered(self) -> Iterator[int]:
         """The states entered, by index."""
-        return (index for look in self.looks if look[4] is not None for index in look[4].entered)
+        return (index for look in self.selections if look[4] is not None for index in look[4].entered)
 
     @property
     def exited(self) -> Iterator[int]:
         """The states left, by index."""
-        return (index for look in self.looks if look[4] is not None for index in look[4].exited)
+        return (index for look in self.selections if look[4] is not None for index in look[4].exited)
 
     @property
     def restored(self) -> Iterator[tuple[int, bool]]:
         """The history states entered, each with whether it remembered something."""
-        return (one for look in self.looks if look[4] is not None for one in look[4].restored)
+        return (one for look in self.selections if look[4] is not None for one in look[4].restored)
 
 
 class Watcher:
@@ -213,7 +213,7 @@ class _Choices:
         chosen: the values in this step.
         region: the one region whose signals change; -1 for any.
         opened: attempts that are to be made besides.
-        reaction: the step.
+        execution: the step.
     """
 
     explorer: Explorer
@@ -221,7 +221,7 @@ class _Choices:
     chosen: dict[SignalKey, Any]
     region: int
     opened: list[tuple[dict[SignalKey, Any], int]] = field(default_factory=list)
-    reaction: Reaction | None = None
+    execution: MacrostepExecution | None = None
 
     def read(self, signal: SignalDeclaration, arguments: tuple[Any, ...]) -> Any:
         """The value of a signal: as chosen before, or the first of those worth trying."""
@@ -290,15 +290,17 @@ class Explorer:
         )
         before = Moment(state, 0.0, frozenset(), {}, self._watcher.begin())
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Look]]:
-            reaction = choices.reaction = Reaction(self.machine, state, 0.0, facts=choices, memo={}, hits=hits)
-            reaction.start(plan)
-            if reaction.state.outcome is not None:
-                return reaction.state, reaction.looks
-            first = Reaction(self.machine, reaction.state, 0.0, facts=choices, memo={}, hits=hits)
-            choices.reaction = first
+        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+            execution = choices.execution = MacrostepExecution(
+                self.machine, state, 0.0, facts=choices, memo={}, hits=hits
+            )
+            execution.start(plan)
+            if execution.state.outcome is not None:
+                return execution.state, execution.selections
+            first = MacrostepExecution(self.machine, execution.state, 0.0, facts=choices, memo={}, hits=hits)
+            choices.execution = first
             first.run(())
-            return first.state, [*reaction.looks, *first.looks]
+            return first.state, [*execution.selections, *first.selections]
 
         return list(self._edges(before, Input(), attempt, -1))
 
@@ -327,11 +329,11 @@ class Explorer:
         time = moment.time + given.wait.seconds
         before = Moment(moment.state, time, over, moment.signals, self._watched_until(moment, time))
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Look]]:
-            reaction = Reaction(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
-            choices.reaction = reaction
-            reaction.run((*pending, *given.events))
-            return reaction.state, reaction.looks
+        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+            execution = MacrostepExecution(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
+            choices.execution = execution
+            execution.run((*pending, *given.events))
+            return execution.state, execution.selections
 
         return self._edges(before, given, attempt, region)
 
@@ -339,22 +341,22 @@ class Explorer:
         self,
         before: Moment,
         given: Input,
-        attempt: Callable[[_Choices, list[Any]], tuple[RunState, list[Look]]],
+        attempt: Callable[[_Choices, list[Any]], tuple[RunState, list[Selection]]],
         region: int,
     ) -> Iterator[Edge]:
         """One edge for each combination of the signals that are asked for."""
-        marks = self.machine.generator.marks
+        marks = self.machine.generator.probes
         open_choices: list[tuple[dict[SignalKey, Any], int]] = [(dict(given.signals), region)]
         while open_choices:
             choices = _Choices(self, before.signals, *open_choices.pop())
             hits = marks.new()
-            looks: list[Look] = []
+            selections: list[Selection] = []
             state, fault = before.state, None
             try:
-                state, looks = attempt(choices, hits)
+                state, selections = attempt(choices, hits)
             except MachineFault as error:
                 fault = str(error)
-            plans = [look[4] for look in looks if look[4] is not None]
+            plans = [look[4] for look in selections if look[4] is not None]
             over = before.over.difference(*((*plan.exited, *plan.entered) for plan in plans))
             watched, violations = before.watched, tuple[str, ...]()
             if fault is None:
@@ -364,7 +366,7 @@ class Explorer:
             signals = tuple(choices.chosen.items())
             target = Moment(state, before.time, over, {**before.signals, **choices.chosen}, watched)
             taken = Input(given.wait, given.reports, given.events, signals)
-            yield Edge(taken, target, tuple(looks), dict(marks.seen(hits)), fault, violations)
+            yield Edge(taken, target, tuple(selections), dict(marks.seen(hits)), fault, violations)
 
     def _watch(
         self, before: Moment, state: RunState, choices: _Choices, entered: Collection[str]
@@ -438,14 +440,14 @@ class Explorer:
                 found.update(dict.fromkeys(self._heard.get(index, ())))
         return list(found)
 
-    def _outcome(self, state: str, outcome: str) -> Scoped | Fault:
+    def _outcome(self, state: str, outcome: str) -> StateEvent | PendingFault:
         index = self.machine.indices[state]
         if outcome == FAULT:
             call = self.machine.model.states[index].activity
             name = call.activity.name if call is not None else state
             error = ScriptedFault(f"activity `{name}` is to fail")
-            return Fault(fault_event(index), str(error), call.place if call is not None else None, error)
-        return Scoped((outcome,), index, f"done.invoke.{state}")
+            return PendingFault(fault_event(index), str(error), call.place if call is not None else None, error)
+        return StateEvent((outcome,), index, f"done.invoke.{state}")
 
     def region_of(self, signal: SignalDeclaration) -> int:
         """The region that asks for a signal; -1 where that does not matter."""
@@ -453,9 +455,9 @@ class Explorer:
 
     def values(self, signal: SignalDeclaration, key: SignalKey, choices: _Choices) -> list[Any]:
         """What to try for a signal, with the variables and the other signals as they are."""
-        reaction = choices.reaction
-        assert reaction is not None, "signals are asked for in a step"
-        state = reaction.state
+        execution = choices.execution
+        assert execution is not None, "signals are asked for in a step"
+        state = execution.state
         variables, signals = self._domains.depends(signal)
         slots = self.machine.generator.variables
         others = tuple((one, value) for one, value in choices.chosen.items() if one[0] in signals)

@@ -68,7 +68,7 @@ def goals_on(machine: Machine, edge: Edge) -> Iterator[Goal]:
         else:
             for path in paths:
                 yield "held", index, decision.outcome(path)
-    if edge.input.wait.early and not edge.looks:
+    if edge.input.wait.early and not edge.selections:
         for index in edge.target.state.timers:
             yield "early", index
 

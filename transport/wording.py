@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pydantic_core import ErrorDetails
 
+from transport.base import KINDS
+
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
     "greater_than_equal": ("ge", "at least"),
@@ -29,14 +31,21 @@ _SHAPES = {
 def in_words(found: ErrorDetails) -> str:
     """One finding as a sentence: ```limits.speed` must be more than 0, not -1``."""
     kind, limits = found["type"], found.get("ctx", {})
-    subject = f"`{place}` " if (place := ".".join(str(part) for part in found["loc"])) else ""
+    subject = f"`{place}` " if (place := key_of(found["loc"])) else ""
     if kind == "extra_forbidden":
         return f"{subject}is not known"
     if kind == "missing":
         return f"{subject}is missing"
     if kind == "value_error":
         return f"{subject}{found['msg'].removeprefix('Value error, ')}"
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        return f"{subject}must have `kind`, one of {', '.join(map(repr, KINDS))}"
     return f"{subject}must be {_wanted(kind, limits)}, not {found['input']!r}"
+
+
+def key_of(location: tuple[int | str, ...]) -> str:
+    """The key that a finding's location means, as it is written: which kind of base is meant is no part of it."""
+    return ".".join(str(part) for part in location if part not in KINDS)
 
 
 def _wanted(kind: str, limits: dict[str, object]) -> str:

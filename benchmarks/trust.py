@@ -16,8 +16,8 @@ from time import perf_counter, process_time
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from hsm.dsl import load_model
-from hsm.engine.compiled import Machine
 from hsm.engine.coverage import Coverage
+from hsm.engine.machine import Machine
 from hsm.testing.coverage.data import Measured
 from hsm.testing.coverage.items import ItemKind
 from hsm.testing.exploration.checking import check

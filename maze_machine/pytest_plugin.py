@@ -251,7 +251,7 @@ def load_machine(machine_library: Library, pytestconfig: pytest.Config) -> Itera
 
 def _recorded(model: Any, runs: list[Supervisor]) -> Machine:
     """A machine that keeps its runs."""
-    from hsm.engine.compiled import Machine
+    from hsm.engine.machine import Machine
 
     class Recorded(Machine):
         def start(
@@ -268,7 +268,7 @@ def drive_machine(
     load_machine: Callable[[str | Path], Machine], pytestconfig: pytest.Config
 ) -> Iterator[Callable[..., Driver]]:
     """Starts a machine without a robot: ``drive_machine("pledge", parameters, signals)`` gives a ``Driver``."""
-    from hsm.engine.compiled import Machine
+    from hsm.engine.machine import Machine
     from hsm.testing.scenarios.driver import TICK, Driver
 
     drivers: list[tuple[Machine, Driver]] = []

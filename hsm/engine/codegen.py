@@ -11,13 +11,13 @@ entered or left, or one transition is taken. All functions share the names of th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import CodeType, TracebackType
 from typing import Any
 
 from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
-from hsm.engine.evaluation import all_signals, eager_signals
+from hsm.engine.evaluation import Evaluation, all_signals, eager_signals
 from hsm.engine.probes import Probes
 from hsm.model.chart import Action, After, Assign, Call, Model, Raise, State, When
 from hsm.model.diagnostics import Place
@@ -107,6 +107,7 @@ class Generator:
     Attributes:
         calls: the distinct signal calls, by slot.
         variables: slot of each variable and parameter, by name.
+        states: index of each state, by name.
     """
 
     def __init__(self, model: Model) -> None:
@@ -115,7 +116,7 @@ class Generator:
         names = [parameter.name for parameter in model.parameters] + [variable.name for variable in model.variables]
         self.variables = {name: slot for slot, name in enumerate(names)}
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
-        self._states = {state.name: state.index for state in model.states}
+        self.states = {state.name: state.index for state in model.states}
         self._slots: dict[tuple[str, str], int] = {}
         self._decisions = [decision_of(transition) for transition in model.transitions]
         self.probes = Probes(self._decisions)
@@ -125,6 +126,16 @@ class Generator:
         self._opened: dict[int, tuple[int, ...]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
+
+    def evaluation(
+        self,
+        memo: Mapping[Any, Any],
+        values: Sequence[Any],
+        active: frozenset[int],
+        ask: Callable[[SignalValue], Any],
+    ) -> Evaluation:
+        """What expressions are evaluated against at one moment of a run."""
+        return Evaluation(values, self.variables, active, self.states, memo, self.key, ask)
 
     def decision(self, transition: int) -> Decision:
         """What decides whether a transition fires."""
@@ -370,7 +381,7 @@ class Generator:
                 key = self._key(slot, expression)
                 return f"(m[{key}] if {key} in m else m.setdefault({key}, {self._ask(expression)}))"
             case Active(state):
-                return f"({self._states[state]} in c)"
+                return f"({self.states[state]} in c)"
             case Unary("abs", operand):
                 return f"abs({self._code(operand, known)})"
             case Unary(operator, operand):

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from hsm.engine.macrostep import Selection
-from hsm.engine.plans import Plan
+from hsm.engine.configuration import Plan
 from hsm.engine.probes import Probes
 
 FORGOTTEN_AFTER = 4096
@@ -101,11 +100,10 @@ class Collector:
         self.taken: dict[Plan, int] = {}
         self.outcomes: Counter[tuple[int, str]] = Counter()
 
-    def count(self, selections: Sequence[Selection | Plan]) -> None:
+    def count(self, plans: Iterable[Plan | None]) -> None:
         """Count the microsteps of a step."""
         taken = self.taken
-        for look in selections:
-            plan = look if look.__class__ is Plan else look[4]  # type: ignore[index]
+        for plan in plans:
             if plan in taken:
                 taken[plan] += 1
             elif plan is not None:

@@ -6,22 +6,19 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hsm.engine.codegen import NONE, Block
-from hsm.engine.configuration import Configuration, Picked, Selector
+from hsm.engine.compiled import CompiledChart
+from hsm.engine.configuration import Configuration, Picked, Plan, Selector
 from hsm.engine.evaluation import SignalFault
-from hsm.engine.macrostep import NOTHING_DUE, Phase, Selection
-from hsm.engine.plans import Plan
+from hsm.engine.record import NOTHING_DUE, Phase, Selection
 from hsm.model.chart import Cancel, Send
 from hsm.model.diagnostics import Place
 from hsm.model.events import Event, StateEvent
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
 from hsm.model.topology import Remembered
-
-if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
 
 TOLERANCE = 1e-9
 """A time-out is due so many seconds early: sums of time steps do not hit their mark exactly."""
@@ -65,9 +62,9 @@ class PendingFault:
     place: Place | None
     error: BaseException
 
-    def unhandled(self, machine: Machine) -> MachineFault:
+    def unhandled(self, chart: CompiledChart) -> MachineFault:
         """The exception for the caller."""
-        raised = MachineFault(self.reason, machine.model.states[self.event.origin].name, self.place)
+        raised = MachineFault(self.reason, chart.model.states[self.event.origin].name, self.place)
         raised.__cause__ = self.error
         return raised
 
@@ -91,9 +88,16 @@ class MacrostepExecution:
     """
 
     def __init__(
-        self, machine: Machine, state: RunState, time: float, *, facts: object, memo: dict[Any, Any], hits: list[Any]
+        self,
+        chart: CompiledChart,
+        state: RunState,
+        time: float,
+        *,
+        facts: object,
+        memo: dict[Any, Any],
+        hits: list[Any],
     ) -> None:
-        self.machine = machine
+        self.chart = chart
         self.state = replace(state)
         self.selections: list[Selection] = []
         self.stopped: list[int] = []
@@ -123,9 +127,8 @@ class MacrostepExecution:
         """
         self._error = error
         if self.state.outcome is not None:
-            self.selections.extend(
-                (one, self.state.configuration, (), NOTHING_DUE, None) for one in map(_event, events)
-            )
+            for entry in events:
+                self._record(_event(entry), NOTHING_DUE, None)
             return
         self._external.extend(self._arrived())
         self._external.extend(events)
@@ -192,7 +195,7 @@ class MacrostepExecution:
             fired = False
             self._record(event, NOTHING_DUE, None)
         if not fired and isinstance(entry, PendingFault):
-            raise entry.unhandled(self.machine)
+            raise entry.unhandled(self.chart)
         return fired
 
     def _time_outs(self, due: frozenset[int]) -> None:
@@ -200,7 +203,7 @@ class MacrostepExecution:
             after = self.state.configuration.after
             if self.state.outcome is not None or after is None or not self._fire(after, Phase.AFTER, due):
                 return
-            plan = self.selections[-1][4]
+            plan = self.selections[-1].plan
             due = due.difference(plan.disarmed if plan else ())
             self._run_to_stability()
             self._drain()
@@ -220,8 +223,11 @@ class MacrostepExecution:
             self._drain()
         raise self._spin()
 
+    def _selection(self, trigger: Phase | Event, due: frozenset[int], plan: Plan | None) -> Selection:
+        return Selection(trigger, self.state.configuration, self.state.values, due, plan)
+
     def _record(self, trigger: Phase | Event, due: frozenset[int], plan: Plan | None) -> None:
-        self.selections.append((trigger, self.state.configuration, self.state.values, due, plan))
+        self.selections.append(self._selection(trigger, due, plan))
 
     def _fire(self, selector: Selector, trigger: Phase | Event, due: frozenset[int] = NOTHING_DUE) -> bool:
         """Take what a selector picks; whether there was anything."""
@@ -231,25 +237,13 @@ class MacrostepExecution:
             found, self._found = self._found, []
             for fault in found:
                 self._handle(fault)
-            again = self._selector(trigger) if self.state.outcome is None else None
+            again = self._selection(trigger, due, None).selector if self.state.outcome is None else None
             picked = self._pick(again, due if trigger is Phase.AFTER else None) if again is not None else NONE
         if picked == NONE:
             self._record(trigger, due, None)
             return False
-        self._take(trigger, due, self.state.configuration.plan(picked, self.state.history))
+        self._take(trigger, due, self.chart.planner.plan(self.state.configuration, picked, self.state.history))
         return True
-
-    def _selector(self, trigger: Phase | Event) -> Selector | None:
-        configuration = self.state.configuration
-        match trigger:
-            case Phase.WHEN:
-                return configuration.when
-            case Phase.AFTER:
-                return configuration.after
-            case Phase.ALWAYS:
-                return configuration.always
-            case _:
-                return configuration.on(trigger) if not isinstance(trigger, Phase) else None
 
     def _pick(self, selector: Selector, due: frozenset[int] | None) -> Picked:
         if self._error is None and not self._failed:
@@ -293,8 +287,8 @@ class MacrostepExecution:
 
     def _pick_carefully(self, selector: Selector, due: frozenset[int] | None) -> Picked:
         """What a selector picks when a signal has failed: every guard that needs the signal counts as false."""
-        state, generator = self.state, self.machine.generator
-        evaluation = self.machine.evaluation(self._memo, state.values, state.configuration.active, self._ask)
+        state, generator = self.state, self.chart.generator
+        evaluation = generator.evaluation(self._memo, state.values, state.configuration.active, self._ask)
         found: list[int] = []
         for chain in selector.chains:
             for index in chain.candidates:
@@ -316,7 +310,7 @@ class MacrostepExecution:
 
     def _ask(self, call: SignalValue) -> Any:
         """Evaluate a signal that was not asked yet; the first of them is the one that has just failed."""
-        generator, values = self.machine.generator, self.state.values
+        generator, values = self.chart.generator, self.state.values
         key = generator.key(call, values)
         error = self._failed.get(key)
         if error is None and self._error is not None:
@@ -334,11 +328,11 @@ class MacrostepExecution:
 
     def _report(self, transition: int, error: Exception) -> None:
         """Announce a failed guard, once for each state and cause in a step."""
-        declared = self.machine.model.transitions[transition]
+        declared = self.chart.model.transitions[transition]
         place, cause, reason = declared.place, error, f"the guard failed: {error!r}"
         known: Any = (declared.source, transition)
         if isinstance(error, SignalFault):
-            known = (declared.source, self.machine.generator.key(error.call, self.state.values), None)
+            known = (declared.source, self.chart.generator.key(error.call, self.state.values), None)
             place, reason = error.call.place or place, str(error)
             cause = error.__cause__ if isinstance(error.__cause__, Exception) else error
         if known not in self._reported:
@@ -346,15 +340,15 @@ class MacrostepExecution:
             self._found.append(PendingFault(fault_event(declared.source), reason, place, cause))
 
     def _action_failed(self, block: Block, error: Exception) -> MachineFault:
-        state = self.machine.model.states[block.state]
+        state = self.chart.model.states[block.state]
         return MachineFault(f"an action failed: {error!r}", state.name, block.place_of(error) or state.place)
 
     def _spin(self) -> Spin:
         """The error for an endless step, which names the cycle of transitions at its end."""
-        taken: Sequence[tuple[int, ...]] = [look[4].transitions for look in self.selections if look[4] is not None]
+        taken: Sequence[tuple[int, ...]] = [one.plan.transitions for one in self.selections if one.plan is not None]
         period = next((n for n in range(1, len(taken) // 2) if taken[-n:] == taken[-2 * n : -n]), len(taken))
-        cycle = [self.machine.model.transitions[index] for one in taken[-period:] for index in one]
-        names = [self.machine.model.states[one.source].name for one in cycle]
+        cycle = [self.chart.model.transitions[index] for one in taken[-period:] for index in one]
+        names = [self.chart.model.states[one.source].name for one in cycle]
         listed = ", ".join(
             f"{name} ({one.place})" if one.place else name for name, one in zip(names[:8], cycle, strict=False)
         )

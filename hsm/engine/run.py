@@ -9,12 +9,12 @@ from types import MappingProxyType
 from typing import Any
 
 from hsm.engine.codegen import NONE
-from hsm.engine.compiled import Machine
-from hsm.engine.configuration import Configuration, SlowPath
+from hsm.engine.compiled import CompiledChart
+from hsm.engine.configuration import Plan, SlowPath
 from hsm.engine.coverage import Collector, Coverage
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
-from hsm.engine.macrostep import NOTHING_DUE, Macrostep, Selection
-from hsm.engine.plans import Plan
+from hsm.engine.macrostep import Macrostep
+from hsm.engine.record import NOTHING_DUE, RawSelection
 from hsm.engine.snapshots import Run, carry_over, to_json
 from hsm.model.chart import ActivityCall
 from hsm.model.events import StateEvent
@@ -32,21 +32,21 @@ def _same(one: ActivityCall | None, other: ActivityCall | None) -> bool:
 class Supervisor:
     """A running machine: its configuration, variables, time-outs, history and activities.
 
-    Made by ``Machine.start`` or ``Machine.restore``.
+    Made by ``Machine.start`` or ``Machine.restore``, which know its chart; it knows no ``Machine``.
 
     Attributes:
-        machine: what is run.
+        machine: the chart that is run.
         initial: the macrostep that entered the initial configuration; None for a run that was restored.
     """
 
-    def __init__(self, machine: Machine, run: Run) -> None:
+    def __init__(self, machine: CompiledChart, run: Run) -> None:
         self.machine = machine
         self.initial: Macrostep | None = None
         self._running: dict[int, Activity] = {}
         self._resume(machine, run)
 
     @classmethod
-    def begin(cls, machine: Machine, parameters: Sequence[Any], facts: object, time: float) -> Supervisor:
+    def begin(cls, machine: CompiledChart, parameters: Sequence[Any], facts: object, time: float) -> Supervisor:
         """Enter the initial configuration; see ``Machine.start``."""
         plan = machine.planner.start()
         values = [*parameters, *(None for _ in machine.model.variables)]
@@ -58,7 +58,7 @@ class Supervisor:
         supervisor.initial = supervisor._adopt(execution, time, memo, settled=False)
         return supervisor
 
-    def _resume(self, machine: Machine, run: Run) -> None:
+    def _resume(self, machine: CompiledChart, run: Run) -> None:
         """Go on from where a run is."""
         self.machine = machine
         self._time = run.time
@@ -126,10 +126,13 @@ class Supervisor:
         # full, with the signals that were evaluated; nothing was changed before.
         state = self._state
         configuration, values, hits = state.configuration, state.values, self._hits
-        selections: Sequence[Selection | Plan] = ()
+        heard: Sequence[RawSelection] = ()
+        selections: Sequence[RawSelection | Plan] = ()
         try:
             if events:
-                selections, configuration = self._hear(events, facts, memo)
+                selections = heard = self._hear(events, facts, memo)
+                plan = heard[-1][4]
+                configuration = heard[-1][1] if plan is None else plan.target
                 pick = configuration.pick_when
             else:
                 pick = configuration.pick_first
@@ -146,26 +149,24 @@ class Supervisor:
                 except KeyError:
                     self._collector.count((plan,))
                 state.configuration = configuration
-                selections = [*selections, plan] if selections else (plan,)
+                selections = [*heard, plan] if heard else (plan,)
         except SlowPath:
             return self._react(time, events, facts, memo)
         except Exception as error:
             return self._react(time, events, facts, memo, error)
         if events:
             state.configuration = configuration
-            self._collector.count([look for look in selections if look.__class__ is tuple])
+            self._collector.count([one[4] for one in heard])
         self._time = time
         step = Macrostep()
-        step.record = (time, selections, memo, values, state.timers, configuration)
+        step.raw = (time, selections, memo, values, state.timers, configuration)
         return step
 
-    def _hear(
-        self, events: Sequence[str], facts: object, memo: dict[Any, Any]
-    ) -> tuple[Sequence[Selection], Configuration]:
-        """Let events move the machine: what was looked at, and where that leads to."""
+    def _hear(self, events: Sequence[str], facts: object, memo: dict[Any, Any]) -> list[RawSelection]:
+        """Let events, of which there are some, move the machine one after the other."""
         values, hits = self._state.values, self._hits
         configuration = self._state.configuration
-        selections: list[Selection] = []
+        selections: list[RawSelection] = []
         for event in events:
             plan = None
             selector = configuration.events[event] if event in configuration.events else configuration.on(event)
@@ -176,7 +177,7 @@ class Supervisor:
             selections.append((event, configuration, values, NOTHING_DUE, plan))
             if plan is not None:
                 configuration = plan.target
-        return selections, configuration
+        return selections
 
     def _react(
         self,
@@ -199,11 +200,11 @@ class Supervisor:
         self._time = time
         self._state = state = execution.state
         self._set_wake()
-        self._collector.count(execution.selections)
+        self._collector.count([one.plan for one in execution.selections])
         self._stop(execution.stopped if state.outcome is None else self._running)
         values = state.values if settled else None
         step = Macrostep()
-        step.record = (time, execution.selections, memo, values, state.timers, state.configuration)
+        step.raw = (time, execution.selections, memo, values, state.timers, state.configuration)
         return step
 
     def _set_wake(self) -> None:
@@ -221,7 +222,7 @@ class Supervisor:
         """
         return to_json(self.machine, self._run())
 
-    def reload(self, machine: Machine) -> None:
+    def reload(self, machine: CompiledChart) -> None:
         """Go on with a machine that has changed.
 
         Variables, time-outs and history are kept where the new machine still has them; activities run on where their
@@ -251,7 +252,7 @@ class Supervisor:
         finished = frozenset(index for index, activity in self._running.items() if activity is _FINISHED)
         self._resume(machine, replace(run, finished=finished))
 
-    def _parameter_names(self, machine: Machine) -> set[str]:
+    def _parameter_names(self, machine: CompiledChart) -> set[str]:
         own = {parameter.name: parameter.type for parameter in self.machine.model.parameters}
         return {one.name for one in machine.model.parameters if own.get(one.name) == one.type}
 

@@ -19,13 +19,12 @@ from typing import TYPE_CHECKING, Any
 from transitions.extensions.diagrams_mermaid import NestedGraph as MermaidGraph
 from transitions.extensions.diagrams_pygraphviz import NestedGraph
 
-from hsm.engine.plans import own_name
 from hsm.model.chart import After, Model, State, StateKind, Transition
 from hsm.model.topology import HISTORY
 from hsm.model.unparse import action_text, activity_text, trigger_text
 
 if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
+    from hsm.engine.machine import Machine
 
 FORMATS = ("svg", "png", "dot", "mmd")
 """What a diagram can be written as: pictures, Graphviz's language, Mermaid's language."""
@@ -179,7 +178,7 @@ def _lines(model: Model, state: State) -> list[str]:
     """What is written in a state."""
     if state.kind in HISTORY:
         return ["H*" if state.kind is StateKind.DEEP_HISTORY else "H"]
-    lines = [own_name(state) + (f" = {state.instance}" if state.instance else "")]
+    lines = [state.own_name + (f" = {state.instance}" if state.instance else "")]
     if state.activity is not None:
         lines += _wrapped(f"do {activity_text(state.activity)}", WIDTH_IN_STATES)
     for word, actions in (("entry", state.entry), ("exit", state.exit)):

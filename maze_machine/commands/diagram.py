@@ -11,7 +11,7 @@ from maze_machine.arguments.options import ChartArgument, LibraryOption
 from maze_machine.errors import FileError, UsageError
 
 if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
+    from hsm.engine.machine import Machine
 
 
 def diagram(

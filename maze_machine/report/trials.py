@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.testing.coverage.data import Measured, Measurements
 from hsm.testing.coverage.html import write_html
 from hsm.testing.coverage.lcov import cobertura, lcov

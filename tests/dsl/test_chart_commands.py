@@ -9,7 +9,6 @@ from typer.testing import CliRunner
 
 import hsm
 from hsm.dsl import check_text
-from hsm.engine.plans import own_name
 from hsm.model.chart import After, StateKind
 from hsm.model.topology import HISTORY
 from hsm.model.unparse import activity_text, expression_text
@@ -74,7 +73,7 @@ def test_a_diagram_names_all_that_a_machine_has(folder, pledge, form):
     assert (result.exit_code, result.output) == (0, "")
     text = drawn(folder / f"pledge.{form}")
     for state in pledge.states[1:]:
-        assert (own_name(state) if state.kind not in HISTORY else "H") in text
+        assert (state.own_name if state.kind not in HISTORY else "H") in text
         if state.activity is not None:
             assert f"do {activity_text(state.activity)}" in text
     for transition in pledge.transitions:

@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
-from hsm.engine.plans import own_name
 from hsm.interchange.scxml.elements import NAMESPACE
 from hsm.model.chart import (
     Action,
@@ -184,7 +183,7 @@ def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, 
     if trigger.prefix:
         return  # it was read from SCXML and bears its names already
     finals = [model.states[one] for one in state.children if model.states[one].kind is StateKind.FINAL]
-    meant = [one for one in finals if own_name(one) in trigger.names]
+    meant = [one for one in finals if one.own_name in trigger.names]
     if "done" in trigger.names and (finals or state.kind is StateKind.PARALLEL):
         yield f"done.state.{state.name}", []
     elif meant:

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.engine.monitoring import Holds, begin, deadline, look
 from hsm.model.chart import Model
 from hsm.model.expressions import Expression

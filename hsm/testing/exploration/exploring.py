@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
-from hsm.engine.compiled import Machine
+from hsm.engine.configuration import Plan
 from hsm.engine.evaluation import Evaluation
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
-from hsm.engine.macrostep import Selection
+from hsm.engine.machine import Machine
 from hsm.engine.monitoring import Holds
+from hsm.engine.record import Selection
 from hsm.model.chart import On, Raise, Send, State, StateKind, Transition
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Binary, Expression, SignalValue
@@ -117,24 +118,29 @@ class Edge:
     violations: tuple[str, ...] = ()
 
     @property
+    def plans(self) -> Iterator[Plan]:
+        """The microsteps, in order."""
+        return (one.plan for one in self.selections if one.plan is not None)
+
+    @property
     def transitions(self) -> Iterator[int]:
         """The transitions taken, by index."""
-        return (index for look in self.selections if look[4] is not None for index in look[4].transitions)
+        return (index for plan in self.plans for index in plan.transitions)
 
     @property
     def entered(self) -> Iterator[int]:
         """The states entered, by index."""
-        return (index for look in self.selections if look[4] is not None for index in look[4].entered)
+        return (index for plan in self.plans for index in plan.entered)
 
     @property
     def exited(self) -> Iterator[int]:
         """The states left, by index."""
-        return (index for look in self.selections if look[4] is not None for index in look[4].exited)
+        return (index for plan in self.plans for index in plan.exited)
 
     @property
     def restored(self) -> Iterator[tuple[int, bool]]:
         """The history states entered, each with whether it remembered something."""
-        return (one for look in self.selections if look[4] is not None for one in look[4].restored)
+        return (one for plan in self.plans for one in plan.restored)
 
 
 class Watcher:
@@ -356,7 +362,7 @@ class Explorer:
                 state, selections = attempt(choices, hits)
             except MachineFault as error:
                 fault = str(error)
-            plans = [look[4] for look in selections if look[4] is not None]
+            plans = [one.plan for one in selections if one.plan is not None]
             over = before.over.difference(*((*plan.exited, *plan.entered) for plan in plans))
             watched, violations = before.watched, tuple[str, ...]()
             if fault is None:
@@ -375,7 +381,7 @@ class Explorer:
             return choices.read(call.signal, tuple(evaluation.value(one) for one in call.arguments))
 
         active = state.configuration.active
-        evaluation = self.machine.evaluation({}, state.values, active, ask)
+        evaluation = self.machine.generator.evaluation({}, state.values, active, ask)
         return self._watcher.look(before.watched, before.time, _holding(evaluation), entered)
 
     def _watched_until(self, moment: Moment, time: float) -> Any:
@@ -389,7 +395,7 @@ class Explorer:
             return moment.signals[key] if key in moment.signals else default_of(call.signal)
 
         state = moment.state
-        evaluation = self.machine.evaluation({}, state.values, state.configuration.active, ask)
+        evaluation = self.machine.generator.evaluation({}, state.values, state.configuration.active, ask)
         return self._watcher.look(moment.watched, last, _holding(evaluation), ())[0]
 
     # What may happen.
@@ -474,7 +480,9 @@ class Explorer:
                     return value
                 return choices.chosen[asked]
 
-            evaluation: Evaluation = self.machine.evaluation({}, state.values, state.configuration.active, ask)
+            evaluation: Evaluation = self.machine.generator.evaluation(
+                {}, state.values, state.configuration.active, ask
+            )
             try:
                 return float(evaluation.value(comparison.left) - evaluation.value(comparison.right))
             except (KeyError, TypeError, ArithmeticError):

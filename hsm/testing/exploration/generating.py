@@ -8,7 +8,7 @@ from heapq import heappop, heappush
 from itertools import islice
 from typing import Any
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.model.chart import Model, On
 from hsm.model.expressions import Expression, VariableValue
 from hsm.model.unparse import expression_text

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterator
 from textwrap import shorten
 
-from hsm.engine.compiled import Machine
 from hsm.engine.decisions import Decision
+from hsm.engine.machine import Machine
 from hsm.model.chart import After, Model
 from hsm.model.topology import HISTORY
 from hsm.testing.coverage.items import transition_text

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hsm.engine.compiled import Machine
 from hsm.engine.explanation import Verdict
+from hsm.engine.machine import Machine
 from hsm.model.expressions import Binary, Literal, Unary, VariableValue
 from hsm.model.faults import MachineFault
 from hsm.model.topology import HISTORY

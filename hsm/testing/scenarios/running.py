@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from hsm.engine.compiled import Machine
 from hsm.engine.coverage import Coverage
+from hsm.engine.machine import Machine
 from hsm.model.chart import Model, Transition
 from hsm.model.diagnostics import Place
 from hsm.model.faults import MachineFault

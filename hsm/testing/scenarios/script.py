@@ -8,7 +8,7 @@ from enum import Enum
 from functools import partial
 from typing import Any, Protocol
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.model.chart import Action, ActivityCall, Call, Model, State
 from hsm.model.expressions import Expression, SignalValue
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Outcome, SignalDeclaration

@@ -21,7 +21,7 @@ from hsm.engine.machine import Machine
 from hsm.testing.coverage.data import Measured
 from hsm.testing.coverage.items import ItemKind
 from hsm.testing.exploration.checking import check
-from hsm.testing.exploration.generating import generate
+from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import survey
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.running import run_suite

@@ -2,7 +2,7 @@
 
 from hsm.testing.coverage.data import Measurements
 from hsm.testing.exploration.checking import PropertyVerdict, check
-from hsm.testing.exploration.generating import Generated, generate
+from hsm.testing.generation.generating import Generated, generate
 from hsm.testing.mutation.mutating import Survey, survey
 from hsm.testing.scenarios.driver import Driver
 from hsm.testing.scenarios.running import ScenarioResult, run_scenario, run_suite

@@ -13,8 +13,8 @@ from hsm.testing.coverage.html import write_html
 from hsm.testing.coverage.lcov import cobertura, lcov
 from hsm.testing.coverage.table import coverage_table, missed_lines, total_share
 from hsm.testing.exploration.checking import MOST_STEPS, PropertyVerdict, check
-from hsm.testing.exploration.generating import MOST_STEPS as MOST_GENERATED
-from hsm.testing.exploration.generating import generate
+from hsm.testing.generation.generating import MOST_STEPS as MOST_GENERATED
+from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import survey
 from hsm.testing.scenarios.running import Failure, ScenarioResult, run_suite
 from hsm.testing.scenarios.trial import Trial

@@ -7,7 +7,7 @@ from hsm.testing.coverage.items import ItemKind, points
 from hsm.testing.exploration.checking import NO_FAULT, check
 from hsm.testing.exploration.exploring import Regions
 from hsm.testing.exploration.feasible import CONTRADICTION, TAKEN_BEFORE
-from hsm.testing.exploration.generating import generate
+from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import mutants, survey
 from hsm.testing.scenarios.reading import parse_suite
 from hsm.testing.scenarios.running import run_suite

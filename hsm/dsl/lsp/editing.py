@@ -13,9 +13,9 @@ from pathlib import Path
 
 from lark import Token
 
+from hsm.dsl.loading import SUFFIX
 from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
 from hsm.dsl.reporting.report import Report
-from hsm.dsl.semantics.loading import SUFFIX
 from hsm.dsl.semantics.symbols import HISTORY, SymbolTable, collect_symbols
 from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.syntax import ast

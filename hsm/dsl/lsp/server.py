@@ -12,8 +12,8 @@ from pygls import uris
 from pygls.lsp.server import LanguageServer
 
 from hsm.dsl.format.formatter import format_text
+from hsm.dsl.loading import check_text
 from hsm.dsl.lsp.editing import Document, Entry, Symbol, SymbolKind
-from hsm.dsl.semantics.loading import check_text
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
 from hsm.model.registry import Library

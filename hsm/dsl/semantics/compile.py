@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from hsm.dsl import checks
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.analysis import PSEUDO, AnalysisInput
 from hsm.dsl.semantics.behaviour import Behaviour
@@ -102,7 +101,6 @@ class _Compiler:
         for symbol in order:
             states.extend(self._states(symbol))
         subject = self._subject(order, self._model(states))
-        report.found.extend(checks.errors(subject))
         failed = any(one.severity is Severity.ERROR for one in report.found)
         own = frozenset(self.declarations.events)
         return CompilationUnit(self.context.tree, None if failed else subject.model, subject, tuple(report.found), own)

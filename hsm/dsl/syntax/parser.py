@@ -29,7 +29,7 @@ _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|import)\b(?! *[A-Za-z_])")
 
 
-class _Builder:
+class TreeBuilder:
     """Makes the nodes of the syntax tree; lark calls the method named after each rule with the rule's parts."""
 
     def file(self, parts: list[Any]) -> tuple[ast.Item, ...]:
@@ -167,7 +167,7 @@ class _Builder:
 @cache
 def _tools() -> tuple[Table, Lexer]:
     grammar = files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
-    builder: Any = _Builder()
+    builder: Any = TreeBuilder()
     lark = Lark(grammar, parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False)
     return Table.of(lark), Lexer.of(lark)
 

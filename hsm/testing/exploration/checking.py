@@ -12,8 +12,9 @@ from hsm.engine.monitoring import Holds, begin, deadline, look
 from hsm.model.chart import Model
 from hsm.model.expressions import Expression
 from hsm.model.properties import AlwaysHolds, Never, Property, conditions_of
-from hsm.testing.exploration.exploring import Edge, Explorer, Input, Moment, Regions, Watcher
+from hsm.testing.exploration.exploring import Edge, Explorer, Moment, Regions, Watcher
 from hsm.testing.scenarios.driver import TICK, Driver
+from hsm.testing.scenarios.inputs import Input
 from hsm.testing.scenarios.replaying import replay
 from hsm.testing.scenarios.scenarios import Scenario
 from hsm.testing.scenarios.script import scripted_machine

@@ -22,47 +22,13 @@ from hsm.model.events import StateEvent
 from hsm.model.expressions import Binary, Expression, SignalValue
 from hsm.model.faults import MachineFault
 from hsm.model.registry import ActionDeclaration, SignalDeclaration
-from hsm.testing.exploration.domains import Domains, expressions_of
-from hsm.testing.mutation.rewriting import actions_of, parts_of
+from hsm.model.rewriting import actions_of, expressions_of, parts_of
+from hsm.testing.exploration.domains import Domains
 from hsm.testing.scenarios.driver import TICK
+from hsm.testing.scenarios.inputs import NO_WAIT, Input, Wait
 from hsm.testing.scenarios.script import FAULT, ScriptedFault, SignalKey, default_of
 
 _DIGITS = 6
-
-
-@dataclass(frozen=True, slots=True)
-class Wait:
-    """Time that passes before a step.
-
-    Attributes:
-        seconds: how much.
-        early: it ends one tick before the next deadline.
-        promised: that deadline is a watcher's, not one of the machine.
-    """
-
-    seconds: float = 0.0
-    early: bool = False
-    promised: bool = False
-
-
-NO_WAIT = Wait()
-
-
-@dataclass(frozen=True, slots=True)
-class Input:
-    """What happens in one step.
-
-    Attributes:
-        wait: how long after the step before.
-        reports: outcomes by the full name of the state whose activity it is.
-        events: events from outside.
-        signals: the signals that were asked for, with their values.
-    """
-
-    wait: Wait = NO_WAIT
-    reports: tuple[tuple[str, str], ...] = ()
-    events: tuple[str, ...] = ()
-    signals: tuple[tuple[SignalKey, Any], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

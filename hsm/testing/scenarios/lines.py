@@ -17,7 +17,7 @@ from lark.exceptions import UnexpectedInput
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
-from hsm.dsl.syntax.parser import _Builder as Builder
+from hsm.dsl.syntax.parser import TreeBuilder
 from hsm.model.diagnostics import Place
 
 _WORDS = {
@@ -75,7 +75,7 @@ class Performance:
     negated: bool
 
 
-class _LineBuilder(Builder):
+class _LineBuilder(TreeBuilder):
     """Makes the parts of a line; the parts of expressions are made as in a machine's file."""
 
     def test_line(self, parts: list[Any]) -> tuple[str, tuple[Any, ...]]:

@@ -9,8 +9,8 @@ from typing import Any
 
 from lark import Token
 
+from hsm.dsl.loading import read_text
 from hsm.dsl.reporting.report import Report
-from hsm.dsl.semantics.loading import read_text
 from hsm.dsl.semantics.typing import Declared, Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
@@ -18,8 +18,8 @@ from hsm.model.chart import Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
 from hsm.model.expressions import Literal
 from hsm.model.registry import Library, Parameter, SignalDeclaration
+from hsm.model.rewriting import actions_of
 from hsm.model.types import BOOLEAN, Quantity
-from hsm.testing.mutation.rewriting import actions_of
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.lines import (
     Performance,

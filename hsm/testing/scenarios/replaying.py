@@ -12,8 +12,8 @@ from hsm.model.expressions import Binary, Literal, Unary, VariableValue
 from hsm.model.faults import MachineFault
 from hsm.model.topology import HISTORY
 from hsm.model.types import BOOLEAN, Type
-from hsm.testing.exploration.exploring import Input
 from hsm.testing.scenarios.driver import TICK, Driver
+from hsm.testing.scenarios.inputs import Input
 from hsm.testing.scenarios.scenarios import ConditionHolds, Expectation, ExpectationClause, Scenario, Stimulus, close
 from hsm.testing.scenarios.script import SignalKey
 from hsm.testing.scenarios.writing import Writer

@@ -12,8 +12,8 @@ from hsm.engine.machine import Machine
 from hsm.model.chart import Action, ActivityCall, Call, Model, State
 from hsm.model.expressions import Expression, SignalValue
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Outcome, SignalDeclaration
+from hsm.model.rewriting import Rewriter
 from hsm.model.types import Boolean, Enumeration, Integer
-from hsm.testing.mutation.rewriting import Rewriter
 
 FAULT = "fault"
 """In place of an outcome: the activity raises an exception."""

@@ -8,10 +8,9 @@ from typing import Any
 from hsm.model.chart import Call, Model
 from hsm.model.expressions import Expression, SignalValue
 from hsm.model.registry import Parameter
+from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
 from hsm.model.unparse import value_text
-from hsm.testing.exploration.domains import expressions_of
-from hsm.testing.mutation.rewriting import actions_of, parts_of
 from hsm.testing.scenarios.scenarios import (
     Expectation,
     ExpectationClause,

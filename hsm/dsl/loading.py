@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -174,6 +174,9 @@ class _Loader:
             machines[name.rpartition(".")[2]] = self._import(name, report)
         self.open_files.pop()
         unit = compile_file(tree, findings, self.library, machines)
+        errors = tuple(checks.errors(unit.subject))
+        if errors:
+            unit = replace(unit, model=None, diagnostics=(*unit.diagnostics, *errors))
         self.units[path] = unit
         return unit
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from hsm.engine.codegen import Generator
 from hsm.engine.configuration import CACHE, Configuration
 from hsm.engine.evaluation import Evaluation
+from hsm.engine.limits import within_limits
 from hsm.engine.plans import Planner
 from hsm.model.chart import Model
 from hsm.model.expressions import SignalValue
@@ -49,7 +50,7 @@ class Machine:
             time: the time of the start in seconds.
 
         Raises:
-            ValueError: a parameter is unknown, or one without a default is missing.
+            ValueError: a parameter is unknown, one without a default is missing, or a number is beyond its limits.
             MachineFault: an action failed.
         """
         from hsm.engine.run import Supervisor  # noqa: PLC0415 - a run knows its machine
@@ -110,7 +111,7 @@ class Machine:
         """The values of all parameters, in order: those given, and the defaults of the others.
 
         Raises:
-            ValueError: a parameter is unknown, or one without a default is missing.
+            ValueError: a parameter is unknown, one without a default is missing, or a number is beyond its limits.
         """
         declared = {parameter.name: parameter for parameter in self.model.parameters}
         for name in given:
@@ -120,6 +121,9 @@ class Machine:
         missing = [name for name, parameter in declared.items() if parameter.required and name not in given]
         if missing:
             raise ValueError(f"machine {self.name} needs a value for its parameter `{missing[0]}`")
+        for name, value in given.items():
+            if not within_limits(value, declared[name].type):
+                raise ValueError(f"machine {self.name} cannot hold {value!r:.40} in its parameter `{name}`")
         return [given.get(name, parameter.default) for name, parameter in declared.items()]
 
     def __repr__(self) -> str:

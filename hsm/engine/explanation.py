@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
+from hsm.engine.clock import nanoseconds, reached, seconds
 from hsm.engine.configuration import Configuration, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.macrostep import NOTHING_DUE, Look, Macrostep, Phase
@@ -76,11 +77,12 @@ def explain(step: Macrostep) -> tuple[Considered, ...]:
     return tuple(found)
 
 
-def _waiting(after: Configuration, timers: Mapping[int, float], time: float) -> Iterator[Considered]:
+def _waiting(after: Configuration, timers: Mapping[int, int], time: float) -> Iterator[Considered]:
     for index, deadline in sorted(timers.items()):
-        if deadline > time:
+        if not reached(deadline, time):
             transition = after.machine.model.transitions[index]
-            yield Considered(transition, str(Phase.AFTER), Verdict.NOT_DUE, remaining=deadline - time)
+            remaining = seconds(deadline - nanoseconds(time))
+            yield Considered(transition, str(Phase.AFTER), Verdict.NOT_DUE, remaining=remaining)
 
 
 def _explain_look(look: Look, memo: Mapping[Any, Any]) -> Iterator[Considered]:

@@ -56,7 +56,7 @@ class Microstep:
 
 
 Evidence = tuple[
-    float, Sequence[Look | Plan], Mapping[Any, Any], Sequence[Any] | None, Mapping[int, float], "Configuration"
+    float, Sequence[Look | Plan], Mapping[Any, Any], Sequence[Any] | None, Mapping[int, int], "Configuration"
 ]
 """What a step leaves behind: its time; its looks (a plan alone was fired by conditions, with the last variables); the
 signals evaluated; the variables at the last look for conditions, which found none to hold and is not among the looks

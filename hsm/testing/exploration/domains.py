@@ -12,7 +12,7 @@ from typing import Any
 from hsm.model.chart import After, Assign, Call, Model, When
 from hsm.model.expressions import Binary, Expression, SignalValue, VariableValue
 from hsm.model.registry import SignalDeclaration
-from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Type
+from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Type, si_value
 from hsm.model.unparse import value_text
 from hsm.testing.mutation.rewriting import actions_of, parts_of
 from hsm.testing.scenarios.script import default_of, member_of
@@ -107,7 +107,7 @@ def expressions_of(model: Model) -> Iterator[Expression]:
 def _written(value: float, kind: Type) -> float:
     """The value as it will be when it was written down in a scenario and read again."""
     number, _, unit = value_text(value, kind).partition(" ")
-    return float(number) * (UNITS[unit].factor if unit in UNITS else 1.0)
+    return si_value(number, UNITS.get(unit))
 
 
 def _truth(comparison: Binary, residue: float | None) -> bool | None:

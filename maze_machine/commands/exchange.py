@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from maze_machine.arguments.options import ChartArgument
+from maze_machine.arguments.options import ChartArgument, LibraryOption
 from maze_machine.errors import FileError
 
 Output = Annotated[
@@ -43,6 +43,7 @@ def export(
     file: ChartArgument,
     to: Annotated[Target, typer.Option("--to", help="The format.")] = Target.SCXML,
     output: Output = None,
+    library: LibraryOption = None,
 ) -> None:
     """Write a machine for other tools.
 
@@ -55,7 +56,7 @@ def export(
     from maze_machine.commands.diagram import load_chart
 
     assert to is Target.SCXML, "there is no other"
-    _write(write_text(load_chart(file).model), output)
+    _write(write_text(load_chart(file, library).model), output)
 
 
 def _write(text: str, output: Path | None) -> None:

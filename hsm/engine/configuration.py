@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hsm.engine.codegen import NONE, Chain
 from hsm.engine.plans import Plan
 from hsm.model.chart import After, Always, On, Transition, When
-from hsm.model.events import Event, Scoped, matches
+from hsm.model.events import Event, matches
 from hsm.model.topology import Remembered
 
 if TYPE_CHECKING:
@@ -150,12 +150,8 @@ class Configuration:
         self.moves.clear()
 
     def _listens(self, transition: Transition, event: Event) -> bool:
-        if not isinstance(transition.trigger, On):
-            return False
-        inside = isinstance(event, Scoped) and (
-            event.origin == transition.source or self.machine.topology.inside(event.origin, transition.source)
-        )
-        return matches(transition.trigger, event, inside=inside)
+        source = self.machine.model.states[transition.source]
+        return isinstance(transition.trigger, On) and matches(transition.trigger, event, source.index, source.last)
 
     def _selector(self, belongs: Callable[[Transition], bool]) -> Selector | None:
         offered: dict[int, tuple[int, ...]] = {}

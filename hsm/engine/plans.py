@@ -20,6 +20,8 @@ from hsm.model.topology import HISTORY, Remembered, Topology
 if TYPE_CHECKING:
     from hsm.engine.configuration import Configuration
 
+_DONE = ("done",)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
@@ -303,10 +305,10 @@ class Planner:
     def _completions(self, final: int, active: set[int]) -> Iterator[Scoped]:
         """What a final state completes: the state around it, and every parallel state around that is complete now."""
         around = self._states[final].parent
-        yield Scoped(("done", own_name(self._states[final])), around, f"done.state.{self._states[around].name}")
+        yield Scoped((own_name(self._states[final]),), around, f"done.state.{self._states[around].name}", _DONE)
         outer = self._states[around].parent
         while self._states[outer].kind is StateKind.PARALLEL and self._complete(outer, active):
-            yield Scoped(("done",), outer, f"done.state.{self._states[outer].name}")
+            yield Scoped((), outer, f"done.state.{self._states[outer].name}", _DONE)
             outer = self._states[outer].parent
 
     def _complete(self, parallel: int, active: set[int]) -> bool:

@@ -94,7 +94,7 @@ class Declarations:
             self.parameters.append(Parameter(str(name), kind))
 
     def gather_events(self, order: Sequence[Draft], imported: Iterable[str], *, complete: bool) -> None:
-        """Find out which events each state may hear of: outcomes inside it, its final states, what is raised anywhere.
+        """Find out which events each state may hear of: outcomes and final states inside it, what is raised anywhere.
 
         Args:
             order: all states in document order.
@@ -124,7 +124,7 @@ class Declarations:
                 self.raised.setdefault(str(action.event), action.event)
 
     def _gather_outcomes(self, draft: Draft) -> None:
-        draft.completions.update(child.name for child in draft.children if child.kind is StateKind.FINAL)
+        finals = {child.name for child in draft.children if child.kind is StateKind.FINAL}
         if draft.activity is not None:
             name = str(draft.activity.call.name)
             activities = self.context.library.activities
@@ -132,12 +132,12 @@ class Declarations:
             draft.reported.update(activity.outcomes if activity is not None else ())
             draft.opaque |= activity is None
         if draft.model is not None:
-            states = draft.model.states
-            finals = (states[child] for child in states[0].children)
-            draft.completions.update(child.name for child in finals if child.kind is StateKind.FINAL)
-            for state in states:
+            for state in draft.model.states:
                 draft.reported.update(state.activity.activity.outcomes if state.activity is not None else ())
-        if draft.completions or draft.kind is StateKind.PARALLEL:
+                if state.kind is StateKind.FINAL:
+                    finals.add(state.name.rpartition(".")[2])
+        draft.reported |= finals
+        if finals or draft.kind is StateKind.PARALLEL:
             draft.completions.add("done")
 
     def event(self, draft: Draft, token: Token) -> str:

@@ -6,7 +6,7 @@ entered or left, or one transition is taken. All functions share the names of th
 
     f  the facts of the step          v  the values of the variables       q  the machine's own events
     m  the signals evaluated so far   c  the active states, by index       t  the deadlines of time-outs
-    h  the paths marked (coverage)    now  the time of the step
+    h  the paths marked (coverage)    now  the time of the step in nanoseconds
 """
 
 from __future__ import annotations
@@ -18,10 +18,12 @@ from typing import Any
 
 from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
 from hsm.engine.evaluation import Evaluation, all_signals, eager_signals
+from hsm.engine.limits import duration, finite, whole
 from hsm.engine.probes import Probes
 from hsm.model.chart import Action, After, Assign, Call, Model, Raise, State, When
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.types import Integer, Quantity, Type
 
 NONE = -1
 """What a chain gives when no transition fires."""
@@ -115,6 +117,7 @@ class Generator:
         self.calls: list[SignalValue] = []
         names = [parameter.name for parameter in model.parameters] + [variable.name for variable in model.variables]
         self.variables = {name: slot for slot, name in enumerate(names)}
+        self._types = {one.name: one.type for one in model.variables}
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
         self.states = {state.name: state.index for state in model.states}
         self._slots: dict[tuple[str, str], int] = {}
@@ -264,12 +267,11 @@ class Generator:
         writer.add(0, "def run(f, m, v, c, q, t, now):")
         for slot in self._opened.get(state.index, ()):
             variable = self.model.variables[slot - len(self.model.parameters)]
-            writer.add(1, f"v[{slot}] = {self._inline(writer, variable.initial)}", variable.place)
+            writer.add(1, f"v[{slot}] = {self._held(writer, variable.initial, variable.type)}", variable.place)
         for index in state.transitions:
             transition = self.model.transitions[index]
             if isinstance(transition.trigger, After):
-                duration = self._inline(writer, transition.trigger.duration)
-                writer.add(1, f"t[{index}] = now + {duration}", transition.place)
+                writer.add(1, f"t[{index}] = now + {self._duration(writer, transition.trigger)}", transition.place)
         return self._block(writer, state.index, state.entry)
 
     def actions(self, state: int, actions: tuple[Action, ...]) -> Block | None:
@@ -282,7 +284,8 @@ class Generator:
         for action in actions:
             match action:
                 case Assign(variable, value, place):
-                    writer.add(1, f"v[{self.variables[variable]}] = {self._inline(writer, value)}", place)
+                    held = self._held(writer, value, self._types[variable])
+                    writer.add(1, f"v[{self.variables[variable]}] = {held}", place)
                 case Call(declared, arguments, place):
                     given = "".join(f", {self._inline(writer, argument)}" for argument in arguments)
                     writer.add(1, f"{self._object(declared.function)}(f{given})", place)
@@ -353,6 +356,17 @@ class Generator:
                 writer.known.add(slot)
         writer.seen.update(map(self.slot, all_signals(condition)))
         return self._code(condition, writer.known)
+
+    def _held(self, writer: _Writer, expression: Expression, kind: Type) -> str:
+        """The value of an expression as a variable of a type may hold it; beyond its limits the code raises."""
+        code = self._inline(writer, expression)
+        if isinstance(expression, Literal) or not isinstance(kind, Integer | Quantity):
+            return code
+        return f"{self._object(whole if isinstance(kind, Integer) else finite)}({code})"
+
+    def _duration(self, writer: _Writer, trigger: After) -> str:
+        """The duration of a time-out in nanoseconds."""
+        return f"{self._object(duration)}({self._inline(writer, trigger.duration)})"
 
     def _inline(self, writer: _Writer, expression: Expression) -> str:
         return self._code(expression, writer.known)

@@ -7,6 +7,7 @@ from typing import Any
 
 from hsm.engine.codegen import Generator
 from hsm.engine.configuration import CACHE, Configuration
+from hsm.engine.limits import within_limits
 from hsm.engine.planner import Planner
 from hsm.model.chart import Model
 from hsm.model.topology import Topology
@@ -51,7 +52,7 @@ class CompiledChart:
         """The values of all parameters, in order: those given, and the defaults of the others.
 
         Raises:
-            ValueError: a parameter is unknown, or one without a default is missing.
+            ValueError: a parameter is unknown, one without a default is missing, or a number is beyond its limits.
         """
         declared = {parameter.name: parameter for parameter in self.model.parameters}
         for name in given:
@@ -61,6 +62,9 @@ class CompiledChart:
         missing = [name for name, parameter in declared.items() if parameter.required and name not in given]
         if missing:
             raise ValueError(f"machine {self.name} needs a value for its parameter `{missing[0]}`")
+        for name, value in given.items():
+            if not within_limits(value, declared[name].type):
+                raise ValueError(f"machine {self.name} cannot hold {value!r:.40} in its parameter `{name}`")
         return [given.get(name, parameter.default) for name, parameter in declared.items()]
 
     def __repr__(self) -> str:

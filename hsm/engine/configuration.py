@@ -173,12 +173,8 @@ class Configuration:
         self.moves.clear()
 
     def _listens(self, transition: Transition, event: Event) -> bool:
-        if not isinstance(transition.trigger, On):
-            return False
-        inside = isinstance(event, StateEvent) and (
-            event.origin == transition.source or self.topology.inside(event.origin, transition.source)
-        )
-        return matches(transition.trigger, event, inside=inside)
+        source = self.topology.states[transition.source]
+        return isinstance(transition.trigger, On) and matches(transition.trigger, event, source.index, source.last)
 
     def _selector(self, belongs: Callable[[Transition], bool]) -> Selector | None:
         offered: dict[int, tuple[int, ...]] = {}

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import inf
 from typing import Any
 
+from hsm.engine.clock import nanoseconds, tolerance, waking
 from hsm.engine.codegen import NONE, Block
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Configuration, Picked, Plan, Selector
@@ -20,9 +20,6 @@ from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
 from hsm.model.topology import Remembered
 
-TOLERANCE = 1e-9
-"""A time-out is due so many seconds early: sums of time steps do not hit their mark exactly."""
-
 SPIN = 1000
 """So many microsteps may follow one another before they count as endless."""
 
@@ -34,23 +31,23 @@ class RunState:
     Attributes:
         configuration: the active states.
         values: the variables, by slot.
-        timers: the deadline of each time-out that runs, by transition.
-        sent: events on their way, each with the time of its arrival.
+        timers: the deadline of each time-out that runs in nanoseconds, by transition.
+        sent: events on their way, each with the time of its arrival in nanoseconds.
         history: what each history state remembers.
         outcome: how the run ended, or None.
     """
 
     configuration: Configuration
     values: list[Any]
-    timers: dict[int, float]
-    sent: tuple[tuple[float, Send], ...]
+    timers: dict[int, int]
+    sent: tuple[tuple[int, Send], ...]
     history: Remembered
     outcome: str | None
 
     @property
     def wake(self) -> float:
-        """When the next time-out or event on its way is due; infinite when there is none."""
-        return min([*self.timers.values(), *(due for due, _ in self.sent)], default=inf) - TOLERANCE
+        """A time in seconds before which no time-out and no event on its way is due; infinite when there is none."""
+        return waking([*self.timers.values(), *(due for due, _ in self.sent)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +98,8 @@ class MacrostepExecution:
         self.state = replace(state)
         self.selections: list[Selection] = []
         self.stopped: list[int] = []
-        self._time = time
+        self._now = nanoseconds(time)
+        self._latest = self._now + tolerance(time)
         self._facts = facts
         self._memo = memo
         self._hits = hits
@@ -139,8 +137,8 @@ class MacrostepExecution:
             self._time_outs(due)
         self._conditions()
 
-    def _reached(self, deadline: float) -> bool:
-        return self._time >= deadline - TOLERANCE
+    def _reached(self, deadline: int) -> bool:
+        return deadline <= self._latest
 
     def _run_to_stability(self) -> None:
         """Take transitions without a trigger and handle the machine's own events until there are none."""
@@ -176,7 +174,7 @@ class MacrostepExecution:
         if send.delay <= 0:
             self._external.append(send.event)
         else:
-            self.state.sent = (*self.state.sent, (self._time + send.delay, send))
+            self.state.sent = (*self.state.sent, (self._now + nanoseconds(send.delay), send))
 
     def _arrived(self) -> list[Event]:
         """The events on their way that arrive now, the earliest first."""
@@ -275,7 +273,7 @@ class MacrostepExecution:
                     continue
                 block, active = item
                 try:
-                    block.run(self._facts, self._memo, values, active, self._queue, timers, self._time)
+                    block.run(self._facts, self._memo, values, active, self._queue, timers, self._now)
                 except Exception as error:
                     raise self._action_failed(block, error) from error
             state.values = values

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from hsm.engine.clock import nanoseconds, reached, seconds
 from hsm.engine.configuration import Configuration, Plan
 from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
@@ -80,9 +81,10 @@ def explain(record: StepRecord, selections: Iterable[Selection]) -> tuple[Consid
 
 def _waiting(record: StepRecord) -> Iterator[Considered]:
     for index, deadline in sorted(record.timers.items()):
-        if deadline > record.time:
+        if not reached(deadline, record.time):
             transition = record.after.topology.model.transitions[index]
-            yield Considered(transition, str(Phase.AFTER), Verdict.NOT_DUE, remaining=deadline - record.time)
+            remaining = seconds(deadline - nanoseconds(record.time))
+            yield Considered(transition, str(Phase.AFTER), Verdict.NOT_DUE, remaining=remaining)
 
 
 def _explain_selection(selection: Selection, memo: Mapping[Any, Any]) -> Iterator[Considered]:

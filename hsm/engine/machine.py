@@ -29,7 +29,7 @@ class Machine(CompiledChart):
             time: the time of the start in seconds.
 
         Raises:
-            ValueError: a parameter is unknown, or one without a default is missing.
+            ValueError: a parameter is unknown, one without a default is missing, or a number is beyond its limits.
             MachineFault: an action failed.
         """
         return Supervisor.begin(self, self.parameter_values(parameters or {}), facts, time)

@@ -17,6 +17,8 @@ from hsm.model.chart import After, StateKind
 from hsm.model.events import StateEvent
 from hsm.model.topology import HISTORY, Remembered, Topology
 
+_DONE = ("done",)
+
 
 class _EntrySet:
     """The states to enter: SCXML's ``addDescendantStatesToEnter`` and ``addAncestorStatesToEnter`` on a stack.
@@ -276,10 +278,10 @@ class Planner:
     def _completions(self, final: int, active: set[int]) -> Iterator[StateEvent]:
         """What a final state completes: the state around it, and every parallel state around that is complete now."""
         around = self._states[final].parent
-        yield StateEvent(("done", self._states[final].own_name), around, f"done.state.{self._states[around].name}")
+        yield StateEvent((self._states[final].own_name,), around, f"done.state.{self._states[around].name}", _DONE)
         outer = self._states[around].parent
         while self._states[outer].kind is StateKind.PARALLEL and self._complete(outer, active):
-            yield StateEvent(("done",), outer, f"done.state.{self._states[outer].name}")
+            yield StateEvent((), outer, f"done.state.{self._states[outer].name}", _DONE)
             outer = self._states[outer].parent
 
     def _complete(self, parallel: int, active: set[int]) -> bool:

@@ -68,7 +68,7 @@ class StepRecord(NamedTuple):
         memo: the signals evaluated.
         values: the variables at the last selection for conditions, which took nothing and is not among the selections;
             None where there was no such selection.
-        timers: the deadlines of time-outs afterwards.
+        timers: the deadlines of time-outs afterwards, in nanoseconds.
         after: the configuration afterwards.
     """
 
@@ -76,7 +76,7 @@ class StepRecord(NamedTuple):
     selections: Sequence[Selection | RawSelection | Plan]
     memo: Mapping[Any, Any]
     values: Sequence[Any] | None
-    timers: Mapping[int, float]
+    timers: Mapping[int, int]
     after: Configuration
 
 
@@ -88,7 +88,7 @@ RawRecord = tuple[
     Sequence[Selection | RawSelection | Plan],
     Mapping[Any, Any],
     Sequence[Any] | None,
-    Mapping[int, float],
+    Mapping[int, int],
     Configuration,
 ]
 """A ``StepRecord`` before it has names."""

@@ -188,8 +188,9 @@ class Supervisor:
         error: BaseException | None = None,
     ) -> Macrostep:
         """A step in full; when it fails, nothing was changed."""
-        if not time >= self._time:  # NaN is no time, either
-            raise ValueError(f"time runs backwards: {time} s after {self._time} s")
+        if not self._time <= time < inf:  # NaN is no time, either
+            what = "time runs backwards" if time < self._time else "this is no time"
+            raise ValueError(f"{what}: {time} s after {self._time} s")
         execution = MacrostepExecution(self.machine, self._state, time, facts=facts, memo=memo, hits=self._hits)
         execution.run((*self._pending, *events), error)
         self._pending = []

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
+from hsm.engine.clock import nanoseconds
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.execution import PendingFault, RunState
+from hsm.engine.limits import duration
 from hsm.model.chart import After, Send, Transition
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
@@ -74,12 +76,12 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> Run:
         if unknown:
             raise SnapshotError(f"the machine and the snapshot do not have the same variables: `{unknown[0]}`")
         values = [_typed(machine, name, given[name]) for name in machine.generator.variables]
-        timers = {_timer(machine, source, number): float(due) for source, number, due in snapshot["timers"]}
+        timers = {_timer(machine, source, number): int(due) for source, number, due in snapshot["timers"]}
         history = {
             _index(machine, name): tuple(_index(machine, one) for one in states)
             for name, states in snapshot["history"].items()
         }
-        sent = tuple((float(due), Send(event, delay, label)) for due, event, delay, label in snapshot["sent"])
+        sent = tuple((int(due), Send(event, delay, label)) for due, event, delay, label in snapshot["sent"])
         state = RunState(machine.configuration(leaves), values, timers, sent, history, snapshot["outcome"])
         pending = tuple(_pending(machine, *one) for one in snapshot["pending"])
         finished = frozenset(_index(machine, name) for name in snapshot["finished"])
@@ -207,7 +209,7 @@ def _kept_values(old: CompiledChart, run: Run, new: CompiledChart) -> dict[str, 
     }
 
 
-def _kept_timers(old: CompiledChart, run: Run, new: CompiledChart, values: Sequence[Any]) -> dict[int, float]:
+def _kept_timers(old: CompiledChart, run: Run, new: CompiledChart, values: Sequence[Any]) -> dict[int, int]:
     running = {_timer_text(old, old.model.transitions[index]): due for index, due in run.state.timers.items()}
     fired = {
         _timer_text(old, one)
@@ -221,7 +223,11 @@ def _kept_timers(old: CompiledChart, run: Run, new: CompiledChart, values: Seque
         text = _timer_text(new, transition)
         if not isinstance(transition.trigger, After) or not active or text in fired:
             continue
-        timers[transition.index] = running.get(text) or run.time + _value(new, transition.trigger.duration, values)
+        if text in running:
+            timers[transition.index] = running[text]
+        else:
+            length = duration(_value(new, transition.trigger.duration, values))
+            timers[transition.index] = nanoseconds(run.time) + length
     return timers
 
 

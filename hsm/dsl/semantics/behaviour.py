@@ -26,9 +26,6 @@ from hsm.model.chart import (
     When,
 )
 from hsm.model.diagnostics import Related
-from hsm.model.types import Quantity
-
-_DURATION = Quantity(time=1)
 
 
 @dataclass(slots=True)
@@ -129,7 +126,7 @@ class Behaviour:
         if line.keyword == "when":
             condition = self.context.scope.condition(line.operand)
             return None if condition is None else When(condition)
-        duration = self.context.scope.value(line.operand, _DURATION)
+        duration = self.context.scope.duration(line.operand)
         return None if duration is None else After(duration)
 
     def _targets(self, target: ast.TargetSyntax) -> tuple[int, ...]:

@@ -94,7 +94,7 @@ class Declarations:
             self.parameters.append(Parameter(str(name), kind))
 
     def gather_events(self, order: Sequence[StateSymbol], imported: Iterable[str], *, complete: bool) -> None:
-        """Find out which events each state may hear of: outcomes inside it, its final states, what is raised anywhere.
+        """Find out which events each state may hear of: outcomes and final states inside it, what is raised anywhere.
 
         Args:
             order: all states in document order.
@@ -124,7 +124,7 @@ class Declarations:
                 self.raised.setdefault(str(action.event), action.event)
 
     def _gather_outcomes(self, symbol: StateSymbol) -> None:
-        symbol.completions.update(child.name for child in symbol.children if child.kind is StateKind.FINAL)
+        finals = {child.name for child in symbol.children if child.kind is StateKind.FINAL}
         if symbol.activity is not None:
             name = str(symbol.activity.call.name)
             activities = self.context.library.activities
@@ -132,12 +132,12 @@ class Declarations:
             symbol.reported.update(activity.outcomes if activity is not None else ())
             symbol.opaque |= activity is None
         if symbol.model is not None:
-            states = symbol.model.states
-            finals = (states[child] for child in states[0].children)
-            symbol.completions.update(child.name for child in finals if child.kind is StateKind.FINAL)
-            for state in states:
+            for state in symbol.model.states:
                 symbol.reported.update(state.activity.activity.outcomes if state.activity is not None else ())
-        if symbol.completions or symbol.kind is StateKind.PARALLEL:
+                if state.kind is StateKind.FINAL:
+                    finals.add(state.name.rpartition(".")[2])
+        symbol.reported |= finals
+        if finals or symbol.kind is StateKind.PARALLEL:
             symbol.completions.add("done")
 
     def event(self, symbol: StateSymbol, token: Token) -> str:

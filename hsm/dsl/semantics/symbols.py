@@ -37,8 +37,8 @@ class StateSymbol:
         broken: its own line is at fault, and nothing is said about it but of what its lines name.
         opaque: what it or something inside it reports cannot be known.
         deaf: it may wait for more than is known: something of that cannot be read, or means nothing.
-        completions: names under which its own completion is heard.
-        reported: outcomes of activities in it or inside it.
+        completions: ``done`` where it can complete: only its own transitions see that.
+        reported: outcomes of activities in it or inside it, and the names of the final states inside it.
         index: its position in document order.
         last: the position of its last descendant.
     """

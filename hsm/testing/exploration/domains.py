@@ -12,7 +12,7 @@ from typing import Any
 from hsm.model.expressions import Binary, Expression, SignalValue, VariableValue
 from hsm.model.registry import SignalDeclaration
 from hsm.model.rewriting import parts_of
-from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Type
+from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Type, si_value
 from hsm.model.unparse import value_text
 from hsm.testing.scenarios.script import default_of, member_of
 
@@ -85,7 +85,7 @@ class Domains:
 def _written(value: float, kind: Type) -> float:
     """The value as it will be when it was written down in a scenario and read again."""
     number, _, unit = value_text(value, kind).partition(" ")
-    return float(number) * (UNITS[unit].factor if unit in UNITS else 1.0)
+    return si_value(number, UNITS.get(unit))
 
 
 def _truth(comparison: Binary, residue: float | None) -> bool | None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
+from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.configuration import Plan
 from hsm.engine.evaluation import Evaluation
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
@@ -29,6 +30,11 @@ from hsm.testing.scenarios.inputs import NO_WAIT, Input, Wait
 from hsm.testing.scenarios.script import FAULT, ScriptedFault, SignalKey, default_of
 
 _DIGITS = 6
+
+
+def _coarse(nanoseconds: int) -> float:
+    """Time to go in seconds, without the digits in which sums of waiting times differ."""
+    return round(seconds(nanoseconds), _DIGITS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +57,12 @@ class Moment:
 
     def key(self) -> tuple[Any, ...]:
         """What tells this moment from those from which the same can follow."""
-        state = self.state
+        state, now = self.state, nanoseconds(self.time)
         return (
             state.configuration.leaves,
             tuple(round(one, _DIGITS) if isinstance(one, float) else one for one in state.values),
-            tuple(sorted((index, round(due - self.time, _DIGITS)) for index, due in state.timers.items())),
-            tuple((round(due - self.time, _DIGITS), send.event) for due, send in state.sent),
+            tuple(sorted((index, _coarse(due - now)) for index, due in state.timers.items())),
+            tuple((_coarse(due - now), send.event) for due, send in state.sent),
             tuple(sorted(state.history.items())),
             self.over,
             self.watched[0] if self.watched is not None else None,
@@ -392,7 +398,7 @@ class Explorer:
 
     def _waits(self, moment: Moment) -> list[Wait]:
         """At once, a tick before the next deadline, at the next deadline."""
-        own = [*moment.state.timers.values(), *(due for due, _ in moment.state.sent)]
+        own = [seconds(due) for due in (*moment.state.timers.values(), *(due for due, _ in moment.state.sent))]
         promise = self._watcher.deadline(moment.watched)
         deadlines = own if promise is None else [*own, promise]
         ahead = [due - moment.time for due in deadlines if due > moment.time + 1e-9]

@@ -84,7 +84,7 @@ class Gate:
         clock: Clock | None = None,
     ) -> None:
         settings, self._clock = settings or LinkSettings(), clock or MonotonicClock()
-        self.guard = Guard(description.limits, settings, self._clock.now)
+        self.guard = Guard(description, settings, self._clock.now)
         self._base, self._name, self._period = base, description.name, description.period
         self._granted: Granted | None = None
         self._reports: list[Mapping[str, object]] = []

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
+from transport.base import KINDS
+
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
     "greater_than_equal": ("ge", "at least"),
@@ -45,13 +47,15 @@ def in_words(found: ErrorDetails) -> str:
 
 def _sentence(found: ErrorDetails) -> str:
     kind, limits = found["type"], found.get("ctx", {})
-    subject = f"`{place}` " if (place := ".".join(str(part) for part in found["loc"])) else ""
+    subject = f"`{place}` " if (place := key_of(found["loc"])) else ""
     if kind == "extra_forbidden":
         return f"{subject}is not known"
     if kind == "missing":
         return f"{subject}is missing"
     if kind == "value_error":
         return f"{subject}{found['msg'].removeprefix('Value error, ')}"
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        return f"{subject}must have `kind`, one of {', '.join(map(repr, KINDS))}"
     return f"{subject}must be {_wanted(kind, limits)}, not {_shortened(found['input'])}"
 
 
@@ -61,6 +65,11 @@ def _shortened(value: object) -> str:
     except (ValueError, RecursionError):  # a number of too many digits, a table in a table in a table ...
         return "this"
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def key_of(location: tuple[int | str, ...]) -> str:
+    """The key that a finding's location means, as it is written: which kind of base is meant is no part of it."""
+    return ".".join(str(part) for part in location if part not in KINDS)
 
 
 def _wanted(kind: str, limits: dict[str, object]) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from maze_machine.arguments.options import ChartArgument
+from maze_machine.arguments.options import ChartArgument, LibraryOption
 from maze_machine.errors import UsageError
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ def diagram(
         Path,
         typer.Option("--output", "-o", help="Where to: a .svg, .png, .dot or .mmd (Mermaid) file.", metavar="FILE"),
     ],
+    library: LibraryOption = None,
 ) -> None:
     """Draw a machine: hierarchy, regions, history, guards, time-outs, activities.
 
@@ -36,18 +37,24 @@ def diagram(
         raise UsageError(f"{output}: a diagram is a {', '.join(f'.{one}' for one in FORMATS)} file")
     check_outputs({"--output": output}, [file])
     try:
-        drawn = render(load_chart(file), form)
+        drawn = render(load_chart(file, library), form)
     except DiagramError as error:
         raise UsageError(str(error)) from None
     write_bytes(output, drawn)
 
 
-def load_chart(file: str) -> Machine:
-    """The machine of a ``.maze-machine`` or ``.scxml`` file, or of a shipped machine's name."""
+def load_chart(file: str, library: str | None = None) -> Machine:
+    """The machine of a ``.maze-machine`` or ``.scxml`` file, or of a shipped machine's name.
+
+    Args:
+        file: the file or name.
+        library: what the machine may name, as ``MODULE:NAME``; by default what its project says.
+    """
     import hsm
-    from maze_machine.catalogue.library import robot_library
+    from maze_machine.catalogue.library import chosen_library
     from maze_machine.catalogue.machines import find_machine
 
     if file.endswith(".scxml"):
         return hsm.interchange.scxml.load(file)
-    return hsm.load(str(find_machine(file)), robot_library())
+    path = find_machine(file)
+    return hsm.load(str(path), chosen_library(library, path))

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from maze_machine.arguments.files import check_outputs
-from maze_machine.arguments.options import ChartArgument
+from maze_machine.arguments.options import ChartArgument, LibraryOption
 from transport.files import write_text as write_file
 
 Output = Annotated[
@@ -45,6 +45,7 @@ def export(
     file: ChartArgument,
     to: Annotated[Target, typer.Option("--to", help="The format.")] = Target.SCXML,
     output: Output = None,
+    library: LibraryOption = None,
 ) -> None:
     """Write a machine for other tools.
 
@@ -58,7 +59,7 @@ def export(
 
     assert to is Target.SCXML, "there is no other"
     check_outputs({"--output": output}, [file])
-    _write(write_text(load_chart(file).model), output)
+    _write(write_text(load_chart(file, library).model), output)
 
 
 def _write(text: str, output: Path | None) -> None:

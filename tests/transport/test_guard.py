@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from transport.description import Limits
+from transport.description import Limits, RobotDescription
 from transport.envelope import CommandTag
 from transport.guard import Guard
 from transport.messages import STOP, Twist
@@ -31,9 +31,10 @@ class Hand:
 class Driven:
     """A guard and the controller that holds its lease."""
 
-    def __init__(self, **limits: object) -> None:
+    def __init__(self, base: str = "holonomic", **limits: object) -> None:
         self.clock = Hand()
-        self.guard = Guard(Limits(**limits), LinkSettings(), self.clock)
+        robot = RobotDescription.model_validate({"limits": limits, "base": base})
+        self.guard = Guard(robot, LinkSettings(), self.clock)
         self.stamp = 0
         self.sequence = 0
         self.take()
@@ -191,6 +192,15 @@ def test_whatever_is_sent_the_base_keeps_its_limits(twist: Twist, translation: s
     assert max(abs(held.forward), abs(held.left)) <= limits.speed * (1 + 1e-12)
     if twist.speed <= limits.speed and abs(twist.turn) <= limits.turn_rate:
         assert held == twist
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(st.builds(Twist, finite, finite, finite))
+def test_a_base_that_cannot_move_sideways_is_never_told_to(twist: Twist) -> None:
+    driven = Driven(base="differential")
+    driven.show()
+    assert driven.send(twist)
+    assert driven.guard.twist().left == 0.0
 
 
 events = st.lists(

@@ -341,9 +341,10 @@ def _report(config: pytest.Config) -> bool:
     from hsm.dsl import load_model
     from hsm.model.diagnostics import MachineError
     from hsm.testing.coverage.data import Measurements, measured_files
-    from hsm.testing.coverage.html import write_html
     from hsm.testing.coverage.lcov import cobertura, lcov
     from hsm.testing.coverage.table import coverage_table, total_share
+    from maze_machine.report.trials import write_pages
+    from transport.files import write_text
 
     told = config.stash[_summary]
     models = []
@@ -359,10 +360,10 @@ def _report(config: pytest.Config) -> bool:
     for option, text in (("lcov", lcov), ("cobertura", cobertura)):
         path = config.getoption(f"machine_coverage_{option}")
         if path:
-            Path(str(path)).write_text(text(machines), encoding="utf-8", newline="\n")
+            write_text(Path(str(path)), text(machines))
     folder = config.getoption("machine_coverage_html")
     if folder:
-        told += ["", f"report: {write_html(Path(str(folder)), machines)}"]
+        told += ["", f"report: {write_pages(Path(str(folder)), machines)}"]
     least = config.getoption("machine_coverage_fail_under")
     share = total_share(machines)
     if least is None or share >= float(str(least)):

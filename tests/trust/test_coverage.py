@@ -10,7 +10,7 @@ from hsm.engine.coverage import Coverage
 from hsm.interchange.diagrams import DiagramError
 from hsm.testing.coverage.data import Measurements, measured_files
 from hsm.testing.coverage.heat import fills_of, heat_map
-from hsm.testing.coverage.html import write_html
+from hsm.testing.coverage.html import html_pages
 from hsm.testing.coverage.items import ItemKind, points
 from hsm.testing.coverage.lcov import cobertura, lcov
 from hsm.testing.coverage.table import coverage_table, missed_lines, ranges
@@ -129,10 +129,10 @@ def test_lcov_and_cobertura_agree_with_the_points(measurements):
     assert lines == {int(one[3:].split(",")[0]): int(one.split(",")[1]) for one in records if one.startswith("DA:")}
 
 
-def test_the_html_report_shows_source_counts_and_reasons(measurements, tmp_path):
-    index = write_html(tmp_path / "report", list(measurements.machines.values()))
-    assert "walker.html" in index.read_text()
-    page = (tmp_path / "report" / "walker.html").read_text()
+def test_the_html_report_shows_source_counts_and_reasons(measurements):
+    pages = html_pages(list(measurements.machines.values()))
+    assert "walker.html" in pages["index.html"]
+    page = pages["walker.html"]
     assert "property quiet" in page
     assert "never" in page
     assert page.count("<svg") == 1

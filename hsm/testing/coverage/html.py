@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
+from itertools import chain, count
 from pathlib import Path
+from urllib.parse import quote
 
 from hsm.testing.coverage.data import Measured
 from hsm.testing.coverage.heat import heat_map
@@ -32,34 +34,44 @@ pre { margin: 0; font: 13px/1.45 ui-monospace, monospace; }
 """
 
 
-def write_html(folder: Path, machines: Sequence[Measured]) -> Path:
-    """Write a report: a page for each machine and one that leads to them.
+INDEX = "index.html"
+"""The page of a report to begin with."""
 
-    Args:
-        folder: where to; made if need be.
-        machines: what was exercised of them.
 
-    Returns:
-        The page to begin with.
+def html_pages(machines: Sequence[Measured]) -> dict[str, str]:
+    """A report as files, by name: a page for each machine, and the one that leads to them.
+
+    Machines of one name have pages of their own, and so has one that is called as the page to begin with.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    rows = []
-    for machine in machines:
-        page = folder / f"{machine.model.name}.html"
-        page.write_text(_machine_page(machine), encoding="utf-8", newline="\n")
-        rows.append(_row(f'<a href="{page.name}">{escape(machine.file)}</a>', machine.points))
+    names = _page_names(machines)
+    pages = {name: _machine_page(machine) for name, machine in zip(names, machines, strict=True)}
+    rows = [
+        _row(f'<a href="{escape(quote(name))}">{escape(machine.file)}</a>', machine.points)
+        for name, machine in zip(names, machines, strict=True)
+    ]
     heads = "".join(f"<th>{escape(kind.value)}</th>" for kind in COLUMNS)
     body = f"<h1>Coverage of machines</h1><table><tr><th>Machine</th>{heads}<th>Cover</th></tr>{''.join(rows)}</table>"
-    index = folder / "index.html"
-    index.write_text(_page("Coverage of machines", body), encoding="utf-8", newline="\n")
-    return index
+    return pages | {INDEX: _page("Coverage of machines", body)}
+
+
+def _page_names(machines: Sequence[Measured]) -> list[str]:
+    """A file name for each machine's page: no two alike, also where a file system ignores case."""
+    taken = {INDEX}
+    names = []
+    for machine in machines:
+        stem = machine.model.name
+        candidates = (f"{stem}{number}.html" for number in chain([""], (f"-{more}" for more in count(2))))
+        name = next(one for one in candidates if one.lower() not in taken)
+        taken.add(name.lower())
+        names.append(name)
+    return names
 
 
 def _machine_page(machine: Measured) -> str:
     points = machine.points
     heads = "".join(f"<th>{escape(kind.value)}</th>" for kind in COLUMNS)
     parts = [
-        f'<p><a href="index.html">All machines</a></p><h1>{escape(machine.model.name)}</h1>',
+        f'<p><a href="{INDEX}">All machines</a></p><h1>{escape(machine.model.name)}</h1>',
         f"<table><tr><th>Machine</th>{heads}<th>Cover</th></tr>{_row(escape(machine.file), points)}</table>",
         heat_map(machine),
     ]

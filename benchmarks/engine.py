@@ -24,10 +24,10 @@ from functools import partial
 from typing import Any
 
 from hsm import Supervisor, build
-from hsm.expressions import Binary, Expression, SignalValue, Unary
-from hsm.model import Model, On, State, StateKind, Transition, When
-from hsm.registry import Library
-from hsm.types import BOOLEAN
+from hsm.model.chart import Model, On, State, StateKind, Transition, When
+from hsm.model.expressions import Binary, Expression, SignalValue, Unary
+from hsm.model.registry import Library
+from hsm.model.types import BOOLEAN
 
 FACTS = ("ready", "front", "left", "right", "aligned", "exit", "door", "rung")
 

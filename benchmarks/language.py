@@ -14,11 +14,11 @@ import time
 from collections.abc import Callable
 
 from hsm.dsl import check_text, parse_model
-from hsm.dsl.format import format_text
-from hsm.dsl.parser import parse
-from hsm.machine import build
-from hsm.registry import Library
-from hsm.types import Speed
+from hsm.dsl.format.formatter import format_text
+from hsm.dsl.syntax.parser import parse
+from hsm.engine.compiled import build
+from hsm.model.registry import Library
+from hsm.model.types import Speed
 
 
 def library() -> Library:

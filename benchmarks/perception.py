@@ -29,7 +29,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from hsm.dsl import load_model
-from hsm.expressions import SignalValue
+from hsm.model.expressions import SignalValue
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 from perception import Facts, Perception, PerceptionSettings, WorldModel, signals

@@ -15,18 +15,18 @@ from time import perf_counter, process_time
 # Before the folder of the benchmarks, where a script bears the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from hsm.coverage import Coverage
 from hsm.dsl import load_model
-from hsm.machine import Machine
-from hsm.testing.checking import check
-from hsm.testing.driver import TICK
-from hsm.testing.generating import generate
-from hsm.testing.measured import Measured
-from hsm.testing.mutating import survey
-from hsm.testing.points import Kind
-from hsm.testing.running import run_suite
-from hsm.testing.script import Script, scripted
-from hsm.testing.trial import load_trial
+from hsm.engine.compiled import Machine
+from hsm.engine.coverage import Coverage
+from hsm.testing.coverage.data import Measured
+from hsm.testing.coverage.items import Kind
+from hsm.testing.exploration.checking import check
+from hsm.testing.exploration.generating import generate
+from hsm.testing.mutation.mutating import survey
+from hsm.testing.scenarios.driver import TICK
+from hsm.testing.scenarios.running import run_suite
+from hsm.testing.scenarios.script import Script, scripted
+from hsm.testing.scenarios.trial import load_trial
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 
@@ -46,7 +46,7 @@ def step_time(machine, signals):
 
 def without_marks(model):
     """The machine with generated code from which the marking of paths is left out."""
-    from hsm import codegen
+    from hsm.engine import codegen
 
     machine = Machine(model)
     original = codegen.Generator._function

@@ -15,7 +15,7 @@ import typer.main
 
 import perception.signals
 import skills.library
-from hsm.registry import ActionDeclaration, ActivityDeclaration, Parameter, SignalDeclaration
+from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter, SignalDeclaration
 from maze_machine.catalogue.profile import Profile, profile_text
 from maze_machine.cli import app
 from perception import Facts

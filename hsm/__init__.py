@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hsm import scxml
-from hsm.diagnostics import Diagnostic, MachineError, Place, Severity
-from hsm.faults import MachineFault, Spin
-from hsm.machine import Machine, build
-from hsm.macrostep import Macrostep, Microstep
-from hsm.registry import Library, Outcome
-from hsm.snapshots import SnapshotError
-from hsm.supervisor import Supervisor
+from hsm.engine.compiled import Machine, build
+from hsm.engine.macrostep import Macrostep, Microstep
+from hsm.engine.run import Supervisor
+from hsm.engine.snapshots import SnapshotError
+from hsm.interchange import scxml
+from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
+from hsm.model.faults import MachineFault, Spin
+from hsm.model.registry import Library, Outcome
 
 __all__ = [
     "Diagnostic",

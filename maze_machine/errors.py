@@ -27,8 +27,8 @@ class ExitStatus(IntEnum):
 
 
 STATUS_OF = {
-    ("hsm.diagnostics", "MachineError"): ExitStatus.BAD_FILE,
-    ("hsm.faults", "MachineFault"): ExitStatus.FAILED,
+    ("hsm.model.diagnostics", "MachineError"): ExitStatus.BAD_FILE,
+    ("hsm.model.faults", "MachineFault"): ExitStatus.FAILED,
     ("sim.maze", "MazeError"): ExitStatus.BAD_FILE,
     ("transport.recording", "RecordingError"): ExitStatus.BAD_FILE,
     ("transport.endpoints", "EndpointError"): ExitStatus.USAGE,
@@ -109,8 +109,8 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
 
 def _underlined(error: Any) -> str:
     """A machine's errors, each with its source line; warnings are for ``maze-machine check``."""
-    from hsm.diagnostics import Severity
-    from hsm.dsl import render
+    from hsm.dsl.reporting import render
+    from hsm.model.diagnostics import Severity
 
     errors = [found for found in error.diagnostics if found.severity is Severity.ERROR]
     files = {found.place.file for found in errors if found.place is not None}

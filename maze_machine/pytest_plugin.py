@@ -15,13 +15,13 @@ import pytest
 
 if TYPE_CHECKING:
     from hsm import Library, Machine, Supervisor
-    from hsm.testing.checking import Verdict
-    from hsm.testing.driver import Driver
-    from hsm.testing.measured import Measurements
-    from hsm.testing.running import Failure
-    from hsm.testing.scenarios import Scenario
-    from hsm.testing.script import ScriptedMachine
-    from hsm.testing.trial import Trial
+    from hsm.testing.coverage.data import Measurements
+    from hsm.testing.exploration.checking import Verdict
+    from hsm.testing.scenarios.driver import Driver
+    from hsm.testing.scenarios.running import Failure
+    from hsm.testing.scenarios.scenarios import Scenario
+    from hsm.testing.scenarios.script import ScriptedMachine
+    from hsm.testing.scenarios.trial import Trial
     from maze_machine.drive.mission import Ending
 
 SUFFIX = ".maze-test"
@@ -93,7 +93,7 @@ def _library(config: pytest.Config) -> Library:
 
 def _measured(config: pytest.Config) -> Measurements:
     """What this process has measured."""
-    from hsm.testing.measured import Measurements
+    from hsm.testing.coverage.data import Measurements
 
     return config.stash.setdefault(_measurements, Measurements())
 
@@ -114,9 +114,9 @@ class ScenarioFile(pytest.File):
 
     def collect(self) -> Iterator[pytest.Item]:
         """One test for each scenario; where the file is named after its machine, one for each property."""
-        from hsm.diagnostics import MachineError
-        from hsm.testing.checking import NO_FAULT
-        from hsm.testing.trial import load_trial
+        from hsm.model.diagnostics import MachineError
+        from hsm.testing.exploration.checking import NO_FAULT
+        from hsm.testing.scenarios.trial import load_trial
 
         try:
             trial = load_trial(self.path, _library(self.config))
@@ -151,9 +151,9 @@ class ScenarioItem(pytest.Item):
 
     def runtest(self) -> None:
         """Run it on the machine, with the machine's properties watched."""
-        from hsm.testing.running import run_scenario
-        from hsm.testing.script import scripted_machine
-        from hsm.testing.watching import watches
+        from hsm.testing.scenarios.running import run_scenario
+        from hsm.testing.scenarios.script import scripted_machine
+        from hsm.testing.scenarios.watching import watches
 
         parent, model = self.parent, self.trial.machine.model
         assert parent is not None, "a scenario is collected with its file"
@@ -197,7 +197,7 @@ class PropertyItem(pytest.Item):
 
     def runtest(self) -> None:
         """Check all properties of the machine at once, the first time one of them is asked for."""
-        from hsm.testing.checking import check
+        from hsm.testing.exploration.checking import check
 
         parent = self.parent
         assert parent is not None, "a property is collected with its file"
@@ -212,7 +212,7 @@ class PropertyItem(pytest.Item):
         """The violation with a shortest run to it, as a scenario."""
         if not isinstance(excinfo.value, PropertyViolated):
             return super().repr_failure(excinfo, style)
-        from hsm.testing.writing import Writer
+        from hsm.testing.scenarios.writing import Writer
 
         verdict = excinfo.value.verdict
         example = verdict.counterexample
@@ -251,7 +251,7 @@ def load_machine(machine_library: Library, pytestconfig: pytest.Config) -> Itera
 
 def _recorded(model: Any, runs: list[Supervisor]) -> Machine:
     """A machine that keeps its runs."""
-    from hsm.machine import Machine
+    from hsm.engine.compiled import Machine
 
     class Recorded(Machine):
         def start(
@@ -268,8 +268,8 @@ def drive_machine(
     load_machine: Callable[[str | Path], Machine], pytestconfig: pytest.Config
 ) -> Iterator[Callable[..., Driver]]:
     """Starts a machine without a robot: ``drive_machine("pledge", parameters, signals)`` gives a ``Driver``."""
-    from hsm.machine import Machine
-    from hsm.testing.driver import TICK, Driver
+    from hsm.engine.compiled import Machine
+    from hsm.testing.scenarios.driver import TICK, Driver
 
     drivers: list[tuple[Machine, Driver]] = []
 
@@ -338,12 +338,12 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 def _report(config: pytest.Config) -> bool:
     """Report on all that was measured; whether it is enough."""
-    from hsm.diagnostics import MachineError
     from hsm.dsl import load_model
-    from hsm.testing.html import write_html
-    from hsm.testing.lcov import cobertura, lcov
-    from hsm.testing.measured import Measurements, measured_files
-    from hsm.testing.table import coverage_table, total_share
+    from hsm.model.diagnostics import MachineError
+    from hsm.testing.coverage.data import Measurements, measured_files
+    from hsm.testing.coverage.html import write_html
+    from hsm.testing.coverage.lcov import cobertura, lcov
+    from hsm.testing.coverage.table import coverage_table, total_share
 
     told = config.stash[_summary]
     models = []

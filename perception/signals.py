@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from hsm.types import Angle, Duration, Length, Speed, TurnRate
+from hsm.model.types import Angle, Duration, Length, Speed, TurnRate
 from perception.facts import Facts
 from perception.junction import JunctionKind
 from perception.library import LIBRARY
@@ -405,7 +405,7 @@ def link_reconnects(facts: Facts) -> int:
 
 @LIBRARY.signal("link.blind")
 def link_blind(facts: Facts) -> bool:
-    """Whether the base is kept standing because scan or odometry is too old, was refused, or has only just come back."""
+    """Whether the base is kept standing because scan or odometry is too old, refused, or has only just come back."""
     return bool(facts.observation.link.blind)
 
 

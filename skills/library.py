@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hsm.registry import Library
+from hsm.model.registry import Library
 from skills.settings import SkillSettings
 
 LIBRARY = Library("skills")

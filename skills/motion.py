@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from hsm.registry import Outcome
+from hsm.model.registry import Outcome
 from perception.facts import Facts
 from skills.frames import rotated
 from skills.passage import Passage

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from transport.clock import Clock, MonotonicClock, Pace
 from transport.description import RobotDescription
-from transport.driver import Driver, Sensed
+from transport.driver import Driver
 from transport.messages import Command, LinkStatus, Observation
 from transport.robot import LinkError
 from transport.senses import Senses

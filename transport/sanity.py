@@ -20,15 +20,15 @@ _REACHED = 1.5
 """A direction is measured if a beam is this near to it, in steps from beam to beam."""
 
 
-class Refusal(ValueError):
+class ScanError(ValueError):
     """A scan that cannot be believed; the message says why."""
 
 
 def conformed(scan: Scan, laser: Laser) -> Scan:
     """A scan as the profile's laser gives it.
 
-    Lasers that turn clockwise, whose number of beams varies by a few, or that see all round and begin anywhere give scans
-    of the same directions; these are put into the profile's order, each direction with its nearest beam. A direction
+    A laser that turns clockwise, whose number of beams varies by a few, or that sees all round and begins anywhere gives
+    scans of the same directions. They are put into the profile's order, each direction with its nearest beam; a direction
     that no beam measures reads NaN.
 
     Args:
@@ -36,19 +36,19 @@ def conformed(scan: Scan, laser: Laser) -> Scan:
         laser: what the profile says.
 
     Raises:
-        Refusal: the scan is of another laser, or shows next to nothing.
+        ScanError: the scan is of another laser, or shows next to nothing.
     """
     expected, given = laser.geometry(), scan.geometry
     if np.shape(scan.ranges) != (given.beams,):
-        raise Refusal(f"the scan has {np.size(scan.ranges)} ranges for {given.beams} beams")
+        raise ScanError(f"the scan has {np.size(scan.ranges)} ranges for {given.beams} beams")
     if fault := _fan_fault(given, expected) or _range_fault(given, expected):
-        raise Refusal(fault)
+        raise ScanError(fault)
     taken = _beams(given, expected)
     if taken is not None:
         shape = replace(expected, range_min=given.range_min, range_max=given.range_max)
         scan = Scan(scan.stamp, shape, np.where(taken < 0, np.float32(math.nan), scan.ranges[taken]))
     if fault := blindness(scan):
-        raise Refusal(fault)
+        raise ScanError(fault)
     return scan
 
 

@@ -7,7 +7,7 @@ from collections import Counter
 from transport.description import Laser
 from transport.driver import Sensed
 from transport.messages import NANOSECONDS, Odometry, Scan
-from transport.sanity import Refusal, conformed, odometry_fault
+from transport.sanity import ScanError, conformed, odometry_fault
 
 DRIFT = 500e-6
 """By how much two clocks may run apart, s per s: the most by which NTP slews one."""
@@ -72,8 +72,8 @@ class Senses:
         if sensed.scan is not None:
             try:
                 self.scan = conformed(sensed.scan, self._laser)
-            except Refusal as refusal:
-                self._scan_fault = str(refusal)
+            except ScanError as error:
+                self._scan_fault = str(error)
                 self.dropped[self._scan_fault] += 1
             else:
                 self._scan_fault = ""

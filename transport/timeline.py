@@ -27,7 +27,7 @@ class Timeline:
         self._patience = patience
         self._time: int | None = None
         self._stamp = self._offset = 0
-        self._now = self._fresh_at = 0.0
+        self._now = self._moved_at = 0.0
 
     def tick(self, stamp: int, now: float, *, fresh: bool) -> int:
         """The stamp of a tick, ns.
@@ -38,31 +38,25 @@ class Timeline:
             fresh: whether anything has come since the last tick.
         """
         if self._time is None:
-            self._time = stamp
+            self._time, self._moved_at = stamp, now
         else:
             expected = self._time + round((now - self._now) * NANOSECONDS)
-            if fresh:
+            if stamp != self._stamp:
                 self._time = self._followed(stamp, expected)
-            elif now - self._fresh_at > self._patience:
+            elif now - self._moved_at > self._patience:
                 self._time = expected
+                # A clock that stands still does so at every tick: that is one fault.
+                self.faults.update(["stood still"] if fresh and "stood still" not in self.faults else [])
+        if stamp != self._stamp:
+            self._stamp, self._moved_at = stamp, now
         self._now = now
-        if fresh:
-            self._stamp, self._fresh_at = stamp, now
         return self._time
 
     def _followed(self, stamp: int, expected: int) -> int:
         assert self._time is not None
         time = stamp + self._offset
-        fault = self._fault(stamp, time - expected)
-        if fault:
-            # A clock that stands still does so at every tick: that is one fault.
-            self.faults[fault] += fault != "stood still" or not self.faults[fault]
+        back = stamp < self._stamp
+        if back or abs(time - expected) > JUMP:
+            self.faults["was set back" if back else "jumped"] += 1
             self._offset, time = expected - stamp, expected
         return max(time, self._time)
-
-    def _fault(self, stamp: int, ahead: int) -> str:
-        if stamp == self._stamp:
-            return "stood still"
-        if stamp < self._stamp:
-            return "was set back"
-        return "jumped" if abs(ahead) > JUMP else ""

@@ -11,9 +11,8 @@ from transport.settings import LinkSettings
 class Trust:
     """Whether a robot may be driven by what it senses.
 
-    It is stopped at once when its newest scan or odometry was refused, or is older than ``link.stale``. It goes on when
-    both have been fresh and credible for ``link.resume`` without a break, so that a sensor that comes and goes keeps the
-    robot standing.
+    It is stopped at once when its newest scan or odometry was refused, or is older than ``link.stale``. It goes on once
+    both have been fresh and credible for ``link.resume`` without a break, so a sensor that comes and goes stops it.
 
     Attributes:
         reason: why the robot must stand; empty where it may be driven.

@@ -1,12 +1,12 @@
 """Trust before driving: scenarios, generated tests, properties, mutation and coverage of machines, without a robot."""
 
-from hsm.testing.checking import Verdict, check
-from hsm.testing.driver import Driver
-from hsm.testing.generating import Generated, generate
-from hsm.testing.measured import Measurements
-from hsm.testing.mutating import Survey, survey
-from hsm.testing.running import Result, run_scenario, run_suite
-from hsm.testing.scenarios import Scenario, Suite
+from hsm.testing.coverage.data import Measurements
+from hsm.testing.exploration.checking import Verdict, check
+from hsm.testing.exploration.generating import Generated, generate
+from hsm.testing.mutation.mutating import Survey, survey
+from hsm.testing.scenarios.driver import Driver
+from hsm.testing.scenarios.running import Result, run_scenario, run_suite
+from hsm.testing.scenarios.scenarios import Scenario, Suite
 
 __all__ = [
     "Driver",

@@ -8,8 +8,8 @@ from difflib import get_close_matches
 from enum import StrEnum
 from typing import Any
 
-from hsm.registry import Parameter
-from hsm.types import UNITS, Boolean, Enumeration, Integer, Quantity
+from hsm.model.registry import Parameter
+from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Quantity
 from maze_machine.errors import UsageError
 
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S*)\s*")

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from maze_machine.arguments.options import ChartArgument
+from maze_machine.arguments.options import ChartArgument, LibraryOption
 from maze_machine.errors import FileError
 
 Output = Annotated[
@@ -32,9 +32,9 @@ def import_chart(
 
     Example: `maze-machine import lift.scxml -o lift.maze-machine`
     """
-    from hsm.dsl.format import format_text
-    from hsm.scxml import read_file
-    from hsm.scxml.translation import to_machine_text
+    from hsm.dsl.format.formatter import format_text
+    from hsm.interchange.scxml import read_file
+    from hsm.interchange.scxml.translation import to_machine_text
 
     _write(format_text(to_machine_text(read_file(file))), output)
 
@@ -43,6 +43,7 @@ def export(
     file: ChartArgument,
     to: Annotated[Target, typer.Option("--to", help="The format.")] = Target.SCXML,
     output: Output = None,
+    library: LibraryOption = None,
 ) -> None:
     """Write a machine for other tools.
 
@@ -51,11 +52,11 @@ def export(
 
     Example: `maze-machine export pledge --to scxml -o pledge.scxml`
     """
-    from hsm.scxml import write_text
+    from hsm.interchange.scxml import write_text
     from maze_machine.commands.diagram import load_chart
 
     assert to is Target.SCXML, "there is no other"
-    _write(write_text(load_chart(file).model), output)
+    _write(write_text(load_chart(file, library).model), output)
 
 
 def _write(text: str, output: Path | None) -> None:

@@ -27,10 +27,10 @@ def fmt(
     """
     from pathlib import Path
 
-    from hsm.diagnostics import MachineError
-    from hsm.dsl import render
-    from hsm.dsl.format import format_text
-    from hsm.dsl.loading import read_text
+    from hsm.dsl.format.formatter import format_text
+    from hsm.dsl.reporting import render
+    from hsm.dsl.semantics.loading import read_text
+    from hsm.model.diagnostics import MachineError
 
     status = ExitStatus.OK
     for name in files:

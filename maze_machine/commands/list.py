@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from maze_machine.arguments.options import JsonOption
+from maze_machine.arguments.options import JsonOption, LibraryOption
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from hsm.registry import Library
+    from hsm.model.registry import Library
 
 
 class Subject(StrEnum):
@@ -31,6 +31,7 @@ class Subject(StrEnum):
 def listing(
     subject: Annotated[Subject, typer.Argument(help="What to list.")],
     json: JsonOption = False,
+    library: LibraryOption = None,
 ) -> None:
     """List what a machine may name, with types, units and a line of documentation; or the codes of findings.
 
@@ -40,7 +41,7 @@ def listing(
     """
     from json import dumps
 
-    rows = list(_rows(subject))
+    rows = list(_rows(subject, library))
     if json:
         print(dumps(rows, indent=2, ensure_ascii=False))
         return
@@ -51,10 +52,10 @@ def listing(
         print("  ".join(cells).rstrip())
 
 
-def _rows(subject: Subject) -> Iterable[dict[str, str]]:
-    from hsm.codes import CODES
-    from hsm.types import UNITS
-    from maze_machine.catalogue.library import robot_library
+def _rows(subject: Subject, library: str | None) -> Iterable[dict[str, str]]:
+    from hsm.model.codes import CODES
+    from hsm.model.types import UNITS
+    from maze_machine.catalogue.library import chosen_library
 
     match subject:
         case Subject.MACHINES:
@@ -69,12 +70,12 @@ def _rows(subject: Subject) -> Iterable[dict[str, str]]:
                 {"name": one.name, "severity": one.severity.name.lower(), "about": one.title} for one in CODES.values()
             )
         case _:
-            return _declared(subject, robot_library())
+            return _declared(subject, chosen_library(library))
 
 
 def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
     """What the registry declares."""
-    from hsm.dsl.describe import first_line, holds_text, outcomes_text, signature, type_text
+    from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
 
     match subject:
         case Subject.SIGNALS:
@@ -96,8 +97,8 @@ def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
 
 
 def _types(library: Library) -> Iterable[dict[str, str]]:
-    from hsm.dsl.describe import first_line
-    from hsm.types import QUANTITY_NAMES
+    from hsm.dsl.lsp.describe import first_line
+    from hsm.model.types import QUANTITY_NAMES
 
     yield {"name": "bool", "values": "true, false", "about": ""}
     yield {"name": "int", "values": "whole numbers", "about": ""}
@@ -110,10 +111,10 @@ def _types(library: Library) -> Iterable[dict[str, str]]:
 
 
 def _machines() -> Iterable[dict[str, str]]:
-    from hsm.dsl.describe import first_line
-    from hsm.dsl.loading import read_text
-    from hsm.dsl.parser import parse
-    from hsm.dsl.syntax import MachineLine
+    from hsm.dsl.lsp.describe import first_line
+    from hsm.dsl.semantics.loading import read_text
+    from hsm.dsl.syntax.ast import MachineLine
+    from hsm.dsl.syntax.parser import parse
     from maze_machine.catalogue.machines import shipped_machines
 
     for name, path in shipped_machines().items():

@@ -14,6 +14,7 @@ from maze_machine.arguments.options import (
     FaultOption,
     IdentityOption,
     JsonOption,
+    LibraryOption,
     RobotOption,
     SettingsOption,
     SimulateOption,
@@ -101,6 +102,7 @@ def run(
         typer.Option(metavar="FILE", help="Where to save the picture of the path. Default: in the folder runs/."),
     ] = None,
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
+    library: LibraryOption = None,
     json: JsonOption = False,
 ) -> None:
     """Run a machine on a robot until the machine, the referee or a limit ends it.
@@ -141,7 +143,7 @@ def run(
     if picture is not None and picture.suffix not in PICTURES:
         raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
     profile = load_profile(robot, settings or ())
-    mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit)
+    mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit, library)
     world = None
     if connect is None:
         rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]

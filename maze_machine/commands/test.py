@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from maze_machine.arguments.completion import complete_machine
-from maze_machine.arguments.options import JsonOption
+from maze_machine.arguments.options import JsonOption, LibraryOption
 from maze_machine.errors import ExitStatus, UsageError
 
 
@@ -40,13 +40,7 @@ def test(
     html: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write a coverage report to look at.")] = None,
     lcov: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as an LCOV tracefile.")] = None,
     cobertura: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as Cobertura XML.")] = None,
-    library: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MODULE:FUNCTION",
-            help="What the machine may name, where that is not the library of the maze robots.",
-        ),
-    ] = None,
+    library: LibraryOption = None,
     json: JsonOption = False,
 ) -> None:
     """Run a machine's scenarios and check its properties on every run up to a bound.
@@ -64,9 +58,9 @@ def test(
     """
     from json import dumps
 
-    from hsm.testing.reading import SUFFIX
-    from hsm.testing.trial import load_machine, load_trial
-    from maze_machine.catalogue.library import named_library, robot_library
+    from hsm.testing.scenarios.reading import SUFFIX
+    from hsm.testing.scenarios.trial import load_machine, load_trial
+    from maze_machine.catalogue.library import chosen_library
     from maze_machine.catalogue.machines import find_machine
     from maze_machine.report.trials import Reports, generated, mutated, run_trial
     from maze_machine.report.waiting import waiting
@@ -74,8 +68,8 @@ def test(
     if output is not None and not generate:
         raise UsageError("--output goes with --generate")
     path = Path(file)
-    names = robot_library() if library is None else named_library(library)
     meant = path if path.suffix == SUFFIX else find_machine(file)
+    names = chosen_library(library, meant)
     if generate:
         with waiting("finding scenarios"):
             result = generated(load_machine(meant, names), steps, output)

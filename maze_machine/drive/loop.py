@@ -9,14 +9,13 @@ from time import perf_counter
 from typing import Any, NamedTuple, cast
 
 from hsm import Machine, Macrostep, Supervisor
-from hsm.monitoring import Monitor, Violation
+from hsm.engine.monitoring import Monitor, Violation
 from perception import Perception
 from skills.chain import MotionChain
 from transport.messages import Command, Observation, Pose, Twist
 from transport.robot import Robot
 from transport.settings import LinkSettings
 from transport.trust import Trust
-
 
 BLINDED = "blinded"
 """The event that the loop sends to a machine when it stops the base because of the sensors."""
@@ -83,6 +82,7 @@ def ticks(
     parameters: Mapping[str, Any],
     perception: Perception,
     chain: MotionChain,
+    *,
     settings: LinkSettings,
 ) -> Iterator[Tick]:
     """Run a machine on a robot, tick by tick, until the machine ends.

@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from typing import Any, TextIO
 
 from hsm import Machine
-from hsm.model import Transition
+from hsm.model.chart import Transition
 from maze_machine.drive.loop import Tick
 from maze_machine.drive.mission import Mission
 

@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hsm.machine import Machine
-from hsm.testing.checking import MOST_STEPS, Verdict, check
-from hsm.testing.generating import MOST_STEPS as MOST_GENERATED
-from hsm.testing.generating import generate
-from hsm.testing.html import write_html
-from hsm.testing.lcov import cobertura, lcov
-from hsm.testing.measured import Measured, Measurements
-from hsm.testing.mutating import survey
-from hsm.testing.running import Failure, Result, run_suite
-from hsm.testing.table import coverage_table, missed_lines, total_share
-from hsm.testing.trial import Trial
-from hsm.testing.watching import watches
-from hsm.testing.writing import Writer
+from hsm.engine.compiled import Machine
+from hsm.testing.coverage.data import Measured, Measurements
+from hsm.testing.coverage.html import write_html
+from hsm.testing.coverage.lcov import cobertura, lcov
+from hsm.testing.coverage.table import coverage_table, missed_lines, total_share
+from hsm.testing.exploration.checking import MOST_STEPS, Verdict, check
+from hsm.testing.exploration.generating import MOST_STEPS as MOST_GENERATED
+from hsm.testing.exploration.generating import generate
+from hsm.testing.mutation.mutating import survey
+from hsm.testing.scenarios.running import Failure, Result, run_suite
+from hsm.testing.scenarios.trial import Trial
+from hsm.testing.scenarios.watching import watches
+from hsm.testing.scenarios.writing import Writer
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from hsm.registry import Outcome
-from hsm.types import Length, Speed
+from hsm.model.registry import Outcome
+from hsm.model.types import Length, Speed
 from perception.facts import Facts
 from skills.activities.drive import Drive
 from skills.frames import Frame

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from hsm.registry import Outcome
-from hsm.types import Length
+from hsm.model.registry import Outcome
+from hsm.model.types import Length
 from perception.facts import Facts
 from skills.course import Course
 from skills.library import LIBRARY

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from hsm.registry import Outcome
-from hsm.types import Speed
+from hsm.model.registry import Outcome
+from hsm.model.types import Speed
 from perception.facts import Facts
 from skills.activities.to_opening import ToOpening
 from skills.course import TRUSTED

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hsm.registry import Outcome
+from hsm.model.registry import Outcome
 from perception.facts import Facts
 from skills.library import LIBRARY
 from skills.motion import Skill

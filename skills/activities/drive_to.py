@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from hsm.registry import Outcome
-from hsm.types import Angle, Length, Speed
+from hsm.model.registry import Outcome
+from hsm.model.types import Angle, Length, Speed
 from perception.facts import Facts, turned
 from skills.frames import Frame, rotated
 from skills.library import LIBRARY

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hsm.types import Length, Speed
+from hsm.model.types import Length, Speed
 from skills.activities.drive import Drive
 from skills.library import LIBRARY
 from skills.motion import not_negative, off_the_walls

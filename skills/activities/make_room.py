@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from hsm.registry import Outcome
-from hsm.types import Duration
+from hsm.model.registry import Outcome
+from hsm.model.types import Duration
 from perception.facts import Facts
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Skill, not_negative

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from hsm.registry import Outcome
-from hsm.types import Length, Speed
+from hsm.model.registry import Outcome
+from hsm.model.types import Length, Speed
 from perception.facts import Facts
 from skills.frames import Frame, rotated
 from skills.library import LIBRARY

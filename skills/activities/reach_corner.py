@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hsm.types import Length, Speed
+from hsm.model.types import Length, Speed
 from perception.facts import Facts
 from skills.activities.advance import Advance
 from skills.library import LIBRARY

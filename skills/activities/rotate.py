@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from hsm.registry import Outcome
-from hsm.types import Angle
+from hsm.model.registry import Outcome
+from hsm.model.types import Angle
 from perception.facts import Facts
 from skills.course import TRUSTED
 from skills.frames import Frame, Turned, rotated

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hsm.types import Length, Speed
+from hsm.model.types import Length, Speed
 from perception.facts import Facts
 from skills.course import Course
 from skills.motion import Headway, Skill, above_zero, along, off_the_walls

@@ -1,6 +1,6 @@
 import pytest
 
-from hsm.registry import Library
+from hsm.model.registry import Library
 from tests.dsl.library import make_library
 
 

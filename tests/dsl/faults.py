@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from hsm.dsl.lexer import STATEMENTS
-from hsm.dsl.parser import tokens_of
+from hsm.dsl.syntax.lexer import STATEMENTS
+from hsm.dsl.syntax.parser import tokens_of
 
 _AMOUNT = re.compile(r"([\d.]+) *(.*)")
 

@@ -9,10 +9,10 @@ from typer.testing import CliRunner
 
 import hsm
 from hsm.dsl import check_text
-from hsm.model import After, StateKind
-from hsm.plans import own_name
-from hsm.topology import HISTORY
-from hsm.wording import activity_text, expression_text
+from hsm.engine.plans import own_name
+from hsm.model.chart import After, StateKind
+from hsm.model.topology import HISTORY
+from hsm.model.unparse import activity_text, expression_text
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.cli import app

@@ -5,8 +5,8 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from hsm.codes import CODES
-from hsm.types import UNITS
+from hsm.model.codes import CODES
+from hsm.model.types import UNITS
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.cli import app

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 
 from hsm.dsl import check_text, parse_model
-from hsm.expressions import Binary, Literal, VariableValue
-from hsm.machine import build
-from hsm.model import After, Assign, Call, On, Raise, StateKind, TransitionKind, When
-from hsm.types import INTEGER, NUMBER, Quantity
+from hsm.engine.compiled import build
+from hsm.model.chart import After, Assign, Call, On, Raise, StateKind, TransitionKind, When
+from hsm.model.expressions import Binary, Literal, VariableValue
+from hsm.model.types import INTEGER, NUMBER, Quantity
 from tests.dsl.library import Junction, Side, make_library
 from tests.dsl.machines_at_random import machines
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from hsm import MachineError, build
-from hsm.codes import CODES
 from hsm.dsl import check_file, check_text
-from hsm.dsl.render import as_text
-from hsm.scxml import read_text
-from hsm.scxml.translation import to_machine_text
+from hsm.dsl.reporting.render import as_text
+from hsm.interchange.scxml import read_text
+from hsm.interchange.scxml.translation import to_machine_text
+from hsm.model.codes import CODES
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "reference" / "diagnostics.md").read_text(encoding="utf-8")

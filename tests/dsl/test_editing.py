@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hsm.dsl.editing import Document, Kind
+from hsm.dsl.lsp.editing import Document, Kind
 
 MACHINES = Path(__file__).parent / "machines"
 TEXT = """\

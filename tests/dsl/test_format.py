@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 
-from hsm.diagnostics import MachineError
 from hsm.dsl import parse_model
-from hsm.dsl.format import format_text
+from hsm.dsl.format.formatter import format_text
+from hsm.model.diagnostics import MachineError
 from tests.dsl.library import make_library
 from tests.dsl.machines_at_random import machines
 

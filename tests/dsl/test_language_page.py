@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from hsm.codes import CODES
 from hsm.dsl import check_text
-from hsm.dsl.format import format_text
-from hsm.dsl.lexer import STATEMENTS
-from hsm.types import QUANTITY_NAMES, UNITS
+from hsm.dsl.format.formatter import format_text
+from hsm.dsl.syntax.lexer import STATEMENTS
+from hsm.model.codes import CODES
+from hsm.model.types import QUANTITY_NAMES, UNITS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "language.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```maze-machine.*?\n(.*?)```", PAGE, re.DOTALL)

@@ -2,9 +2,9 @@ from pathlib import Path
 
 import pytest
 
-from hsm.diagnostics import MachineError
 from hsm.dsl import load_model, parse_model
-from hsm.model import StateKind
+from hsm.model.chart import StateKind
+from hsm.model.diagnostics import MachineError
 
 MACHINES = Path(__file__).parent / "machines"
 

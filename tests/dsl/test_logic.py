@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hsm.dsl import parse_model
-from hsm.dsl.logic import UndecidedError, can_hold, case_text, formula_of, models, negation
-from hsm.expressions import Binary, Literal, Unary, VariableValue
+from hsm.dsl.semantics.logic import UndecidedError, can_hold, case_text, formula_of, models, negation
+from hsm.model.expressions import Binary, Literal, Unary, VariableValue
 from tests.dsl.library import Junction, make_library
 
 LIBRARY = make_library()

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hsm.diagnostics import MachineError
 from hsm.dsl import check_file, check_text, parse_model
-from hsm.dsl.format import format_text
-from hsm.dsl.render import as_json, as_sarif, as_text
+from hsm.dsl.format.formatter import format_text
+from hsm.dsl.reporting.render import as_json, as_sarif, as_text
+from hsm.model.diagnostics import MachineError
 from tests.dsl.library import make_library
 from tests.dsl.machines_at_random import machines
 

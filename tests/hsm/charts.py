@@ -5,9 +5,7 @@ from itertools import count
 from typing import ClassVar
 
 from hsm import Outcome, build
-from hsm.diagnostics import Place
-from hsm.expressions import Active, Binary, Literal, SignalValue, Unary, VariableValue
-from hsm.model import (
+from hsm.model.chart import (
     ActivityCall,
     After,
     Always,
@@ -23,8 +21,10 @@ from hsm.model import (
     Variable,
     When,
 )
-from hsm.registry import Library
-from hsm.types import BOOLEAN, INTEGER, NUMBER, Quantity
+from hsm.model.diagnostics import Place
+from hsm.model.expressions import Active, Binary, Literal, SignalValue, Unary, VariableValue
+from hsm.model.registry import Library
+from hsm.model.types import BOOLEAN, INTEGER, NUMBER, Quantity
 
 SECONDS = Quantity(time=1)
 LIBRARY = Library("test")

@@ -2,7 +2,7 @@
 
 from hypothesis import strategies as st
 
-from hsm.model import TransitionKind
+from hsm.model.chart import TransitionKind
 from tests.hsm.charts import active, compare, model, no, noting, number, on, put, state, variable
 
 EVENTS = ("e", "f")

@@ -3,7 +3,7 @@
 import pytest
 
 from hsm import build
-from hsm.diagrams import DiagramError, draw, render
+from hsm.interchange.diagrams import DiagramError, draw, render
 from tests.hsm.charts import (
     add,
     after,

@@ -7,8 +7,8 @@ import pytest
 
 from hsm import Library, MachineError, build
 from hsm.dsl import parse_model
-from hsm.scxml import read_file, read_text, write_text
-from hsm.scxml.translation import to_machine_text
+from hsm.interchange.scxml import read_file, read_text, write_text
+from hsm.interchange.scxml.translation import to_machine_text
 from tests.hsm.charts import add, after, call, compare, doing, final, model, number, on, put, signal, state, when
 
 FOREIGN = Path(__file__).parents[2].parent / "shared" / "data" / "scxml"

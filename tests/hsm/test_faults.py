@@ -3,8 +3,8 @@
 import pytest
 
 from hsm import MachineFault, Spin
-from hsm.expressions import Binary
-from hsm.types import NUMBER
+from hsm.model.expressions import Binary
+from hsm.model.types import NUMBER
 from tests.hsm.charts import (
     ASKED,
     DONE,

@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hsm import build
-from hsm.decisions import decision_of
-from hsm.explanation import Verdict
-from hsm.expressions import Binary, Literal, SignalValue, Unary
-from hsm.types import BOOLEAN, NUMBER
+from hsm.engine.decisions import decision_of
+from hsm.engine.explanation import Verdict
+from hsm.model.expressions import Binary, Literal, SignalValue, Unary
+from hsm.model.types import BOOLEAN, NUMBER
 from tests.hsm.charts import (
     ASKED,
     EXTERNAL,

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hsm import MachineError, build, scxml
+from hsm import MachineError, build
+from hsm.interchange import scxml
 
 FOREIGN = Path(__file__).parents[2].parent / "shared" / "data" / "scxml"
 CHARTS = sorted(FOREIGN.rglob("*.scxml")) if FOREIGN.is_dir() else []

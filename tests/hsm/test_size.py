@@ -2,8 +2,9 @@
 
 import pytest
 
-from hsm import MachineError, build, scxml
-from hsm.diagrams import DiagramError, render
+from hsm import MachineError, build
+from hsm.interchange import scxml
+from hsm.interchange.diagrams import DiagramError, render
 from tests.hsm.charts import facts, model, on, state, when
 
 DEPTH = 10_000

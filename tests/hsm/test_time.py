@@ -2,8 +2,8 @@
 
 import pytest
 
-from hsm.expressions import Binary
-from hsm.types import NUMBER
+from hsm.model.expressions import Binary
+from hsm.model.types import NUMBER
 from tests.hsm.charts import add, after, facts, number, on, signal, start, state, variable, when
 
 

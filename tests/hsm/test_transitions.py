@@ -2,7 +2,7 @@
 
 import pytest
 
-from hsm.model import TransitionKind
+from hsm.model.chart import TransitionKind
 from tests.hsm.charts import (
     DONE,
     EXTERNAL,

@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from hsm.diagnostics import Severity
 from hsm.dsl import check_file
+from hsm.model.diagnostics import Severity
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hsm
-from hsm.registry import Library, Outcome
-from hsm.types import Speed
+from hsm.model.registry import Library, Outcome
+from hsm.model.types import Speed
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.loop import merged
 from maze_machine.drive.mission import Mission, drive

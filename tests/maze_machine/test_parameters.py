@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hsm.registry import Parameter
-from hsm.types import BOOLEAN, INTEGER, NUMBER, UNITS, Enumeration, Quantity
+from hsm.model.registry import Parameter
+from hsm.model.types import BOOLEAN, INTEGER, NUMBER, UNITS, Enumeration, Quantity
 from maze_machine.arguments.parameters import parameter_values, split_setting
 from maze_machine.errors import UsageError
 

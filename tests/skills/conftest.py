@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from hsm.registry import Outcome
+from hsm.model.registry import Outcome
 from perception import Perception
 from sim.maze import Maze, Start
 from sim.settings import SimulatorSettings

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hsm.registry import Outcome
-from hsm.types import BOOLEAN, INTEGER, Enumeration
+from hsm.model.registry import Outcome
+from hsm.model.types import BOOLEAN, INTEGER, Enumeration
 from perception import Perception
 from skills.chain import MotionChain
 from skills.library import library

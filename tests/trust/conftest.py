@@ -4,9 +4,9 @@ from textwrap import dedent
 import pytest
 
 from hsm.dsl import parse_model
-from hsm.machine import Machine
-from hsm.registry import Library
-from hsm.testing.trial import Trial, load_trial
+from hsm.engine.compiled import Machine
+from hsm.model.registry import Library
+from hsm.testing.scenarios.trial import Trial, load_trial
 from tests.trust.library import make_library
 
 MACHINES = Path(__file__).parent / "machines"

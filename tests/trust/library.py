@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from hsm.registry import Library
-from hsm.types import Angle, Length, Speed
+from hsm.model.registry import Library
+from hsm.model.types import Angle, Length, Speed
 
 
 class Light(StrEnum):

@@ -6,16 +6,16 @@ from xml.etree import ElementTree
 
 import pytest
 
-from hsm.coverage import Coverage
-from hsm.diagrams import DiagramError
-from hsm.testing.driver import Driver
-from hsm.testing.heat import fills_of, heat_map
-from hsm.testing.html import write_html
-from hsm.testing.lcov import cobertura, lcov
-from hsm.testing.measured import Measurements, measured_files
-from hsm.testing.points import Kind, points
-from hsm.testing.running import run_suite
-from hsm.testing.table import coverage_table, missed_lines, ranges
+from hsm.engine.coverage import Coverage
+from hsm.interchange.diagrams import DiagramError
+from hsm.testing.coverage.data import Measurements, measured_files
+from hsm.testing.coverage.heat import fills_of, heat_map
+from hsm.testing.coverage.html import write_html
+from hsm.testing.coverage.items import Kind, points
+from hsm.testing.coverage.lcov import cobertura, lcov
+from hsm.testing.coverage.table import coverage_table, missed_lines, ranges
+from hsm.testing.scenarios.driver import Driver
+from hsm.testing.scenarios.running import run_suite
 
 TEXT = """
 state a
@@ -147,7 +147,7 @@ def test_the_heat_map_is_boxes_where_no_diagram_can_be_drawn(measurements, monke
     def missing(*_):
         raise DiagramError("no Graphviz")
 
-    monkeypatch.setattr("hsm.testing.heat.render", missing)
+    monkeypatch.setattr("hsm.testing.coverage.heat.render", missing)
     (machine,) = measurements.machines.values()
     page = heat_map(machine)
     assert "<svg" not in page

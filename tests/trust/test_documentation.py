@@ -4,11 +4,11 @@ import re
 from pathlib import Path
 
 from hsm.dsl import parse_model
-from hsm.testing.checking import check
-from hsm.testing.driver import Driver
-from hsm.testing.generating import generate
-from hsm.testing.reading import parse_suite
-from hsm.testing.running import run_suite
+from hsm.testing.exploration.checking import check
+from hsm.testing.exploration.generating import generate
+from hsm.testing.scenarios.driver import Driver
+from hsm.testing.scenarios.reading import parse_suite
+from hsm.testing.scenarios.running import run_suite
 from maze_machine.catalogue.library import robot_library
 
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "testing.md").read_text(encoding="utf-8")

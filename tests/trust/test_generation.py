@@ -3,15 +3,15 @@
 import pytest
 from typer.testing import CliRunner
 
-from hsm.testing.checking import NO_FAULT, check
-from hsm.testing.exploring import Regions
-from hsm.testing.feasible import CONTRADICTION, TAKEN_BEFORE
-from hsm.testing.generating import generate
-from hsm.testing.mutating import mutants, survey
-from hsm.testing.points import Kind, points
-from hsm.testing.reading import parse_suite
-from hsm.testing.running import run_suite
-from hsm.testing.writing import Writer
+from hsm.testing.coverage.items import Kind, points
+from hsm.testing.exploration.checking import NO_FAULT, check
+from hsm.testing.exploration.exploring import Regions
+from hsm.testing.exploration.feasible import CONTRADICTION, TAKEN_BEFORE
+from hsm.testing.exploration.generating import generate
+from hsm.testing.mutation.mutating import mutants, survey
+from hsm.testing.scenarios.reading import parse_suite
+from hsm.testing.scenarios.running import run_suite
+from hsm.testing.scenarios.writing import Writer
 from maze_machine.cli import app
 
 
@@ -150,7 +150,7 @@ def test_mutants_are_of_every_kind_and_differ_from_the_machine(walker):
 
 def test_a_scenario_that_does_not_come_by_a_mistake_need_not_run(walker, monkeypatch):
     skipping = survey(walker.machine.model, walker.suites[:1])
-    monkeypatch.setattr("hsm.testing.mutating._reaches", lambda coverage, mutant: True)
+    monkeypatch.setattr("hsm.testing.mutation.mutating._reaches", lambda coverage, mutant: True)
     assert skipping == survey(walker.machine.model, walker.suites[:1])
 
 

@@ -5,15 +5,15 @@ from pathlib import Path
 import pytest
 
 from hsm.dsl import load_model
-from hsm.machine import Machine
-from hsm.monitoring import Monitor
-from hsm.testing.checking import check
-from hsm.testing.driver import Driver
-from hsm.testing.reading import parse_suite
-from hsm.testing.running import run_suite
-from hsm.testing.script import Script, scripted_machine
-from hsm.testing.watching import property_watch
-from hsm.testing.writing import Writer
+from hsm.engine.compiled import Machine
+from hsm.engine.monitoring import Monitor
+from hsm.testing.exploration.checking import check
+from hsm.testing.scenarios.driver import Driver
+from hsm.testing.scenarios.reading import parse_suite
+from hsm.testing.scenarios.running import run_suite
+from hsm.testing.scenarios.script import Script, scripted_machine
+from hsm.testing.scenarios.watching import property_watch
+from hsm.testing.scenarios.writing import Writer
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from hsm.diagnostics import Severity
 from hsm.dsl import check_text
-from hsm.testing.checking import NO_FAULT, check
-from hsm.testing.generating import generate
-from hsm.testing.running import run_suite
+from hsm.model.diagnostics import Severity
+from hsm.testing.exploration.checking import NO_FAULT, check
+from hsm.testing.exploration.generating import generate
+from hsm.testing.scenarios.running import run_suite
 
 MACHINE = Path(__file__).parent / "machines" / "walker.maze-machine"
 

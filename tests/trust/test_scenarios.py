@@ -2,12 +2,12 @@
 
 import pytest
 
-from hsm.diagnostics import MachineError
-from hsm.testing.reading import parse_suite
-from hsm.testing.running import run_suite
-from hsm.testing.scenarios import Expectation, Stimulus
-from hsm.testing.script import FAULT
-from hsm.testing.writing import Writer
+from hsm.model.diagnostics import MachineError
+from hsm.testing.scenarios.reading import parse_suite
+from hsm.testing.scenarios.running import run_suite
+from hsm.testing.scenarios.scenarios import Expectation, Stimulus
+from hsm.testing.scenarios.script import FAULT
+from hsm.testing.scenarios.writing import Writer
 
 LIGHTS = """
 param pause : time = 2 s

@@ -2,13 +2,13 @@
 
 import pytest
 
-from hsm.coverage import Coverage
-from hsm.properties import Never, Precedence, Recurrence
-from hsm.testing.measured import Measured
-from hsm.testing.mutating import survey
-from hsm.testing.points import Kind
-from hsm.testing.running import run_suite
-from hsm.testing.trial import load_trial
+from hsm.engine.coverage import Coverage
+from hsm.model.properties import Never, Precedence, Recurrence
+from hsm.testing.coverage.data import Measured
+from hsm.testing.coverage.items import Kind
+from hsm.testing.mutation.mutating import survey
+from hsm.testing.scenarios.running import run_suite
+from hsm.testing.scenarios.trial import load_trial
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hsm.diagnostics import Diagnostic
 from hsm.dsl.checks import conflicts, flow, guards, outcomes, regions, spin, unused
-from hsm.dsl.subject import Subject
+from hsm.dsl.semantics.subject import Subject
+from hsm.model.diagnostics import Diagnostic
 
 
 def errors(subject: Subject) -> Iterator[Diagnostic]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hsm.codes import finding
-from hsm.diagnostics import Diagnostic, Place, Related
-from hsm.dsl.subject import Subject
-from hsm.model import State, StateKind
+from hsm.dsl.semantics.subject import Subject
+from hsm.model.chart import State, StateKind
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic, Place, Related
 
 
 def check(subject: Subject) -> Iterator[Diagnostic]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hsm.codes import finding
-from hsm.diagnostics import Diagnostic
-from hsm.dsl.subject import Subject
-from hsm.model import Model, State, StateKind, Transition, TransitionKind
+from hsm.dsl.semantics.subject import Subject
+from hsm.model.chart import Model, State, StateKind, Transition, TransitionKind
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic
 
 
 def check(subject: Subject) -> Iterator[Diagnostic]:

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from hsm.codes import finding
-from hsm.diagnostics import Diagnostic, Related
-from hsm.dsl.linear import form_of
-from hsm.dsl.logic import (
+from hsm.dsl.semantics.linear import form_of
+from hsm.dsl.semantics.logic import (
     Formula,
     UndecidedError,
     both,
@@ -20,10 +18,12 @@ from hsm.dsl.logic import (
     negation,
     terms_of,
 )
-from hsm.dsl.subject import Subject
-from hsm.expressions import Expression
-from hsm.model import After, On, State, Transition, When
-from hsm.types import BOOLEAN, Enumeration
+from hsm.dsl.semantics.subject import Subject
+from hsm.model.chart import After, On, State, Transition, When
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic, Related
+from hsm.model.expressions import Expression
+from hsm.model.types import BOOLEAN, Enumeration
 
 _LONGEST_TABLE = 40
 _MOST_GAPS = 4

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from hsm.codes import finding
-from hsm.diagnostics import Diagnostic
-from hsm.dsl.logic import Formula, UndecidedError, case_text, either, formula_of, models, negation
-from hsm.dsl.subject import Subject
-from hsm.model import On, State, StateKind
+from hsm.dsl.semantics.logic import Formula, UndecidedError, case_text, either, formula_of, models, negation
+from hsm.dsl.semantics.subject import Subject
+from hsm.model.chart import On, State, StateKind
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic
 
 _MOST_GUARDS = 40
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import islice, product
 
-from hsm.codes import finding
-from hsm.diagnostics import Diagnostic, Related
 from hsm.dsl.checks.flow import domain_of
-from hsm.dsl.logic import Formula, UndecidedError, both, can_hold, formula_of
-from hsm.dsl.subject import Subject
-from hsm.model import Model, On, State, StateKind, Transition, When
+from hsm.dsl.semantics.logic import Formula, UndecidedError, both, can_hold, formula_of
+from hsm.dsl.semantics.subject import Subject
+from hsm.model.chart import Model, On, State, StateKind, Transition, When
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic, Related
 
 _MOST_PAIRS = 2000
 

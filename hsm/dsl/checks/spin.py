@@ -5,11 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Set
 from dataclasses import dataclass
 
-from hsm.codes import finding
-from hsm.diagnostics import Diagnostic, Related
-from hsm.dsl.logic import Formula, UndecidedError, both, can_hold, case_text, formula_of, models, negation, terms_of
-from hsm.dsl.subject import Subject
-from hsm.model import Assign, Model, State, StateKind, Transition, When
+from hsm.dsl.semantics.logic import (
+    Formula,
+    UndecidedError,
+    both,
+    can_hold,
+    case_text,
+    formula_of,
+    models,
+    negation,
+    terms_of,
+)
+from hsm.dsl.semantics.subject import Subject
+from hsm.model.chart import Assign, Model, State, StateKind, Transition, When
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic, Related
 
 _LONGEST_LOOP = 8
 _MOST_STEPS = 2000

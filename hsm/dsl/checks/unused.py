@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hsm.codes import finding
-from hsm.diagnostics import Diagnostic
-from hsm.dsl.subject import Subject
+from hsm.dsl.semantics.subject import Subject
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic
 
 _CODES = {"import": "W0601", "parameter": "W0602", "variable": "W0603", "event": "W0604", "raised event": "W0604"}
 _WORDS = {

@@ -1,0 +1,259 @@
+"""What states do and where they go: activities, transitions and actions, with a meaning for every name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from lark import Token
+
+from hsm.dsl.semantics.context import Context
+from hsm.dsl.semantics.declarations import Declarations
+from hsm.dsl.semantics.outline import HISTORY, Draft
+from hsm.dsl.semantics.subject import Stay
+from hsm.dsl.syntax import ast
+from hsm.model.chart import (
+    Action,
+    ActivityCall,
+    After,
+    Assign,
+    Call,
+    On,
+    Raise,
+    StateKind,
+    Transition,
+    TransitionKind,
+    Trigger,
+    When,
+)
+from hsm.model.diagnostics import Related
+from hsm.model.types import Quantity
+
+_DURATION = Quantity(time=1)
+
+
+@dataclass(slots=True)
+class Behaviour:
+    """Gives the lines of states their meaning.
+
+    Attributes:
+        context: what all stages share.
+        declarations: the file's events.
+        transitions: the machine's transitions so far.
+        uncertain: those of which something is not known, by index.
+        idle: some state does not do what it should, because that is at fault.
+    """
+
+    context: Context
+    declarations: Declarations
+    transitions: list[Transition] = field(default_factory=list)
+    uncertain: set[int] = field(default_factory=set)
+    idle: bool = False
+
+    def activity(self, draft: Draft) -> ActivityCall | None:
+        """What a state does; None where that is nothing, or at fault."""
+        if draft.activity is None:
+            return None
+        found = self._activity(draft.activity.call)
+        self.idle |= found is None
+        return found
+
+    def _activity(self, call: ast.CallSyntax) -> ActivityCall | None:
+        activities = self.context.library.activities
+        declared = activities.get(str(call.name))
+        if declared is None:
+            self._unknown_activity(call)
+            return None
+        arguments = self.context.scope.arguments(call, declared.parameters, f"activity `{call.name}`")
+        if arguments is None:
+            return None
+        return ActivityCall(declared, arguments, self.context.place(call.name, call.closing))
+
+    def _unknown_activity(self, call: ast.CallSyntax) -> None:
+        """Report an unknown activity; its arguments are looked at as those of the one that was probably meant."""
+        activities = self.context.library.activities
+        guess = self.context.report.guess(call.name, activities)
+        if call.name not in self.context.plan.doubt.names:
+            hint = guess.text
+            if call.name.value in self.context.library.actions:
+                hint = f"`{call.name}` is an action: it takes no time, and stands behind a slash"
+            hint = hint or "`maze-machine list activities` shows what there is"
+            self.context.add_once("E0204", call.name, f"there is no activity `{call.name}`", hint)
+        if guess.name is None:
+            self.look_at(call)
+        else:
+            self.context.scope.arguments(call, activities[guess.name].parameters, f"activity `{guess.name}`")
+
+    def look_at(self, call: ast.CallSyntax) -> None:
+        """Look at the arguments of a call of something that is not known, so that what they name counts as used."""
+        for argument in call.arguments:
+            self.context.scope.used.update(ast.names_in(argument))
+
+    def stay(self, line: ast.StayLine) -> Stay:
+        """A ``stay`` line with its typed condition."""
+        condition = self.context.scope.condition(line.condition) if line.condition is not None else None
+        last = ast.last_token(line.condition) if line.condition is not None else None
+        return Stay(condition, self.context.place(line.keyword, last), always=line.condition is None)
+
+    def transition(self, draft: Draft, line: ast.TransitionLine) -> Transition:
+        """A transition, the next in document order; its trigger is on nothing where it is at fault."""
+        uncertain = False
+        trigger = self._trigger(draft, line)
+        guard = self.context.scope.condition(line.guard) if line.guard is not None else None
+        actions = self.actions(line.actions)
+        kind = TransitionKind.INTERNAL
+        targets: tuple[int, ...] = ()
+        if line.target is not None:
+            kind = TransitionKind.LOCAL if line.target.arrow == "->" else TransitionKind.EXTERNAL
+            targets = self._targets(line.target)
+            kind = kind if targets else TransitionKind.INTERNAL
+            uncertain = len(targets) < len(line.target.names)
+        elif not line.actions:
+            if trigger is not None and (guard is not None or line.guard is None):
+                hint = "say where it goes: `-> state`, or what it does: `/ action`"
+                self.context.add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
+            # The line is not at its end: what is missing may name anything.
+            self.context.plan.unresolved = draft.deaf = uncertain = True
+            self.context.scope.puzzled = True
+        index = len(self.transitions)
+        operands = [one for one in (line.operand, line.guard) if one is not None]
+        uncertain |= any(name in self.context.plan.doubt.names for one in operands for name in ast.names_in(one))
+        draft.deaf |= trigger is None
+        if uncertain or trigger is None or (guard is None and line.guard is not None):
+            self.uncertain.add(index)
+        place = self.context.place(line.keyword, _last_token(line))
+        return Transition(index, draft.index, targets, trigger or On(()), guard, actions, kind, place)
+
+    def _trigger(self, draft: Draft, line: ast.TransitionLine) -> Trigger | None:
+        if line.operand is None:
+            return On(tuple(self.declarations.event(draft, name) for name in line.names))
+        if line.keyword == "when":
+            condition = self.context.scope.condition(line.operand)
+            return None if condition is None else When(condition)
+        duration = self.context.scope.value(line.operand, _DURATION)
+        return None if duration is None else After(duration)
+
+    def _targets(self, target: ast.TargetSyntax) -> tuple[int, ...]:
+        known: list[Draft] = []
+        for name in target.names:
+            draft = self.named_state(name)
+            if draft is None:
+                continue
+            clash = next((other for other in known if not _orthogonal(draft, other)), None)
+            if clash is not None:
+                hint = "several targets lie in different regions of a parallel state"
+                self.context.add("E0406", name, f"`{clash.name}` and `{draft.name}` cannot be active together", hint)
+                continue
+            known.append(draft)
+        return tuple(one.index for one in known)
+
+    def named_state(self, name: Token) -> Draft | None:
+        """The state with a name; of a misspelt one the state that was probably meant."""
+        found = self.context.plan.states.get(str(name))
+        if found is not None:
+            return found
+        owner, dot, suffix = name.rpartition(".")
+        if dot and owner in self.context.plan.states and suffix in HISTORY:
+            return self.context.plan.states[owner].histories.get(HISTORY[suffix])
+        doubt = self.context.plan.doubt
+        if name in doubt or owner in doubt:
+            self.context.plan.unresolved = True
+            return None
+        if dot and owner in self.context.plan.states:
+            hint = f"go to `{owner}`, or to `{owner}.history`"
+            self.context.add("E0201", name, f"a state inside `{owner}` cannot be entered by this name", hint)
+            return self.context.plan.states[owner]
+        wanted = owner if dot and suffix in HISTORY else str(name)
+        close = self.context.report.guess(wanted, self.context.plan.states)
+        hint = (
+            f"say of which state: `state.{name}`"
+            if name in HISTORY
+            else close.text or "declare it, or correct the name"
+        )
+        place = self.context.place(name)
+        self.context.report.add_once(
+            "E0201", place, f"there is no state `{wanted}`", hint or "declare it, or correct the name"
+        )
+        self.context.plan.unresolved |= close.name is None
+        return self.context.plan.states.get(close.name or "")
+
+    def actions(self, lines: tuple[ast.ActionSyntax, ...]) -> tuple[Action, ...]:
+        """Actions in order, without those at fault."""
+        actions = [self._action(line) for line in lines]
+        return tuple(one for one in actions if one is not None)
+
+    def _action(self, line: ast.ActionSyntax) -> Action | None:
+        match line:
+            case ast.RaiseSyntax(event):
+                return Raise(str(event), self.context.place(event))
+            case ast.AssignSyntax():
+                return self._assignment(line)
+            case ast.CallSyntax():
+                return self._call(line)
+
+    def _call(self, line: ast.CallSyntax) -> Call | None:
+        declared = self.context.library.actions.get(str(line.name))
+        if declared is None:
+            self._unknown_action(line)
+            return None
+        arguments = self.context.scope.arguments(line, declared.parameters, f"action `{line.name}`")
+        if arguments is None:
+            return None
+        return Call(declared, arguments, self.context.place(line.name, line.closing))
+
+    def _unknown_action(self, line: ast.CallSyntax) -> None:
+        """Report an unknown action; its arguments are looked at as those of the one that was probably meant."""
+        name, actions = line.name, self.context.library.actions
+        guess = self.context.report.guess(name, actions)
+        if name not in self.context.plan.doubt.names:
+            hint = guess.text
+            if name.value in self.context.library.activities:
+                hint = f"`{name}` is an activity: it takes time, and stands behind `do`"
+            hint = hint or "`maze-machine list actions` shows what there is"
+            self.context.add_once("E0205", name, f"there is no action `{name}`", hint)
+        if guess.name is None:
+            self.look_at(line)
+        else:
+            self.context.scope.arguments(line, actions[guess.name].parameters, f"action `{guess.name}`")
+
+    def _assignment(self, line: ast.AssignSyntax) -> Assign | None:
+        name = line.variable
+        declared = self.context.scope.variables.get(str(name))
+        if declared is None:
+            if name not in self.context.plan.doubt:
+                close = self.context.report.guess(name, self.context.scope.variables)
+                self.context.add_once("E0202", name, f"there is no variable `{name}`", close.text)
+                self.context.scope.puzzled |= close.name is None
+            self.context.scope.expression(line.value)
+            return None
+        if declared.constant:
+            message, hint = f"`{name}` is a parameter: it keeps its value", f"declare it with `var {name}`"
+            related = Related(declared.place, "declared here")
+            self.context.report.add("E0304", self.context.place(name), message, hint, (related,))
+            return None
+        was_used = name in self.context.scope.used
+        node = line.value
+        if line.operator != "=":
+            operator = Token.new_borrow_pos("OPERATOR", line.operator[0], line.operator)
+            node = ast.Binary(operator, name, node, 1 + ast.depth_of(node))
+        value = self.context.scope.value(node, declared.type)
+        if not was_used and line.operator != "=":
+            self.context.scope.used.discard(str(name))
+        return None if value is None else Assign(str(name), value, self.context.place(name, line.operator))
+
+
+def _last_token(line: ast.TransitionLine) -> Token:
+    """The last token of a transition's trigger, guard and target."""
+    if line.target is not None:
+        return line.target.names[-1]
+    if line.guard is not None:
+        return ast.last_token(line.guard)
+    if line.operand is not None:
+        return ast.last_token(line.operand)
+    return line.names[-1]
+
+
+def _orthogonal(one: Draft, other: Draft) -> bool:
+    """Whether two states lie in different regions of a parallel state."""
+    above = list(other.ancestors())
+    common = next((state for state in one.ancestors() if state in above), None)
+    return common is not None and common.kind is StateKind.PARALLEL and common not in (one, other)

@@ -1,0 +1,46 @@
+"""What all stages of a compilation share: the file, the registry, where findings go, what names mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lark import Token
+
+from hsm.dsl.reporting.report import Report
+from hsm.dsl.semantics.outline import Outline
+from hsm.dsl.semantics.typing import Scope
+from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.ast import place_of
+from hsm.model.diagnostics import Place
+from hsm.model.registry import Library
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What all stages share.
+
+    Attributes:
+        tree: the file as read.
+        library: the registry.
+        report: where findings go.
+        plan: the outline of the file.
+        scope: what its expressions may name.
+    """
+
+    tree: ast.File
+    library: Library
+    report: Report
+    plan: Outline
+    scope: Scope
+
+    def place(self, first: Token, last: Token | None = None) -> Place:
+        """The place from a token to another, or of a single one."""
+        return place_of(self.tree.name, first, last)
+
+    def add(self, code: str, token: Token, message: str, suggestion: str | None = None) -> None:
+        """Report a finding at a token."""
+        self.report.add(code, self.place(token), message, suggestion)
+
+    def add_once(self, code: str, token: Token, message: str, suggestion: str | None = None) -> None:
+        """Report a name that means nothing; where it stands again is told with it."""
+        self.report.add_once(code, self.place(token), message, suggestion, subject=str(token))

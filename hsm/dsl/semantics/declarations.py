@@ -1,0 +1,204 @@
+"""What stands at the top of a file, and which events its states may hear of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from lark import Token
+
+from hsm.dsl.semantics.context import Context
+from hsm.dsl.semantics.outline import Draft
+from hsm.dsl.semantics.typing import FUNCTIONS, Declared
+from hsm.dsl.syntax import ast
+from hsm.model.chart import StateKind, Variable
+from hsm.model.diagnostics import Place, Related
+from hsm.model.expressions import Literal
+from hsm.model.registry import Parameter
+
+_MOST_REPORTERS = 3
+_MOST_HEARD = 8
+
+
+@dataclass(slots=True)
+class Declarations:
+    """Parameters, variables and events of a file.
+
+    Attributes:
+        context: what all stages share.
+        parameters: the machine's parameters.
+        variables: its variables; those of instances are put behind them.
+        events: events that are declared (with their places) or raised.
+        heard: events that some transition is on, or may be.
+        raised: events that this file raises, and where first.
+        complete: the events of all imported machines are known.
+        puzzled: some transition is on an event that nothing sends, and it is not clear which was meant.
+    """
+
+    context: Context
+    parameters: list[Parameter] = field(default_factory=list)
+    variables: list[Variable] = field(default_factory=list)
+    events: dict[str, Place | None] = field(default_factory=dict)
+    heard: set[str] = field(default_factory=set)
+    raised: dict[str, Token] = field(default_factory=dict)
+    complete: bool = True
+    puzzled: bool = False
+    _strange: dict[str, int] = field(default_factory=dict)
+
+    def declare(self) -> None:
+        """Give the lines at the top of the file their meaning."""
+        for line in self.context.plan.root.lines:
+            match line:
+                case ast.ParameterLine(name, type_name, default):
+                    self._declare(name, type_name, default, constant=True)
+                case ast.VariableLine(name, type_name, initial):
+                    self._declare(name, type_name, initial, constant=False)
+                case ast.EventLine(names):
+                    self._declare_events(names)
+
+    def _declare_events(self, names: tuple[Token, ...]) -> None:
+        for name in names:
+            place = self.context.place(name)
+            first = self.events.setdefault(str(name), place)
+            if first is not None and first is not place:
+                related = Related(first, "first declared here")
+                self.context.report.add("E0209", place, f"event `{name}` is declared twice", related=(related,))
+
+    def _declare(self, name: Token, type_name: Token, value: ast.Expression | None, *, constant: bool) -> None:
+        new = self.context.plan.declared.get(str(name)) is name
+        if name in self.context.library.signals or name in FUNCTIONS or name in ("true", "false") or "." in name:
+            self.context.add("E0211", name, f"`{name}` cannot name a variable: it means something else already")
+            new = False
+        kind = self.context.scope.type_named(type_name)
+        initial = self.context.scope.value(value, kind) if kind is not None and value is not None else None
+        if (
+            initial is not None
+            and not isinstance(initial, Literal)
+            and (constant or not self.context.scope.is_constant(initial))
+        ):
+            message = f"`{name}` begins with a value made of constants{'' if constant else ' and parameters'}"
+            self.context.report.add("E0303", initial.place, message)
+            initial = None
+        if value is not None and initial is None:
+            self.context.plan.doubt.names.add(str(name))
+        if kind is None or not new:
+            self.context.plan.doubt.names.add(str(name))
+            return
+        place = self.context.place(name)
+        self.context.scope.variables[str(name)] = Declared(kind, constant, place)
+        if not constant and initial is not None:
+            self.variables.append(Variable(str(name), kind, initial, place=place))
+        elif constant and isinstance(initial, Literal):
+            self.parameters.append(Parameter(str(name), kind, initial.value))
+        elif constant:
+            self.parameters.append(Parameter(str(name), kind))
+
+    def gather_events(self, order: Sequence[Draft], imported: Iterable[str], *, complete: bool) -> None:
+        """Find out which events each state may hear of: outcomes inside it, its final states, what is raised anywhere.
+
+        Args:
+            order: all states in document order.
+            imported: the events of imported machines.
+            complete: whether these are all.
+        """
+        self.complete = complete
+        for draft in order:
+            if draft.initial is not None:
+                self._gather_raised(draft.initial.actions)
+            for line in draft.lines:
+                if isinstance(line, ast.TransitionLine | ast.EntryLine | ast.ExitLine):
+                    self._gather_raised(line.actions)
+        for name in imported:
+            self.events.setdefault(name, None)
+            self.heard.add(name)
+        for draft in reversed(order):
+            self._gather_outcomes(draft)
+            if draft.parent is not None:
+                draft.parent.reported |= draft.reported
+                draft.parent.opaque |= draft.opaque
+
+    def _gather_raised(self, actions: tuple[ast.ActionSyntax, ...]) -> None:
+        for action in actions:
+            if isinstance(action, ast.RaiseSyntax):
+                self.events.setdefault(str(action.event), None)
+                self.raised.setdefault(str(action.event), action.event)
+
+    def _gather_outcomes(self, draft: Draft) -> None:
+        draft.completions.update(child.name for child in draft.children if child.kind is StateKind.FINAL)
+        if draft.activity is not None:
+            name = str(draft.activity.call.name)
+            activities = self.context.library.activities
+            activity = activities.get(name) or activities.get(self.context.report.guess(name, activities).name or "")
+            draft.reported.update(activity.outcomes if activity is not None else ())
+            draft.opaque |= activity is None
+        if draft.model is not None:
+            states = draft.model.states
+            finals = (states[child] for child in states[0].children)
+            draft.completions.update(child.name for child in finals if child.kind is StateKind.FINAL)
+            for state in states:
+                draft.reported.update(state.activity.activity.outcomes if state.activity is not None else ())
+        if draft.completions or draft.kind is StateKind.PARALLEL:
+            draft.completions.add("done")
+
+    def event(self, draft: Draft, token: Token) -> str:
+        """The name of an event; of a misspelt one the name that was probably meant."""
+        name = str(token)
+        self.heard.add(name)
+        sources = (self.context.library.events, self.events, draft.completions, draft.reported, ("fault",))
+        if any(name in source for source in sources) or name in self.context.plan.doubt:
+            return name
+        if draft.opaque or not self.complete:
+            return name
+        guess = self.context.report.guess(name, (one for source in sources for one in source))
+        message = f"nothing sends, raises or reports `{name}` in `{draft.name}`"
+        if guess.name is not None:
+            self.heard.add(guess.name)
+            self.context.add_once("E0203", token, message, guess.text)
+            return guess.name
+        # What a state hears of may be missing as a whole: one finding for all that it waits for in vain.
+        subject = self._strange.setdefault(name, draft.index)
+        place, again = self.context.place(token), f"nor `{name}`" if subject == draft.index else "and here"
+        hint = guess.text or self._reporter(name) or _heard(draft)
+        if name in self.context.library.signals:
+            hint = f"`{name}` is a signal: `when {name}`"
+        self.context.report.add_once("E0203", place, message, hint, subject=subject, again=again)
+        draft.deaf = self.puzzled = True
+        return name
+
+    def _reporter(self, outcome: str) -> str | None:
+        """Which activities would report an outcome, as a way out."""
+        activities = self.context.library.activities.values()
+        names = [one.name for one in activities if outcome in one.outcomes]
+        if not 0 < len(names) <= _MOST_REPORTERS:
+            return None
+        return (
+            f"it is an outcome of {' and of '.join(f'`{name}`' for name in names)}, which a state does: `do {names[0]}`"
+        )
+
+    def unused(self, imports: Iterable[str]) -> list[tuple[str, str, Place]]:
+        """Kind, name and place of everything that is declared and never used.
+
+        Args:
+            imports: the imported machines that no state is an instance of.
+        """
+        found: list[tuple[str, str, Place]] = []
+        if self.puzzled:
+            return found
+        for name in imports:
+            found.append(("import", name, self.context.place(self.context.plan.imports[name])))
+        for name, declared in self.context.scope.variables.items():
+            if name not in self.context.scope.used and not self.context.scope.puzzled:
+                found.append(("parameter" if declared.constant else "variable", name, declared.place))
+        for name, place in self.events.items():
+            if place is not None and name not in self.heard and name not in self.raised:
+                found.append(("event", name, place))
+        for name, token in self.raised.items():
+            if name not in self.heard and self.events[name] is None and name not in self.context.library.events:
+                found.append(("raised event", name, self.context.place(token)))
+        return found
+
+
+def _heard(draft: Draft) -> str | None:
+    """What a state hears of, as a way out."""
+    names = sorted(draft.completions | draft.reported)
+    return f"what `{draft.name}` hears of: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None

@@ -1,0 +1,156 @@
+"""Instances: a machine copied into another one, as a state with the instance's name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from hsm.model.chart import (
+    Action,
+    ActivityCall,
+    After,
+    Assign,
+    Call,
+    Model,
+    State,
+    Transition,
+    Trigger,
+    Variable,
+    When,
+)
+from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.properties import Property, with_conditions
+
+
+@dataclass(frozen=True, slots=True)
+class Graft:
+    """A copy of a machine's parts, renamed and renumbered.
+
+    Attributes:
+        root: what was the machine's root, to be merged into the instance's state.
+        states: all other states.
+        transitions: all transitions.
+        variables: all variables, set when the instance's state is entered (inner instances: on their own entry).
+        properties: what must hold of it, about the instance's state.
+    """
+
+    root: State
+    states: tuple[State, ...]
+    transitions: tuple[Transition, ...]
+    variables: tuple[Variable, ...]
+    properties: tuple[Property, ...]
+
+
+def graft(model: Model, name: str, state_offset: int, transition_offset: int) -> Graft:
+    """Copy a machine.
+
+    Args:
+        model: the machine.
+        name: the instance's name, put before the name of each state, variable and parameter.
+        state_offset: the index that the machine's root becomes.
+        transition_offset: the index that its first transition becomes.
+    """
+    copier = _Copier(f"{name}.", state_offset, transition_offset)
+    states = tuple(map(copier.state, model.states))
+    return Graft(
+        states[0],
+        states[1:],
+        tuple(map(copier.transition, model.transitions)),
+        tuple(map(copier.variable, model.variables)),
+        tuple(map(copier.property, model.properties)),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Copier:
+    prefix: str
+    states: int
+    transitions: int
+
+    def state(self, state: State) -> State:
+        """A state with its new name and numbers."""
+        return replace(
+            state,
+            index=state.index + self.states,
+            name=self.prefix + state.name,
+            parent=state.parent + self.states,
+            children=self._shifted(state.children),
+            last=state.last + self.states,
+            initial=self._shifted(state.initial),
+            initial_actions=self._actions(state.initial_actions),
+            entry=self._actions(state.entry),
+            exit=self._actions(state.exit),
+            activity=self._activity(state.activity),
+            transitions=tuple(index + self.transitions for index in state.transitions),
+        )
+
+    def transition(self, transition: Transition) -> Transition:
+        """A transition with its new numbers."""
+        return replace(
+            transition,
+            index=transition.index + self.transitions,
+            source=transition.source + self.states,
+            targets=self._shifted(transition.targets),
+            trigger=self._trigger(transition.trigger),
+            guard=None if transition.guard is None else self._expression(transition.guard),
+            actions=self._actions(transition.actions),
+        )
+
+    def variable(self, variable: Variable) -> Variable:
+        """A variable with its new name, set when its state is entered."""
+        return replace(
+            variable,
+            name=self.prefix + variable.name,
+            initial=self._expression(variable.initial),
+            scope=variable.scope + self.states,
+        )
+
+    def property(self, stated: Property) -> Property:
+        """A property with its new name, about the instance or about an instance within it."""
+        return replace(
+            stated,
+            name=self.prefix + stated.name,
+            claim=with_conditions(stated.claim, self._expression),
+            scope=self.prefix + stated.scope if stated.scope is not None else self.prefix.removesuffix("."),
+        )
+
+    def _shifted(self, indices: tuple[int, ...]) -> tuple[int, ...]:
+        return tuple(index + self.states for index in indices)
+
+    def _trigger(self, trigger: Trigger) -> Trigger:
+        match trigger:
+            case When(condition):
+                return When(self._expression(condition))
+            case After(duration):
+                return After(self._expression(duration))
+            case _:
+                return trigger
+
+    def _activity(self, call: ActivityCall | None) -> ActivityCall | None:
+        return None if call is None else replace(call, arguments=tuple(map(self._expression, call.arguments)))
+
+    def _actions(self, actions: tuple[Action, ...]) -> tuple[Action, ...]:
+        return tuple(map(self._action, actions))
+
+    def _action(self, action: Action) -> Action:
+        match action:
+            case Assign():
+                return replace(action, variable=self.prefix + action.variable, value=self._expression(action.value))
+            case Call():
+                return replace(action, arguments=tuple(map(self._expression, action.arguments)))
+            case _:
+                return action
+
+    def _expression(self, expression: Expression) -> Expression:
+        match expression:
+            case VariableValue(name):
+                return replace(expression, name=self.prefix + name)
+            case Active(state):
+                return replace(expression, state=self.prefix + state)
+            case SignalValue(arguments=arguments):
+                return replace(expression, arguments=tuple(map(self._expression, arguments)))
+            case Unary(operand=operand):
+                return replace(expression, operand=self._expression(operand))
+            case Binary(left=left, right=right):
+                return replace(expression, left=self._expression(left), right=self._expression(right))
+            case Literal():
+                return expression

@@ -1,0 +1,209 @@
+"""From a file and all that it imports to a machine, or to everything that is wrong with it."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+
+from lark import Token
+
+from hsm.dsl import checks
+from hsm.dsl.reporting.report import Report
+from hsm.dsl.semantics.acceptance import accepted
+from hsm.dsl.semantics.compile import Unit, compile_file
+from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.ast import place_of
+from hsm.dsl.syntax.layout import without_doubtful
+from hsm.dsl.syntax.parser import parse
+from hsm.model.chart import Model
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic, MachineError
+from hsm.model.registry import Library
+
+SUFFIX = ".maze-machine"
+"""What the name of a machine's file ends with."""
+
+_LARGEST = 2**25
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What became of a file.
+
+    Attributes:
+        model: the machine; None where there are errors.
+        diagnostics: all findings, in the order of the files and of their lines.
+        sources: the text of every file that was read, by name.
+    """
+
+    model: Model | None
+    diagnostics: tuple[Diagnostic, ...]
+    sources: dict[str, str] = field(default_factory=dict)
+
+
+def load_model(path: str | Path, library: Library) -> Model:
+    """The machine in a file.
+
+    Raises:
+        MachineError: it, or a machine that it imports, cannot be built; with all findings.
+    """
+    return _model(check_file(path, library, remarks=False))
+
+
+def parse_model(text: str, library: Library, file: str = "<text>") -> Model:
+    """The machine in a text; imports are looked for beside ``file``.
+
+    Raises:
+        MachineError: it, or a machine that it imports, cannot be built; with all findings.
+    """
+    return _model(check_text(text, library, file, remarks=False))
+
+
+def check_file(path: str | Path, library: Library, *, remarks: bool = True) -> Checked:
+    """Read and check a file and all that it imports.
+
+    Args:
+        path: where it is.
+        library: the registry.
+        remarks: whether warnings and notes are wanted for a machine without errors; with errors they always are.
+    """
+    try:
+        text = read_text(path)
+    except MachineError as error:
+        return Checked(None, error.diagnostics)
+    return check_text(text, library, str(path), remarks=remarks)
+
+
+def read_text(path: str | Path) -> str:
+    """The text of a file.
+
+    Raises:
+        MachineError: it cannot be read, or is no text.
+    """
+    try:
+        content = Path(path).read_bytes()
+        if len(content) > _LARGEST:
+            raise _unreadable(path, "it is larger than 32 MiB", "make parts of it machines that it imports")
+        return content.decode("utf-8-sig")
+    except FileNotFoundError as error:
+        raise _unreadable(path, _reason(error), _beside(Path(path))) from None
+    except UnicodeDecodeError as error:
+        raise _unreadable(path, f"byte {error.start + 1} is not UTF-8", "save it as UTF-8") from None
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, _reason(error), "give the path of a file that may be read") from None
+
+
+def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
+    """Check a text as ``check_file`` does; imports are looked for beside ``file``."""
+    with _no_collection():
+        return _Loader(library).check(text, file, remarks=remarks)
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Without it, the garbage collector walks all of a large machine again and again, and finds nothing."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+def _model(checked: Checked) -> Model:
+    if checked.model is None:
+        raise MachineError(checked.diagnostics)
+    return checked.model
+
+
+def _unreadable(path: str | Path, reason: str, suggestion: str) -> MachineError:
+    return MachineError([finding("E0107", None, f"{path} cannot be read: {reason}", suggestion)])
+
+
+def _beside(path: Path) -> str:
+    """What may have been meant by a file that is not there."""
+    suffix = path.suffix or SUFFIX
+    close = get_close_matches(path.stem, sorted(other.stem for other in path.parent.glob(f"*{suffix}")), n=1)
+    return f"did you mean `{path.with_name(close[0] + suffix)}`?" if close else "give the path of a file that is there"
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
+def _position(found: Diagnostic) -> tuple[int, int, str]:
+    return (found.place.line, found.place.column, found.code) if found.place is not None else (0, 0, found.code)
+
+
+@dataclass(slots=True)
+class _Loader:
+    """Compiles each file once; knows which files are being compiled, so that a ring of imports is seen."""
+
+    library: Library
+    units: dict[Path, Unit] = field(default_factory=dict)
+    open_files: list[Path] = field(default_factory=list)
+    sources: dict[str, str] = field(default_factory=dict)
+
+    def check(self, text: str, file: str, *, remarks: bool) -> Checked:
+        """Compile a text and what it imports; collect what was found anywhere, file by file and line by line."""
+        main = self._compile(text, file)
+        units = [main, *(unit for unit in self.units.values() if unit is not main)]
+        failed = any(unit.model is None for unit in units)
+        findings: list[Diagnostic] = []
+        for unit in units:
+            found: Sequence[Diagnostic] = unit.diagnostics
+            if remarks or failed:
+                certain = without_doubtful((*found, *checks.remarks(unit.subject)), unit.tree.lines)
+                found = accepted(certain, unit.tree)
+            findings.extend(sorted(found, key=_position))
+        return Checked(None if failed else main.model, tuple(findings), self.sources)
+
+    def _compile(self, text: str, file: str) -> Unit:
+        path = Path(file).resolve()
+        self.sources[file] = text
+        self.open_files.append(path)
+        tree, findings = parse(text, file)
+        machines: dict[str, Unit | None] = {}
+        report = Report(file, findings)
+        for name in ast.imports_of(tree):
+            machines[name.rpartition(".")[2]] = self._import(name, report)
+        self.open_files.pop()
+        unit = compile_file(tree, findings, self.library, machines)
+        self.units[path] = unit
+        return unit
+
+    def _find(self, name: str, beside: Path) -> Path:
+        """Where an imported machine lies: beside the file, else in a folder of the library."""
+        relative = Path(*name.split(".")).with_suffix(SUFFIX)
+        paths = [folder / relative for folder in (beside, *self.library.folders)]
+        return next((path for path in paths if path.is_file()), paths[0])
+
+    def _importable(self, file: Path) -> list[str]:
+        """The machines that lie beside a file, and those in the folders of the library."""
+        paths = (path for folder in (file.parent, *self.library.folders) for path in sorted(folder.glob(f"*{SUFFIX}")))
+        return [path.stem for path in paths if path.stem != file.stem]
+
+    def _import(self, name: Token, report: Report) -> Unit | None:
+        path = self._find(name, Path(report.file).parent)
+        key = path.resolve()
+        place = place_of(report.file, name)
+        if key in self.open_files:
+            ring = [one.stem for one in self.open_files[self.open_files.index(key) :]]
+            message = f"machines import one another in a ring: {' -> '.join([*ring, ring[0]])}"
+            report.add("E0410", place, message, "let what both need be a machine of its own, which they import")
+            return None
+        if key in self.units:
+            return self.units[key]
+        try:
+            text = read_text(path)
+        except MachineError as error:
+            meant = report.guess(name, self._importable(Path(report.file))).text
+            message = f"there is no machine `{name}` to import: {error.diagnostics[0].message}"
+            report.add("E0208", place, message, meant or f"put `{name}{SUFFIX}` beside this file")
+            return None
+        return self._compile(text, str(path))

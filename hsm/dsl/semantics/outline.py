@@ -1,0 +1,349 @@
+"""The outline of a file: which states lie in which, what is declared at the top; no name has a meaning yet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from lark import Token
+
+from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.ast import place_of
+from hsm.model.chart import Model, StateKind
+from hsm.model.diagnostics import Related
+
+HISTORY = {"history": StateKind.SHALLOW_HISTORY, "deep_history": StateKind.DEEP_HISTORY}
+"""How the history of a state is named behind the state's own name."""
+
+
+@dataclass(slots=True, eq=False)
+class Draft:
+    """A state while its machine is being built.
+
+    Attributes:
+        name: its name in this file.
+        kind: what it is, as far as its lines tell.
+        parent: the state around it.
+        token: where its name is written.
+        children: the states directly inside it, histories excepted.
+        histories: the history states that some transition asks for.
+        lines: its transitions, entry and exit lines; at the top also declarations.
+        stays: its ``stay`` lines.
+        initial: its ``initial`` line.
+        activity: its ``do`` line.
+        instance: the machine that it is an instance of, with arguments.
+        model: that machine, once found.
+        broken: its own line is at fault, and nothing is said about it but of what its lines name.
+        opaque: what it or something inside it reports cannot be known.
+        deaf: it may wait for more than is known: something of that cannot be read, or means nothing.
+        completions: names under which its own completion is heard.
+        reported: outcomes of activities in it or inside it.
+        index: its position in document order.
+        last: the position of its last descendant.
+    """
+
+    name: str
+    kind: StateKind
+    parent: Draft | None
+    token: Token | None = None
+    children: list[Draft] = field(default_factory=list)
+    histories: dict[StateKind, Draft] = field(default_factory=dict)
+    lines: list[ast.Item] = field(default_factory=list)
+    stays: list[ast.StayLine] = field(default_factory=list)
+    initial: ast.InitialLine | None = None
+    activity: ast.DoLine | None = None
+    instance: ast.CallSyntax | None = None
+    model: Model | None = None
+    broken: bool = False
+    opaque: bool = False
+    deaf: bool = False
+    completions: set[str] = field(default_factory=set)
+    reported: set[str] = field(default_factory=set)
+    index: int = -1
+    last: int = -1
+
+    def inner(self) -> list[Draft]:
+        """The states directly inside it, histories last."""
+        return [*self.children, *self.histories.values()]
+
+    def ancestors(self) -> Iterator[Draft]:
+        """The state and all that it lies in, innermost first."""
+        found: Draft | None = self
+        while found is not None:
+            yield found
+            found = found.parent
+
+
+@dataclass(slots=True)
+class Doubt:
+    """What lines that could not be read leave open: nothing is said that they might answer.
+
+    Attributes:
+        names: names that stand on such lines, and names whose declaration is at fault.
+        nameless: one of the lines declares something, so any name may be meant.
+        unread: there are such lines.
+        eventful: one of them may tell where an event comes from.
+    """
+
+    names: set[str] = field(default_factory=set)
+    nameless: bool = False
+    unread: bool = False
+    eventful: bool = False
+
+    def __contains__(self, name: object) -> bool:
+        return self.nameless or name in self.names
+
+
+@dataclass(slots=True)
+class Outline:
+    """What a file declares.
+
+    Attributes:
+        root: stands for the machine.
+        states: all states by name.
+        heading: the line ``machine NAME``.
+        imports: imported machines, by the name that the file knows them under.
+        declared: where each state, variable and parameter is declared first.
+        doubt: what lines that could not be read leave open.
+        unresolved: some transition may lead anywhere, because its target is not known.
+    """
+
+    root: Draft
+    states: dict[str, Draft] = field(default_factory=dict)
+    heading: ast.MachineLine | None = None
+    imports: dict[str, Token] = field(default_factory=dict)
+    declared: dict[str, Token] = field(default_factory=dict)
+    doubt: Doubt = field(default_factory=Doubt)
+    unresolved: bool = False
+
+    def all_states(self) -> list[Draft]:
+        """All drafts in document order, the root first, also those that bear no good name."""
+        found: list[Draft] = []
+        stack = [self.root]
+        while stack:
+            draft = stack.pop()
+            found.append(draft)
+            stack.extend(reversed(draft.children))
+        return found
+
+
+def outline(tree: ast.File, report: Report) -> Outline:
+    """Walk a file once; whatever stands in the wrong place or twice is reported."""
+    walker = _Walker(tree, report, Outline(Draft("", StateKind.COMPOUND, None)))
+    misfit = any(one.code == "E0105" for one in report.found)
+    walker.result.doubt.unread = walker.result.doubt.eventful = misfit
+    walker.walk()
+    walker.check_whole()
+    return walker.result
+
+
+@dataclass(slots=True)
+class _Walker:
+    tree: ast.File
+    report: Report
+    result: Outline
+
+    def walk(self) -> None:
+        """Take all lines, blocks from an explicit stack: a deep file needs no deep recursion."""
+        stack: list[tuple[Draft, Iterator[ast.Item]]] = [(self.result.root, iter(self.tree.items))]
+        while stack:
+            draft, items = stack[-1]
+            for item in items:
+                block = self._take(draft, item)
+                if block is not None:
+                    stack.append(block)
+                    break
+            else:
+                stack.pop()
+
+    def check_whole(self) -> None:
+        """What only the whole file tells."""
+        result = self.result
+        for draft in result.states.values():
+            few = draft.kind is StateKind.PARALLEL and len(draft.children) < 2
+            if few and not draft.broken and not result.doubt.unread:
+                result.unresolved = True
+                message = f"parallel state `{draft.name}` has fewer than two states inside"
+                self._add("E0408", draft.token, message, "write `state`, or give it a second region")
+        if result.heading is None:
+            if not result.doubt.unread:
+                message = "the first line is to be `machine`, with a name"
+                self._add("E0401", _start_of(self.tree), message, "begin with `machine maze`")
+            return
+        name = result.heading.name
+        result.root.name, result.root.token = str(name), name
+        if "." in name:
+            self._add("E0211", name, "the name of a machine has no dot")
+        if name in result.states:
+            related = Related(place_of(self.tree.name, name), "the machine is named here")
+            self.report.add(
+                "E0209",
+                place_of(self.tree.name, result.states[str(name)].token or name),
+                f"`{name}` names the machine itself",
+                related=(related,),
+            )
+        if not result.root.children and not result.doubt.unread:
+            self._add("E0409", name, f"machine `{name}` has no state", "begin with one: `state waiting`")
+
+    def _take(self, draft: Draft, item: ast.Item) -> tuple[Draft, Iterator[ast.Item]] | None:
+        """Note one line; a block is returned to be walked next."""
+        match item:
+            case ast.StateBlock():
+                return self._new_state(draft, item), iter(item.items)
+            case ast.BadLine(names, items, nameless):
+                doubt = self.result.doubt
+                doubt.names |= names
+                doubt.nameless |= nameless
+                doubt.unread = draft.opaque = draft.deaf = True
+                doubt.eventful |= draft is self.result.root or "raise" in names
+                if items and not names:
+                    self._leave_open(draft)
+                broken = Draft("", StateKind.ATOMIC, draft, broken=True, opaque=True, deaf=True)
+                if items:
+                    self._add_child(broken)
+                return broken, iter(items)
+            case ast.TransitionLine() | ast.EntryLine() | ast.ExitLine():
+                draft.lines.append(item)
+            case ast.StayLine():
+                draft.stays.append(item)
+            case ast.FinalLine() | ast.InitialLine() | ast.DoLine():
+                self._take_part(draft, item)
+            case ast.MachineLine():
+                self._take_heading(item)
+            case _:
+                self._take_declaration(draft, item)
+        return None
+
+    def _leave_open(self, draft: Draft) -> None:
+        """Lines that belong to nothing may be meant for the state before them, or for one that is not there."""
+        self.result.doubt.nameless = draft.broken = True
+        if draft.children:
+            draft.children[-1].opaque = True
+
+    def _new_state(self, parent: Draft, block: ast.StateBlock) -> Draft:
+        if parent.instance is not None:
+            self._not_here(
+                parent, block.name, "an instance of a machine has no further states: its states are in its file"
+            )
+        draft = Draft(str(block.name), block.kind, parent, block.name, instance=block.instance)
+        self._insert(draft, block.name)
+        return draft
+
+    def _insert(self, draft: Draft, name: Token) -> None:
+        if "." in name:
+            message = f"`{name}` cannot name a state: a name that is declared has no dot"
+            self._add("E0211", name, message, f"write `{name.replace('.', '_')}`")
+            self.result.doubt.names.add(draft.name)
+            draft.broken = True
+        elif self.is_new(name):
+            self.result.states[draft.name] = draft
+        else:
+            self.result.unresolved = draft.broken = True
+            if draft.name in self.result.states:
+                self.result.states[draft.name].broken = True
+        self._add_child(draft)
+
+    def _add_child(self, draft: Draft) -> None:
+        parent = draft.parent
+        assert parent is not None
+        if parent.kind is StateKind.ATOMIC:
+            parent.kind = StateKind.COMPOUND
+        parent.children.append(draft)
+
+    def _take_part(self, draft: Draft, item: ast.FinalLine | ast.InitialLine | ast.DoLine) -> None:
+        match item:
+            case ast.FinalLine(name):
+                if draft.kind is StateKind.PARALLEL or draft.instance is not None:
+                    self._add("E0402", name, "a final state lies in the machine or in a state that is not parallel")
+                self._insert(Draft(str(name), StateKind.FINAL, draft, name), name)
+            case ast.InitialLine(target):
+                if draft.kind is StateKind.PARALLEL:
+                    self._add("E0402", target, "all regions of a parallel state are entered: it has no `initial`")
+                    draft.broken = True
+                elif draft.instance is not None:
+                    self._not_here(draft, target, "where an instance begins is said in its machine's file")
+                elif draft.initial is not None:
+                    self._second("initial", target, draft.initial.target)
+                    draft.broken = draft.opaque = True
+                else:
+                    draft.initial = item
+            case ast.DoLine(call):
+                if draft.instance is not None:
+                    self._not_here(draft, call.name, "an instance of a machine does what that machine does")
+                elif draft.activity is not None:
+                    self._second("do", call.name, draft.activity.call.name)
+                    draft.broken = draft.opaque = True
+                else:
+                    draft.activity = item
+
+    def _take_heading(self, item: ast.MachineLine) -> None:
+        if self.result.heading is not None:
+            self._second("machine", item.name, self.result.heading.name)
+            return
+        if item is not _first_item(self.tree):
+            self._add("E0401", item.name, "the line `machine` is the first of its file")
+        self.result.heading = item
+
+    def _take_declaration(self, draft: Draft, item: ast.Item) -> None:
+        match item:
+            case ast.ImportLine(name) | ast.ParameterLine(name) | ast.VariableLine(name):
+                first = name
+            case ast.EventLine(names):
+                first = names[0]
+            case ast.PropertyLine(name):
+                first = name
+            case _:
+                raise AssertionError(item)
+        if draft is not self.result.root and not draft.broken:
+            message = "this is declared at the top of the file, not in a state"
+            self._add("E0402", first, message, "move it up, in front of the first state")
+        if isinstance(item, ast.ImportLine):
+            known = first.rpartition(".")[2]
+            if known in self.result.imports:
+                self._second(f"import {known}", first, self.result.imports[known])
+            self.result.imports.setdefault(known, first)
+            return
+        self.result.root.lines.append(item)
+        if not isinstance(item, ast.EventLine):
+            self.is_new(first)
+
+    def is_new(self, name: Token) -> bool:
+        """Whether a name is declared for the first time; reported where it is not."""
+        first = self.result.declared.setdefault(str(name), name)
+        if first is name:
+            return True
+        related = Related(place_of(self.tree.name, first), "first declared here")
+        message, hint = f"`{name}` is declared twice", "give one of them another name"
+        self.report.add("E0209", place_of(self.tree.name, name), message, hint, (related,))
+        return False
+
+    def _not_here(self, instance: Draft, token: Token, message: str) -> None:
+        """An instance has lines that it cannot have: told once, as they are likely those of a state of their own."""
+        place = place_of(self.tree.name, token)
+        self.report.add_once("E0402", place, message, subject=id(instance), again="nor does this belong here")
+        instance.broken = instance.opaque = True
+
+    def _add(self, code: str, token: Token | None, message: str, hint: str | None = None) -> None:
+        self.report.add(code, place_of(self.tree.name, token) if token is not None else None, message, hint)
+
+    def _second(self, what: str, token: Token, first: Token) -> None:
+        related = Related(place_of(self.tree.name, first), "the first is here")
+        hint = "a state does one thing: the other belongs to a state of its own" if what == "do" else "keep one of them"
+        self.report.add("E0403", place_of(self.tree.name, token), f"a second `{what}`", hint, (related,))
+
+
+def _first_item(tree: ast.File) -> ast.Item:
+    """The first line of a file, be it indented."""
+    first = tree.items[0]
+    return first.items[0] if isinstance(first, ast.BadLine) and first.items else first
+
+
+def _start_of(tree: ast.File) -> Token:
+    """The first word of a file."""
+    for number, line in enumerate(tree.lines, 1):
+        words = line.partition("#")[0].split()
+        if words:
+            column = line.index(words[0]) + 1
+            return Token("NAME", words[0], 0, number, column, number, column + len(words[0]))
+    return Token("NAME", "", 0, 1, 1, 1, 2)

@@ -1,0 +1,119 @@
+"""From the lines that state properties to typed claims."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import reduce
+
+from lark import Token
+
+from hsm.dsl.reporting.report import Report
+from hsm.dsl.semantics.typing import Scope
+from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.ast import first_token, last_token, place_of
+from hsm.model.chart import State
+from hsm.model.expressions import Active, Binary, Expression, Literal
+from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
+from hsm.model.types import BOOLEAN, Quantity
+
+_DURATION = Quantity(time=1)
+
+
+def compile_properties(
+    lines: Iterable[ast.PropertyLine],
+    source: Sequence[str],
+    scope: Scope,
+    states: Sequence[State],
+    *,
+    certain: bool,
+) -> tuple[Property, ...]:
+    """Give the properties of a file their meaning.
+
+    Args:
+        lines: their syntax.
+        source: the text of the file, line by line.
+        scope: what the expressions of the file may name.
+        states: all states, with those of instances.
+        certain: whether it is known what all states do.
+    """
+    inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubt, scope.used)
+    inner.machine, inner.certain = states, certain
+    found = [_property(line, source, inner, scope.report) for line in lines]
+    scope.puzzled |= inner.puzzled
+    return tuple(one for one in found if one is not None)
+
+
+class _Scope(Scope):
+    """Properties may also ask what is being done: ``doing(ring)``, ``holding(base)``."""
+
+    machine: Sequence[State] = ()
+    certain: bool = True
+
+    def _call(self, node: ast.CallSyntax) -> Expression | None:
+        match node.name.value:
+            case "doing":
+                return self._some(node, "activity", lambda state: (_activity(state),))
+            case "holding":
+                return self._some(node, "thing to hold", _holds)
+        return super()._call(node)
+
+    def _some(self, node: ast.CallSyntax, what: str, has: Callable[[State], tuple[str, ...]]) -> Expression | None:
+        """That some state is active whose activity has a name, or holds something."""
+        match node.arguments:
+            case (Token(type="NAME") as name,):
+                pass
+            case _:
+                place = place_of(self.report.file, node.name, node.closing)
+                self.report.add("E0213", place, f"`{node.name}` takes one name")
+                return None
+        place = place_of(self.report.file, node.name, node.closing)
+        active: list[Expression] = [Active(one.name, place) for one in self.machine if str(name) in has(one)]
+        if not active and not self.certain:
+            return None
+        if not active:
+            known = dict.fromkeys(one for state in self.machine for one in has(state) if one)
+            hint = self.report.guess(name, known).text
+            self.report.add_once("E0204", place_of(self.report.file, name), f"no state has the {what} `{name}`", hint)
+            return None
+        return reduce(lambda left, right: Binary("or", left, right, BOOLEAN, place), active)
+
+
+def _activity(state: State) -> str:
+    return state.activity.activity.name if state.activity is not None else ""
+
+
+def _holds(state: State) -> tuple[str, ...]:
+    return state.activity.activity.holds if state.activity is not None else ()
+
+
+def _property(line: ast.PropertyLine, source: Sequence[str], scope: Scope, report: Report) -> Property | None:
+    conditions = [scope.condition(one) for one in line.conditions]
+    within = None
+    if line.within is not None:
+        value = scope.value(line.within, _DURATION)
+        if isinstance(value, Literal):
+            within = float(value.value)
+        elif value is not None:
+            place = place_of(report.file, first_token(line.within), last_token(line.within))
+            report.add("E0303", place, "the time in a property is constant")
+    given = [one for one in conditions if one is not None]
+    if len(given) < len(conditions) or (line.within is not None and within is None):
+        return None
+    last = last_token(line.within if line.within is not None else line.conditions[-1])
+    place = place_of(report.file, line.name, last)
+    text = source[place.line - 1][(line.keyword.column or 1) - 1 : place.end_column - 1]
+    return Property(str(line.name), _claim(line.kind, given, within or 0.0), text, place)
+
+
+def _claim(kind: str, conditions: Sequence[Expression], within: float) -> Claim:
+    match kind:
+        case "never":
+            return Never(*conditions)
+        case "always":
+            return AlwaysHolds(*conditions)
+        case "recurrence":
+            return Recurrence(conditions[0], within)
+        case "response":
+            return Response(conditions[0], conditions[1], within)
+        case _:
+            return Precedence(*conditions)

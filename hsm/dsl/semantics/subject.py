@@ -1,0 +1,65 @@
+"""What the checks look at: a machine, as far as it could be understood, and what is known to be uncertain about it."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterator, Mapping
+from dataclasses import dataclass
+
+from hsm.model.chart import Model, State, StateKind
+from hsm.model.diagnostics import Place
+from hsm.model.expressions import Expression
+
+PSEUDO = (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY)
+"""The kinds of state that no machine ever is in."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stay:
+    """A ``stay`` line: no transition is wanted while its condition holds, or ever.
+
+    Attributes:
+        condition: None without one, or where it is at fault.
+        place: where it is written.
+        always: it has no condition.
+    """
+
+    condition: Expression | None
+    place: Place
+    always: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """One file's machine for the checks; only what is written in this file is reported.
+
+    Attributes:
+        file: the file's name.
+        model: the machine; where the file has errors, without what could not be understood.
+        stays: the ``stay`` lines of each state, by its index.
+        doubt: names that may be declared on lines that could not be read; nothing is said about those.
+        unresolved: some transition may lead anywhere, because its target is not known.
+        uncertain: transitions of which something is not known, by index.
+        deaf: states that may wait for more than is known, by index.
+        broken: states whose own line is at fault.
+        opaque: states in which something reports outcomes that are not known.
+        unused: kind, name and place of what is declared and never used.
+    """
+
+    file: str
+    model: Model
+    stays: Mapping[int, tuple[Stay, ...]]
+    doubt: Container[str] = frozenset()
+    unresolved: bool = False
+    uncertain: frozenset[int] = frozenset()
+    deaf: frozenset[int] = frozenset()
+    broken: frozenset[int] = frozenset()
+    opaque: frozenset[int] = frozenset()
+    unused: tuple[tuple[str, str, Place], ...] = ()
+
+    def own_states(self) -> Iterator[State]:
+        """The states that are written in this file, without the machine itself and history states."""
+        for state in self.model.states[1:]:
+            if state.kind in PSEUDO or state.index in self.broken:
+                continue
+            if state.place is not None and state.place.file == self.file:
+                yield state

@@ -1,0 +1,509 @@
+"""From the syntax of an expression to a typed one: names get a meaning, units become SI, types are checked."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Container, Mapping, Sequence, Set
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from lark import Token
+
+from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.ast import DEEPEST_EXPRESSION, depth_of, first_token, last_token, place_of
+from hsm.model.diagnostics import Place, Related
+from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.registry import Library, Parameter
+from hsm.model.types import (
+    BOOLEAN,
+    INTEGER,
+    NUMBER,
+    QUANTITY_NAMES,
+    UNITS,
+    Boolean,
+    Enumeration,
+    Integer,
+    Quantity,
+    Type,
+)
+
+FUNCTIONS = ("abs", "in", "max", "min")
+"""The language's own functions."""
+
+_SIMPLE_TYPES: dict[str, Type] = {"bool": BOOLEAN, "int": INTEGER}
+_SIMPLE_TYPES.update((name, quantity) for quantity, name in QUANTITY_NAMES.items())
+_ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
+    "+": lambda left, right: left + right,
+    "-": lambda left, right: left - right,
+    "*": lambda left, right: left * right,
+    "/": lambda left, right: left / right,
+    "min": min,
+    "max": max,
+}
+
+
+_OTHER_TYPES = {
+    **dict.fromkeys(("float", "double", "real"), "number"),
+    **dict.fromkeys(("integer", "long", "uint"), "int"),
+    **dict.fromkeys(("boolean", "Bool"), "bool"),
+    **dict.fromkeys(("duration", "seconds"), "time"),
+    **dict.fromkeys(("distance", "meters"), "length"),
+}
+_OTHER_UNITS = {
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("minute", "minutes"), "min"),
+    **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("degree", "degrees"), "deg"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+}
+_LONGEST_INTEGER = 18
+_LARGEST = 1e300
+_NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?) *(.*)")
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A variable or a parameter of the machine."""
+
+    type: Type
+    constant: bool
+    place: Place
+
+
+@dataclass(slots=True)
+class Scope:
+    """What the expressions of one file may name.
+
+    Attributes:
+        library: the registry.
+        report: where findings go.
+        variables: variables and parameters by name.
+        states: names of states, for ``in(state)``.
+        doubt: names that may be declared on lines that could not be read; nothing is said about those.
+        used: names of variables that something reads.
+        puzzled: some name means nothing, and it is not clear which was meant.
+    """
+
+    library: Library
+    report: Report
+    variables: dict[str, Declared] = field(default_factory=dict)
+    states: Set[str] = frozenset()
+    doubt: Container[str] = frozenset()
+    used: set[str] = field(default_factory=set)
+    puzzled: bool = False
+
+    def type_named(self, name: Token) -> Type | None:
+        """The type with a name; None, reported, where there is none."""
+        found = _SIMPLE_TYPES.get(name)
+        if found is not None:
+            return found
+        enumeration = self.library.enumerations.get(name)
+        if enumeration is not None:
+            return _type_of_enumeration(enumeration)
+        hint = _meant(name, _OTHER_TYPES) or self.report.guess(name, [*_SIMPLE_TYPES, *self.library.enumerations]).text
+        hint = hint or "`maze-machine list types` shows what there is"
+        self.report.add_once("E0206", self._place(name), f"there is no type `{name}`", hint)
+        return None
+
+    def value(self, node: ast.Expression, expected: Type) -> Expression | None:
+        """A typed expression of a type; None where a fault was reported."""
+        found = self.expression(node, expected)
+        return None if found is None else self._fit(found, expected, self._span(node))
+
+    def condition(self, node: ast.Expression) -> Expression | None:
+        """A typed expression that is true or false; None where a fault was reported."""
+        return self.value(node, BOOLEAN)
+
+    def expression(self, node: ast.Expression, expected: Type | None = None) -> Expression | None:
+        """A typed expression; ``expected`` only helps to find the enumeration that a bare name belongs to."""
+        if depth_of(node) > DEEPEST_EXPRESSION:
+            message = f"this expression is nested more than {DEEPEST_EXPRESSION} deep"
+            hint = "put parts of it into variables, or into a signal of the registry"
+            self.report.add("E0106", place_of(self.report.file, first_token(node)), message, hint)
+            self.used.update(ast.names_in(node))
+            return None
+        return self._expression(node, expected)
+
+    def arguments(
+        self, call: ast.CallSyntax, parameters: Sequence[Parameter], subject: str
+    ) -> tuple[Expression, ...] | None:
+        """The arguments of a call in the order of the parameters, defaults filled in; None where one is at fault."""
+        by_name = {parameter.name: parameter for parameter in parameters}
+        given: dict[str, Expression | None] = {}
+        position = 0
+        for argument in call.arguments:
+            if isinstance(argument, ast.Named):
+                name, value, place = str(argument.name), argument.value, self._place(argument.name)
+                if name not in by_name:
+                    guess = self.report.guess(name, by_name)
+                    hint = guess.text or _listed(f"{subject} takes", by_name)
+                    self.report.add("E0210", place, f"{subject} has no argument `{name}`", hint)
+                    if guess.name is not None and guess.name not in given:
+                        self.value(value, by_name[guess.name].type)
+                    self.used.update(ast.names_in(value))
+                    given[name] = None
+                    continue
+            elif position < len(parameters):
+                name, value, place = parameters[position].name, argument, self._span(argument)
+                position += 1
+            else:
+                takes = f"{len(parameters)} argument{'s' * (len(parameters) != 1)}"
+                self.report.add("E0213", self._span(argument), f"{subject} takes {takes}")
+                return None
+            if name in given:
+                self.report.add("E0213", place, f"argument `{name}` of {subject} is given twice")
+                continue
+            given[name] = self.value(value, by_name[name].type)
+        missing = [name for name, one in by_name.items() if one.required and name not in given]
+        if missing and not given.keys() - by_name.keys():
+            names = ", ".join(f"`{name}`" for name in missing)
+            message = f"{subject} needs {names}"
+            hint = f"give it in the parentheses: `{call.name}({', '.join(f'{name} = ...' for name in missing)})`"
+            self.report.add("E0212", place_of(self.report.file, call.name, call.closing), message, hint)
+            return None
+        if missing or None in given.values():
+            return None
+        return tuple(given.get(one.name) or Literal(one.default, one.type) for one in parameters)
+
+    def _expression(self, node: ast.Expression | ast.Named, expected: Type | None) -> Expression | None:
+        match node:
+            case Token(type="NUMBER"):
+                return self._number(node)
+            case Token():
+                return self._name(node, expected)
+            case ast.Chain():
+                return self._chain(node)
+            case ast.Unary():
+                return self._unary(node)
+            case ast.Binary():
+                return self._binary(node)
+            case ast.CallSyntax():
+                return self._call(node)
+            case ast.Named():
+                self.report.add("E0101", self._place(node.name), "an argument with a name stands only in a call")
+                return None
+
+    def _number(self, token: Token) -> Literal | None:
+        written = _NUMBER.fullmatch(token)
+        assert written is not None
+        digits, unit_name = written.groups()
+        if not unit_name:
+            if digits.isdecimal() and len(digits) <= _LONGEST_INTEGER:
+                return Literal(int(digits), INTEGER, self._place(token))
+            return self._finite(float(digits), NUMBER, token)
+        unit = UNITS.get(unit_name)
+        if unit is None:
+            hint = _meant(unit_name, _OTHER_UNITS) or self.report.guess(unit_name, UNITS).text
+            hint = hint or _listed("the units are", UNITS)
+            self.report.add_once("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
+            return None
+        return self._finite(float(digits) * unit.factor, unit.quantity, token)
+
+    def _finite(self, value: float, kind: Type, token: Token) -> Literal | None:
+        if math.isinf(value):
+            self.report.add("E0306", self._place(token), "no number is that large")
+            return None
+        return Literal(value, kind, self._place(token))
+
+    def _name(self, token: Token, expected: Type | None) -> Expression | None:
+        name = token.value
+        if name in ("true", "false"):
+            return Literal(name == "true", BOOLEAN, self._place(token))
+        declared = self.variables.get(name)
+        if declared is not None:
+            self.used.add(name)
+            return VariableValue(name, declared.type, self._place(token))
+        signal = self.library.signals.get(name)
+        if signal is not None:
+            call = ast.CallSyntax(token, (), token, 1)
+            arguments = self.arguments(call, signal.parameters, f"signal `{name}`")
+            return None if arguments is None else SignalValue(signal, arguments, self._place(token))
+        return self._member(token, expected)
+
+    def _member(self, token: Token, expected: Type | None) -> Literal | None:
+        if isinstance(expected, Enumeration):
+            candidates = [self.library.enumerations[expected.name]]
+        else:
+            candidates = list(self.library.enumerations.values())
+        owners = [one for one in candidates if token.value in one._value2member_map_]
+        if len(owners) == 1:
+            return Literal(owners[0](token.value), _type_of_enumeration(owners[0]), self._place(token))
+        if token.value in self.doubt:
+            return None
+        if owners:
+            names = " and ".join(one.__name__ for one in owners)
+            self.report.add_once(
+                "E0202", self._place(token), f"`{token}` may be of {names}; compare it with one of them"
+            )
+            return None
+        hint: str | None
+        if isinstance(expected, Enumeration) and "." not in token:
+            message = f"`{token}` is neither a variable nor a value of {expected}"
+            close = self.report.guess(token, [*self.variables, *expected.members])
+            hint = close.text or f"the values are {', '.join(expected.members)}"
+        else:
+            message = f"there is no variable, parameter or signal `{token}`"
+            close = self.report.guess(token, [*self.variables, *self.library.signals])
+            hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` shows what there is"
+        self.used.add(close.name or "")
+        self.puzzled |= close.name is None
+        self.report.add_once("E0202", self._place(token), message, hint, subject=token.value)
+        return None
+
+    def _other_kind(self, name: str) -> str | None:
+        """A way out where a name is known, but not as one that has a value."""
+        library = self.library
+        if name.lower() in ("true", "false"):
+            return f"write `{name.lower()}`"
+        if name in library.events or any(name in one.outcomes for one in library.activities.values()):
+            return f"`{name}` is waited for: `on {name}`"
+        if name in self.states:
+            return f"whether a state is active: `in({name})`"
+        return None
+
+    def _chain(self, node: ast.Chain) -> Expression | None:
+        operands = [self.value(operand, BOOLEAN) for operand in node.operands]
+        known = [one for one in operands if one is not None]
+        return self._balanced(node.operator, known) if len(known) == len(operands) else None
+
+    def _balanced(self, operator: str, operands: list[Expression]) -> Expression:
+        """A tree as flat as can be: a long chain is no deep expression."""
+        if len(operands) == 1:
+            return operands[0]
+        middle = len(operands) // 2
+        left, right = self._balanced(operator, operands[:middle]), self._balanced(operator, operands[middle:])
+        return Binary(operator, left, right, BOOLEAN, _joined(left, right))
+
+    def _unary(self, node: ast.Unary) -> Expression | None:
+        if node.operator == "not":
+            operand = self.value(node.operand, BOOLEAN)
+            return None if operand is None else Unary("not", operand, BOOLEAN, self._span(node))
+        operand = self._numeric(node.operand)
+        if operand is None:
+            return None
+        if isinstance(operand, Literal):
+            return Literal(-operand.value, operand.type, self._span(node))
+        return Unary("-", operand, operand.type, self._span(node))
+
+    def _binary(self, node: ast.Binary) -> Expression | None:
+        if node.operator in ("==", "!="):
+            return self._equality(node)
+        left = self._numeric(node.left)
+        right = self._numeric(node.right) if left is not None else self._expression(node.right, None)
+        if left is None or right is None:
+            return None
+        return self._combine(str(node.operator), left, right, self._span(node))
+
+    def _combine(self, operator: str, left: Expression, right: Expression, place: Place) -> Expression | None:
+        """An arithmetic operation or an ordering of two numeric expressions."""
+        left_type, right_type = left.type, right.type
+        kind: Type
+        if operator in ("*", "/"):
+            if operator == "/" and isinstance(right, Literal) and right.value == 0:
+                self.report.add("E0305", right.place or place, "this divides by zero", "divide by another value")
+                return None
+            first, second = _as_quantity(left_type), _as_quantity(right_type)
+            kind = first * second if operator == "*" else first / second
+            if operator == "*" and left_type == right_type == INTEGER:
+                kind = INTEGER
+        else:
+            if _as_quantity(left_type) != _as_quantity(right_type):
+                self._mismatch(left_type, right_type, operator, place, (left, right))
+                return None
+            kind = INTEGER if left_type == right_type == INTEGER else _as_quantity(left_type)
+        if operator in _ARITHMETIC:
+            if isinstance(left, Literal) and isinstance(right, Literal):
+                return self._folded(operator, left, right, kind, place)
+            return Binary(operator, left, right, kind, place)
+        return Binary(operator, left, right, BOOLEAN, place)
+
+    def _folded(self, operator: str, left: Literal, right: Literal, kind: Type, place: Place) -> Literal | None:
+        value = _ARITHMETIC[operator](left.value, right.value)
+        if abs(value) > _LARGEST:
+            self.report.add("E0306", place, "no number is that large")
+            return None
+        return Literal(value, kind, place)
+
+    def _equality(self, node: ast.Binary) -> Expression | None:
+        operands: tuple[Expression | None, Expression | None]
+        if self._is_bare(node.left):
+            right = self.expression(node.right)
+            operands = (None if right is None else self.expression(node.left, right.type), right)
+        else:
+            left = self.expression(node.left)
+            operands = (left, None if left is None else self.expression(node.right, left.type))
+        first, second = operands
+        if first is None or second is None:
+            return None
+        if not _comparable(first.type, second.type):
+            self._mismatch(first.type, second.type, str(node.operator), self._span(node), (first, second))
+            return None
+        return Binary(str(node.operator), first, second, BOOLEAN, self._span(node))
+
+    def _is_bare(self, node: ast.Expression) -> bool:
+        """Whether a node is a name that only the other side of a comparison can give a meaning."""
+        return (
+            isinstance(node, Token)
+            and node.type == "NAME"
+            and node.value not in self.variables
+            and node.value not in self.library.signals
+        )
+
+    def _call(self, node: ast.CallSyntax) -> Expression | None:
+        name = str(node.name)
+        place = place_of(self.report.file, node.name, node.closing)
+        if name == "in":
+            return self._active(node, place)
+        if name == "abs":
+            return self._absolute(node, place)
+        if name in ("min", "max"):
+            return self._extreme(node, place)
+        signal = self.library.signals.get(name)
+        if signal is None:
+            if name not in self.doubt:
+                hint = self.report.guess(name, [*FUNCTIONS, *self.library.signals]).text
+                message = f"there is no signal or function `{name}`"
+                self.report.add_once("E0202", self._place(node.name), message, hint)
+            return None
+        arguments = self.arguments(node, signal.parameters, f"signal `{name}`")
+        if arguments is None:
+            return None
+        for argument in arguments:
+            if not self.is_constant(argument):
+                message = "an argument of a signal is made of constants and parameters only"
+                self.report.add("E0303", argument.place, message)
+                return None
+        return SignalValue(signal, arguments, place)
+
+    def _active(self, node: ast.CallSyntax, place: Place) -> Expression | None:
+        match node.arguments:
+            case (Token(type="NAME") as state,):
+                if state in self.states:
+                    return Active(str(state), place)
+                if state not in self.doubt and state.partition(".")[0] not in self.doubt:
+                    hint = self.report.guess(state, self.states).text
+                    self.report.add_once("E0201", self._place(state), f"there is no state `{state}`", hint)
+            case _:
+                self.report.add("E0213", place, "`in` takes the name of one state")
+        return None
+
+    def _absolute(self, node: ast.CallSyntax, place: Place) -> Expression | None:
+        if len(node.arguments) != 1 or isinstance(node.arguments[0], ast.Named):
+            self.report.add("E0213", place, "`abs` takes one number")
+            return None
+        operand = self._numeric(node.arguments[0])
+        if isinstance(operand, Literal):
+            return Literal(abs(operand.value), operand.type, place)
+        return None if operand is None else Unary("abs", operand, operand.type, place)
+
+    def _extreme(self, node: ast.CallSyntax, place: Place) -> Expression | None:
+        values = [one for one in node.arguments if not isinstance(one, ast.Named)]
+        if len(values) < 2 or len(values) < len(node.arguments) or len(values) > DEEPEST_EXPRESSION:
+            self.report.add("E0213", place, f"`{node.name}` takes two to {DEEPEST_EXPRESSION} numbers")
+            return None
+        operands = [self._numeric(one) for one in values]
+        result = operands[0]
+        for operand in operands[1:]:
+            if result is None or operand is None:
+                return None
+            result = self._combine(str(node.name), result, operand, place)
+        return result
+
+    def _numeric(self, node: ast.Expression | ast.Named) -> Expression | None:
+        found = self._expression(node, None)
+        if found is not None and not isinstance(found.type, (Integer, Quantity)):
+            self.report.add("E0302", self._span(node), f"a number is wanted here, and this is {_a(found.type)}")
+            return None
+        return found
+
+    def is_constant(self, expression: Expression) -> bool:
+        """Whether an expression keeps its value while the machine runs."""
+        match expression:
+            case Literal():
+                return True
+            case VariableValue(name=name):
+                return self.variables[name].constant
+            case Unary(operand=operand):
+                return self.is_constant(operand)
+            case Binary(left=left, right=right):
+                return self.is_constant(left) and self.is_constant(right)
+            case _:
+                return False
+
+    def _fit(self, found: Expression, expected: Type, place: Place) -> Expression | None:
+        """The expression as one of the expected type: a whole number may stand for a number."""
+        if found.type == expected:
+            return found
+        if found.type == INTEGER and expected == NUMBER:
+            return Literal(float(found.value), NUMBER, found.place) if isinstance(found, Literal) else found
+        hint = None
+        if isinstance(expected, Quantity) and found.type in (INTEGER, NUMBER):
+            hint = f"write it with a unit, such as `1 {expected.si_unit}`"
+        message = f"{_a(expected)} is wanted here, and this is {_a(found.type)}"
+        self.report.add("E0301", place, message, hint)
+        return None
+
+    def _mismatch(
+        self, left: Type, right: Type, operator: str, place: Place, operands: tuple[Expression, Expression]
+    ) -> None:
+        message = f"`{operator}` cannot join {_a(left)} and {_a(right)}"
+        related = tuple(
+            Related(operand.place, f"this is {_a(operand.type)}") for operand in operands if operand.place is not None
+        )
+        self.report.add("E0302", place, message, related=related)
+
+    def _place(self, token: Token) -> Place:
+        return place_of(self.report.file, token)
+
+    def _span(self, node: ast.Expression | ast.Named) -> Place:
+        return place_of(self.report.file, first_token(node), last_token(node))
+
+
+def _meant(name: str, others: Mapping[str, str]) -> str | None:
+    """The question whether another word for something was meant."""
+    return f"did you mean `{others[name]}`?" if name in others else None
+
+
+def _listed(intro: str, names: Mapping[str, object]) -> str:
+    return f"{intro} {', '.join(names) or 'none'}"
+
+
+def _type_of_enumeration(enumeration: type[StrEnum]) -> Enumeration:
+    return Enumeration(enumeration.__name__, tuple(member.value for member in enumeration))
+
+
+def _as_quantity(kind: Type) -> Quantity:
+    return kind if isinstance(kind, Quantity) else NUMBER
+
+
+def _comparable(left: Type, right: Type) -> bool:
+    numeric = (Integer, Quantity)
+    if isinstance(left, numeric) and isinstance(right, numeric):
+        return _as_quantity(left) == _as_quantity(right)
+    return left == right
+
+
+def _a(kind: Type) -> str:
+    """A type in a sentence."""
+    match kind:
+        case Boolean():
+            return "a condition (bool)"
+        case Integer():
+            return "a whole number (int)"
+        case Enumeration():
+            return f"a {kind}"
+        case Quantity():
+            if kind == NUMBER:
+                return "a plain number"
+            article = "an" if str(kind)[0] in "aeiou" else "a"
+            return f"{article} {kind} in {kind.si_unit}" if kind in QUANTITY_NAMES else f"a {kind}"
+
+
+def _joined(left: Expression, right: Expression) -> Place | None:
+    if left.place is None or right.place is None:
+        return None
+    return Place(left.place.file, left.place.line, left.place.column, right.place.end_line, right.place.end_column)

@@ -1,0 +1,367 @@
+"""The syntax tree of one file: what stands there, before any name has a meaning.
+
+Leaves are lark's tokens, which carry line and column; so do the first and last tokens of whatever spans more than one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from lark import Token
+
+from hsm.model.chart import StateKind
+from hsm.model.diagnostics import Place
+
+DEEPEST_EXPRESSION = 64
+"""How deep an expression may be nested; nobody can read one half as deep."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """``not x`` or ``-x``."""
+
+    operator: Token
+    operand: Expression
+    depth: int
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """An arithmetic operation or a comparison."""
+
+    operator: Token
+    left: Expression
+    right: Expression
+    depth: int
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Two or more operands joined by ``and``, or by ``or``."""
+
+    operator: str
+    operands: tuple[Expression, ...]
+    depth: int
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """``name = value`` among the arguments of a call."""
+
+    name: Token
+    value: Expression
+    depth: int
+
+
+@dataclass(frozen=True, slots=True)
+class CallSyntax:
+    """``name(arguments)``: a signal, an activity, an action, an instance, or one of the language's own functions."""
+
+    name: Token
+    arguments: tuple[Expression | Named, ...]
+    closing: Token
+    depth: int
+
+
+Expression: TypeAlias = Token | Unary | Binary | Chain | CallSyntax
+
+
+@dataclass(frozen=True, slots=True)
+class AssignSyntax:
+    """``variable = value``, ``variable += value`` and the like."""
+
+    variable: Token
+    operator: Token
+    value: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class RaiseSyntax:
+    """``raise event``."""
+
+    event: Token
+
+
+ActionSyntax: TypeAlias = AssignSyntax | RaiseSyntax | CallSyntax
+
+
+@dataclass(frozen=True, slots=True)
+class MachineLine:
+    """``machine NAME``."""
+
+    name: Token
+
+
+@dataclass(frozen=True, slots=True)
+class ImportLine:
+    """``import NAME``."""
+
+    name: Token
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterLine:
+    """``param NAME : TYPE = VALUE``."""
+
+    name: Token
+    type: Token
+    default: Expression | None
+
+
+@dataclass(frozen=True, slots=True)
+class VariableLine:
+    """``var NAME : TYPE = VALUE``."""
+
+    name: Token
+    type: Token
+    initial: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class EventLine:
+    """``event NAME, NAME``."""
+
+    names: tuple[Token, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class InitialLine:
+    """``initial NAME / actions``."""
+
+    target: Token
+    actions: tuple[ActionSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class StateBlock:
+    """``state NAME``, ``state NAME = machine(...)`` or ``parallel NAME``, with what is indented below it.
+
+    The kind of a state with others inside is only known when they are seen: until then it is atomic.
+    """
+
+    name: Token
+    kind: StateKind
+    instance: CallSyntax | None
+    items: tuple[Item, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FinalLine:
+    """``final NAME``."""
+
+    name: Token
+
+
+@dataclass(frozen=True, slots=True)
+class DoLine:
+    """``do activity(arguments)``."""
+
+    call: CallSyntax
+
+
+@dataclass(frozen=True, slots=True)
+class EntryLine:
+    """``entry / actions``."""
+
+    actions: tuple[ActionSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ExitLine:
+    """``exit / actions``."""
+
+    actions: tuple[ActionSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class GuardSyntax:
+    """``if condition``."""
+
+    condition: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class TargetSyntax:
+    """``-> state`` or ``=> state``."""
+
+    arrow: Token
+    names: tuple[Token, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ActionsSyntax:
+    """``/ action, action``."""
+
+    actions: tuple[ActionSyntax, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TransitionLine:
+    """A line that begins with ``on``, ``when`` or ``after``.
+
+    Attributes:
+        keyword: the word it begins with.
+        names: the events of an ``on``.
+        operand: the condition of a ``when``, the duration of an ``after``.
+        guard: what stands behind ``if``.
+        target: where it goes.
+        actions: what stands behind the slash.
+    """
+
+    keyword: Token
+    names: tuple[Token, ...] = ()
+    operand: Expression | None = None
+    guard: Expression | None = None
+    target: TargetSyntax | None = None
+    actions: tuple[ActionSyntax, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class StayLine:
+    """``stay`` or ``stay when condition``: no transition is wanted then."""
+
+    keyword: Token
+    condition: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyLine:
+    """``property NAME : CLAIM``.
+
+    Attributes:
+        name: the property's name.
+        keyword: the first word of the claim.
+        kind: ``never``, ``always``, ``recurrence``, ``response`` or ``precedence``.
+        conditions: the claim's conditions, in order.
+        within: its duration.
+    """
+
+    name: Token
+    keyword: Token
+    kind: str
+    conditions: tuple[Expression, ...]
+    within: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class BadLine:
+    """A line that could not be read, or lines that are indented under one that has no block.
+
+    Attributes:
+        names: the names that stand on it: they may be declarations.
+        items: what is indented below it.
+        nameless: it declares something, and it is not known what.
+    """
+
+    names: frozenset[str]
+    items: tuple[Item, ...]
+    nameless: bool = False
+
+
+Item: TypeAlias = (
+    MachineLine
+    | ImportLine
+    | ParameterLine
+    | VariableLine
+    | EventLine
+    | InitialLine
+    | StateBlock
+    | FinalLine
+    | DoLine
+    | EntryLine
+    | ExitLine
+    | TransitionLine
+    | StayLine
+    | PropertyLine
+    | BadLine
+)
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """One file as read.
+
+    Attributes:
+        name: the file's name, as diagnostics show it.
+        items: its lines and blocks in order.
+        lines: the text, line by line.
+    """
+
+    name: str
+    items: tuple[Item, ...]
+    lines: tuple[str, ...] = field(repr=False, default=())
+
+    def comment_above(self, line: int) -> str:
+        """The comment lines directly above a line (counted from 1), without their marks."""
+        found: list[str] = []
+        index = line - 2
+        while index >= 0 and (text := self.lines[index].lstrip()).startswith("#"):
+            found.append(text.lstrip("#").strip())
+            index -= 1
+        return "\n".join(reversed(found))
+
+
+def imports_of(tree: File) -> Iterator[Token]:
+    """The names of all imported machines, in order; also of those that are indented by mistake."""
+    pending = list(reversed(tree.items))
+    while pending:
+        match pending.pop():
+            case ImportLine(name):
+                yield name
+            case BadLine(items=items):
+                pending.extend(reversed(items))
+
+
+def depth_of(expression: Expression | Named) -> int:
+    """How deep an expression is nested; a name or a number is not."""
+    return 0 if isinstance(expression, Token) else expression.depth
+
+
+def names_in(expression: Expression | Named) -> Iterator[str]:
+    """All names in an expression, however deep it is."""
+    pending: list[Expression | Named] = [expression]
+    while pending:
+        match pending.pop():
+            case Token(value=name):
+                yield name
+            case Unary(operand=part) | Named(value=part):
+                pending.append(part)
+            case Binary(left=left, right=right):
+                pending += (left, right)
+            case Chain(operands=parts) | CallSyntax(arguments=parts):
+                pending.extend(parts)
+
+
+def first_token(expression: Expression | Named) -> Token:
+    """The leftmost token of an expression."""
+    while not isinstance(expression, Token):
+        match expression:
+            case Unary(operator=token) | CallSyntax(name=token) | Named(name=token):
+                return token
+            case Binary(left=part):
+                expression = part
+            case Chain(operands=parts):
+                expression = parts[0]
+    return expression
+
+
+def last_token(expression: Expression | Named) -> Token:
+    """The rightmost token of an expression."""
+    while not isinstance(expression, Token):
+        match expression:
+            case CallSyntax(closing=token):
+                return token
+            case Unary(operand=part) | Binary(right=part) | Named(value=part):
+                expression = part
+            case Chain(operands=parts):
+                expression = parts[-1]
+    return expression
+
+
+def place_of(file: str, first: Token, last: Token | None = None) -> Place:
+    """The place from a token to another, or of a single one."""
+    end = first if last is None else last
+    line, column = first.line or 1, first.column or 1
+    return Place(file, line, column, end.end_line or line, end.end_column or column + 1)

@@ -1,0 +1,257 @@
+"""From text to a syntax tree; a line that cannot be read is reported, skipped, and the rest is read all the same."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from lark import Lark, Token
+
+from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.ast import depth_of, place_of
+from hsm.dsl.syntax.lalr import Parser, Table
+from hsm.dsl.syntax.layout import LAYOUT
+from hsm.dsl.syntax.lexer import Lexer
+from hsm.dsl.syntax.syntax_errors import report_line
+from hsm.model.chart import StateKind
+from hsm.model.diagnostics import Diagnostic, Place
+
+_INDENTED = "this is indented under a line that has no block"
+_MISFIT = "this begins where no block begins"
+_SHIFT = "let it begin below the line that it belongs with; only `state` and `parallel` have a block"
+_TAB = "here is a tab"
+_CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
+_NAME = re.compile(r"[A-Za-z_][\w.]*")
+_NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|import)\b(?! *[A-Za-z_])")
+
+
+class _Builder:
+    """Makes the nodes of the syntax tree; lark calls the method named after each rule with the rule's parts."""
+
+    def file(self, parts: list[Any]) -> tuple[ast.Item, ...]:
+        return tuple(parts)
+
+    def machine(self, parts: list[Any]) -> ast.MachineLine:
+        return ast.MachineLine(parts[0])
+
+    def import_line(self, parts: list[Any]) -> ast.ImportLine:
+        return ast.ImportLine(parts[0])
+
+    def param(self, parts: list[Any]) -> ast.ParameterLine:
+        return ast.ParameterLine(parts[0], parts[1], parts[2] if len(parts) > 2 else None)
+
+    def var(self, parts: list[Any]) -> ast.VariableLine:
+        return ast.VariableLine(*parts)
+
+    def event(self, parts: list[Any]) -> ast.EventLine:
+        return ast.EventLine(tuple(parts))
+
+    def state(self, parts: list[Any]) -> ast.StateBlock:
+        if len(parts) > 1 and isinstance(parts[1], ast.CallSyntax):
+            return ast.StateBlock(parts[0], StateKind.ATOMIC, parts[1], tuple(parts[2:]))
+        return ast.StateBlock(parts[0], StateKind.ATOMIC, None, tuple(parts[1:]))
+
+    def parallel(self, parts: list[Any]) -> ast.StateBlock:
+        return ast.StateBlock(parts[0], StateKind.PARALLEL, None, tuple(parts[1:]))
+
+    def final(self, parts: list[Any]) -> ast.FinalLine:
+        return ast.FinalLine(parts[0])
+
+    def initial(self, parts: list[Any]) -> ast.InitialLine:
+        return ast.InitialLine(parts[0], parts[1].actions if len(parts) > 1 else ())
+
+    def do(self, parts: list[Any]) -> ast.DoLine:
+        return ast.DoLine(parts[0])
+
+    def entry(self, parts: list[Any]) -> ast.EntryLine:
+        return ast.EntryLine(parts[0].actions)
+
+    def exit(self, parts: list[Any]) -> ast.ExitLine:
+        return ast.ExitLine(parts[0].actions)
+
+    def on(self, parts: list[Any]) -> ast.TransitionLine:
+        end = 1
+        while end < len(parts) and isinstance(parts[end], Token):
+            end += 1
+        return self._transition(parts[0], tuple(parts[1:end]), None, parts[end:])
+
+    def when(self, parts: list[Any]) -> ast.TransitionLine:
+        return self._transition(parts[0], (), parts[1], parts[2:])
+
+    after = when
+
+    def _transition(
+        self, keyword: Token, names: tuple[Token, ...], operand: ast.Expression | None, clauses: list[Any]
+    ) -> ast.TransitionLine:
+        guard = target = None
+        actions: tuple[ast.ActionSyntax, ...] = ()
+        for clause in clauses:
+            if isinstance(clause, ast.TargetSyntax):
+                target = clause
+            elif isinstance(clause, ast.ActionsSyntax):
+                actions = clause.actions
+            else:
+                guard = clause.condition
+        return ast.TransitionLine(keyword, names, operand, guard, target, actions)
+
+    def stay(self, parts: list[Any]) -> ast.StayLine:
+        return ast.StayLine(*parts)
+
+    def property(self, parts: list[Any]) -> ast.PropertyLine:
+        name, (keyword, *rest) = parts
+        words = [one.type for one in rest if isinstance(one, Token) and one.type in _CLAIM_WORDS]
+        operands = [one for one in rest if not (isinstance(one, Token) and one.type in _CLAIM_WORDS)]
+        kind = keyword.value
+        if "WITHIN" in words:
+            kind = "recurrence" if "EVENTUALLY" in words else "response"
+            return ast.PropertyLine(name, keyword, kind, tuple(operands[:-1]), operands[-1])
+        return ast.PropertyLine(name, keyword, "precedence" if words else kind, tuple(operands))
+
+    def claim(self, parts: list[Any]) -> list[Any]:
+        return parts
+
+    def guard(self, parts: list[Any]) -> ast.GuardSyntax:
+        return ast.GuardSyntax(parts[0])
+
+    def target(self, parts: list[Any]) -> ast.TargetSyntax:
+        return ast.TargetSyntax(parts[0], tuple(parts[1:]))
+
+    def actions(self, parts: list[Any]) -> ast.ActionsSyntax:
+        return ast.ActionsSyntax(tuple(parts))
+
+    def assign(self, parts: list[Any]) -> ast.AssignSyntax:
+        return ast.AssignSyntax(*parts)
+
+    def raise_event(self, parts: list[Any]) -> ast.RaiseSyntax:
+        return ast.RaiseSyntax(parts[0])
+
+    def disjunction(self, parts: list[Any]) -> ast.Chain:
+        return ast.Chain("or", tuple(parts), 1 + max(map(depth_of, parts)))
+
+    def conjunction(self, parts: list[Any]) -> ast.Chain:
+        return ast.Chain("and", tuple(parts), 1 + max(map(depth_of, parts)))
+
+    def binary(self, parts: list[Any]) -> ast.Binary:
+        left, operator, right = parts
+        return ast.Binary(operator, left, right, 1 + max(depth_of(left), depth_of(right)))
+
+    comparison = binary
+    undivided = binary
+    product = binary
+
+    def negation(self, parts: list[Any]) -> ast.Unary:
+        return ast.Unary(parts[0], parts[1], 1 + depth_of(parts[1]))
+
+    unary = negation
+
+    def group(self, parts: list[Any]) -> ast.Expression:
+        inner: ast.Expression = parts[0]
+        return inner
+
+    def call(self, parts: list[Any]) -> ast.CallSyntax:
+        arguments = tuple(parts[1:-1])
+        return ast.CallSyntax(parts[0], arguments, parts[-1], 1 + max(map(depth_of, arguments), default=0))
+
+    def named(self, parts: list[Any]) -> ast.Named:
+        return ast.Named(parts[0], parts[2], depth_of(parts[2]))
+
+    def bad(self, parts: list[Any]) -> ast.BadLine:
+        nameless = _NAMELESS.match(parts[0]) is not None
+        return ast.BadLine(frozenset(_NAME.findall(parts[0])), tuple(parts[1:]), nameless)
+
+
+@cache
+def _tools() -> tuple[Table, Lexer]:
+    grammar = files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
+    builder: Any = _Builder()
+    lark = Lark(grammar, parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False)
+    return Table.of(lark), Lexer.of(lark)
+
+
+def parse(text: str, file: str) -> tuple[ast.File, list[Diagnostic]]:
+    """Read a file.
+
+    Args:
+        text: what stands in it.
+        file: its name, for diagnostics.
+
+    Returns:
+        The syntax tree, with a ``BadLine`` wherever a line could not be read, and what was wrong.
+    """
+    report = Report(file)
+    text = _without_tabs(text.replace("\r\n", "\n"), report)
+    lines = text.split("\n")
+    table, lexer = _tools()
+    parser = Parser(table)
+    tokens = lexer.tokens(text + "\n")
+    for token in tokens:
+        if parser.feed(token):
+            continue
+        if token.type == "_INDENT":
+            report.add("E0103", _line_place(file, lines, token.end_line or 1), _INDENTED, _SHIFT)
+            for one in (Token("BAD", ""), Token("_NL", ""), token):
+                parser.feed(one)
+        else:
+            line = token.line or 1
+            report_line(report, token, parser.expected(), lines[line - 1])
+            _skip_line(parser, tokens, token, lines)
+    items = parser.finish()
+    for end, token in lexer.unclosed.items():
+        _forget_between(report, token.line or 1, end)
+        report.add("E0104", place_of(file, token), f"`{token}` is never closed", "close it with `)`")
+    for token in lexer.misfits:
+        report.add("E0105", _line_place(file, lines, token.end_line or 1), _MISFIT, _SHIFT)
+    return ast.File(file, items, tuple(lines)), _once_a_line(report.found)
+
+
+def _once_a_line(found: list[Diagnostic]) -> list[Diagnostic]:
+    """Without what is said about the beginning of a line of which something else is said."""
+    told = {one.place.line for one in found if one.place is not None and one.code not in LAYOUT}
+    return [one for one in found if one.code not in LAYOUT or one.place is None or one.place.line not in told]
+
+
+def _forget_between(report: Report, first: int, last: int) -> None:
+    """Drop what was said about lines that could not be read because a bracket on them is not closed."""
+    report.found[:] = [
+        one for one in report.found if one.code != "E0101" or one.place is None or not first <= one.place.line <= last
+    ]
+
+
+def tokens_of(text: str) -> Iterator[Token]:
+    """The tokens of a text, with the beginnings and ends of blocks."""
+    return _tools()[1].tokens(text + "\n")
+
+
+def _skip_line(parser: Parser, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
+    """Puts ``BAD`` in place of the line that a token cannot stand on, and goes on behind that line."""
+    parser.back_to("BAD")
+    first = token.line or 1
+    while token.type != "_NL":
+        token = next(tokens)
+    parser.feed(Token("BAD", "\n".join(lines[first - 1 : token.line])))
+    parser.feed(token)
+
+
+def _without_tabs(text: str, report: Report) -> str:
+    """The text with tabs replaced; where there are any before comments, the first is reported."""
+    if "\t" not in text:
+        return text
+    lines = text.split("\n")
+    columns = {number: line.partition("#")[0].find("\t") + 1 for number, line in enumerate(lines, 1)}
+    found = [(number, column) for number, column in columns.items() if column]
+    if found:
+        number, column = found[0]
+        place = Place(report.file, number, column, number, column + 1)
+        more = len(found) - 1
+        message = f"{_TAB}, as in {more} more line{'s' * (more != 1)}" if more else _TAB
+        report.add("E0102", place, message, "four spaces do instead")
+    return "\n".join(line.replace("\t", "    ") for line in lines)
+
+
+def _line_place(file: str, lines: list[str], number: int) -> Place:
+    line = lines[number - 1].partition("#")[0]
+    return Place(file, number, len(line) - len(line.lstrip()) + 1, number, len(line.rstrip()) + 1)

@@ -1,0 +1,150 @@
+"""What is wrong with a line that cannot be read, in the author's words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Set
+
+from lark import Token
+
+from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax.lexer import STATEMENTS
+from hsm.model.diagnostics import Place
+
+_WORDS = {
+    "NAME": "a name",
+    "NUMBER": "a number",
+    "COLON": "`:`",
+    "EQUALS": "`=`",
+    "ASSIGN": "`+=`",
+    "LPAR": "`(`",
+    "RPAR": "`)`",
+    "IF": "`if`",
+    "WHEN": "`when`",
+    "ARROW": "`->`",
+    "SLASH": "`/`",
+    "COMMA": "`,`",
+    "_NL": "the end of the line",
+}
+_NAMES = {
+    **dict.fromkeys(("->", "=>", "initial"), "the name of a state"),
+    **dict.fromkeys(("state", "parallel", "final"), "a name for the state"),
+    **dict.fromkeys(("on", "raise"), "the name of an event"),
+    "do": "the name of an activity",
+    "machine": "a name for the machine",
+    "import": "the name of a machine",
+}
+_WORD = re.compile(r"[A-Za-z_][\w.]*|[-=<>!+*/&|]+|\d[\d.]*|[^ ]")
+_FOREIGN = {
+    "&&": "write `and`",
+    "&": "write `and`",
+    "||": "write `or`",
+    "|": "write `or`",
+    "!": "write `not`",
+    "is": "compare with `==`",
+    "else": "a second transition below the first one is the other case",
+    ";": "one line, one thing",
+    '"': "the language has no texts: names and values stand without quotes",
+    "'": "the language has no texts: names and values stand without quotes",
+    "-->": "write `->`",
+    "++": "write `+= 1`",
+    "--": "write `-= 1`",
+    "//": "a comment begins with `#`",
+    "{": "a block needs no braces: it is what is indented below",
+    "}": "a block needs no braces: it is what is indented below",
+}
+_DO = "what a state does stands behind `do`, what is done once behind a slash"
+_LOOP = "there are no loops: what a state does goes on until it is left"
+_TRANSITION = "a transition begins with `on`, `when` or `after`"
+_BEGINNINGS = {
+    "if": "a condition is watched with `when`; behind a trigger stands `if`",
+    **dict.fromkeys(("elif", "elseif"), _FOREIGN["else"]),
+    **dict.fromkeys(("while", "for"), _LOOP),
+    **dict.fromkeys(("transition", "goto", "->"), _TRANSITION),
+}
+_OPERATORS = ("==", "!=", "<", "<=", ">", ">=", "+", "-", "*", "->", "=>")
+_TRANSITIONS = ("on", "when", "after")
+
+
+def report_line(report: Report, token: Token, expected: Set[str], line: str) -> None:
+    """Say why a token cannot stand where it does.
+
+    Args:
+        report: where to.
+        token: the first one that does not fit.
+        expected: the kinds of token that would.
+        line: the line that it stands on.
+    """
+    number, column = token.line or 1, token.column or 1
+    before = line[: column - 1]
+    match = _WORD.match(line, column - 1) if token.type != "_NL" else None
+    word = match.group() if match is not None else ""
+    if word.startswith("/") and before.endswith("/"):
+        column, before, word = column - 1, before[:-1], "//"
+    place = Place(report.file, number, column, number, column + max(1, len(word)))
+    if word and not before.strip():
+        hint = _FOREIGN.get(word) or _BEGINNINGS.get(word) or report.guess(word, STATEMENTS).text
+        if hint is None and line[match.end() if match else 0 :].startswith("("):
+            hint = _DO
+        _add(report, place, f"no line begins with `{word}`", hint, word)
+        return
+    last = before.split()[-1] if before.split() else ""
+    wanted = [text for name, text in _WORDS.items() if name in expected]
+    if wanted and wanted[0] == _WORDS["NAME"]:
+        wanted[0] = _NAMES.get(last, wanted[0])
+    found = f"here is `{word}`" if word else "the line ends here"
+    message = f"expected {_either(wanted)}, but {found}" if wanted else f"`{word}` cannot stand here"
+    _add(report, place, message, _hint(before.split(), word, expected), word)
+
+
+def _add(report: Report, place: Place, message: str, hint: str | None, word: str) -> None:
+    """Report a line; marks of other languages, which stand on many lines, are told once."""
+    if word in _FOREIGN and hint == _FOREIGN[word]:
+        report.add_once("E0101", place, message, hint, subject=hint)
+    else:
+        report.add("E0101", place, message, hint)
+
+
+def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
+    """A way out of a mistake that is often made."""
+    text = " ".join(before)
+    if word == ">" and text.endswith("<"):
+        return "write `!=`"
+    if word in _FOREIGN:
+        return _FOREIGN[word]
+    first = before[0] if before else ""
+    if first in _TRANSITIONS:
+        return _hint_in_transition(first, text, word, expected)
+    if first in STATEMENTS and len(before) == 2 and word == "-":
+        return "a name has no hyphen: an underscore does instead"
+    if word == ":" and first in ("state", "parallel"):
+        return "a block needs no colon: it is what is indented below"
+    if word == "=" and first in ("var", "param") and len(before) == 2:
+        return f"say of which type it is: `{text} : int = ...`"
+    if text == "final state":
+        return "a line that begins with `final` declares a state already"
+    if first == "do" and before[1:] == re.findall(r"^[\w.]+$", before[-1]) and "LPAR" in expected:
+        return f"an activity is called: `do {before[-1]}()`"
+    if first in ("entry", "exit") and len(before) == 1:
+        return f"actions stand behind a slash: `{first} / ...`"
+    return None
+
+
+def _hint_in_transition(first: str, text: str, word: str, expected: Set[str]) -> str | None:
+    """A way out of a mistake on a line that begins with ``on``, ``when`` or ``after``."""
+    if first == "on" and word in ("and", "or", "when"):
+        return "what must hold besides stands behind `if`"
+    divides = text.endswith(" /") and word[:1].isdigit()
+    if divides or (" / " in text and word in _OPERATORS):
+        return "a division in a condition stands in parentheses; a bare slash begins the actions"
+    if word == "=":
+        return "compare with `==`"
+    if word in ("<", "<=", ">", ">=", "==", "!="):
+        return "join two comparisons with `and`"
+    if "ARROW" in expected and word.isidentifier():
+        return "a transition's target stands behind `->`"
+    return None
+
+
+def _either(words: list[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"

@@ -1,0 +1,1 @@
+"""The compiled machine and its runs: steps, coverage, explanations, snapshots and monitoring."""

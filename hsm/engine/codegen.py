@@ -1,0 +1,403 @@
+"""From guards and actions to Python functions, made when they are first needed.
+
+A *chain* is the transitions that one active atomic state, with the states around it, offers to one kind of trigger,
+inner states first: a function that gives the first whose guard holds. A *block* is what happens when one state is
+entered or left, or one transition is taken. All functions share the names of their arguments:
+
+    f  the facts of the step          v  the values of the variables       q  the machine's own events
+    m  the signals evaluated so far   c  the active states, by index       t  the deadlines of time-outs
+    h  the paths marked (coverage)    now  the time of the step
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from types import CodeType, TracebackType
+from typing import Any
+
+from hsm.engine.decisions import Condition, Constant, Decision, Junction, Negation, Tree, decision_of
+from hsm.engine.evaluation import all_signals, eager_signals
+from hsm.engine.probes import Marks
+from hsm.model.chart import Action, After, Assign, Call, Model, Raise, State, When
+from hsm.model.diagnostics import Place
+from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+
+NONE = -1
+"""What a chain gives when no transition fires."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chain:
+    """Candidates in their order of precedence, and the function that picks one.
+
+    Attributes:
+        candidates: indices of the transitions.
+        pick: gives the index of the transition that fires, or ``NONE``; for time-outs it takes the due ones, too.
+        first: the same, for the first look of a step, when no signal was evaluated yet.
+    """
+
+    candidates: tuple[int, ...]
+    pick: Callable[..., int]
+    first: Callable[..., int]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """Actions that are run together.
+
+    Attributes:
+        run: runs them.
+        actions: what is run, for the record.
+        state: index of the state that they belong to.
+        code: the function's code, to find it in a traceback.
+        places: where each line of the code comes from.
+        watches: whether they ask which states are active.
+    """
+
+    run: Callable[..., None]
+    actions: tuple[Action, ...]
+    state: int
+    code: CodeType
+    places: tuple[Place | None, ...]
+    watches: bool
+
+    def place_of(self, error: BaseException) -> Place | None:
+        """Where in the machine's file an exception came from."""
+        lines = [line for code, line in _frames(error.__traceback__) if code is self.code]
+        return self.places[lines[-1] - 1] if lines else None
+
+
+def _frames(traceback: TracebackType | None) -> Iterator[tuple[CodeType, int]]:
+    while traceback is not None:
+        yield traceback.tb_frame.f_code, traceback.tb_lineno
+        traceback = traceback.tb_next
+
+
+_Continuation = Callable[[int, int], None]
+"""Writes what follows where a condition is decided, at a depth and with the path so far."""
+
+
+@dataclass(slots=True)
+class _Writer:
+    """Lines of Python, each with the place that it stands for.
+
+    Attributes:
+        lines: the lines.
+        places: where in the machine's file each comes from.
+        known: the signals that have been fetched whenever this line is reached.
+        fresh: whether no signal was evaluated before the first line.
+        seen: the signals that some line so far may have fetched.
+    """
+
+    lines: list[str] = field(default_factory=list)
+    places: list[Place | None] = field(default_factory=list)
+    known: set[int] = field(default_factory=set)
+    fresh: bool = False
+    seen: set[int] = field(default_factory=set)
+
+    def add(self, depth: int, line: str, place: Place | None = None) -> None:
+        self.lines.append("    " * depth + line)
+        self.places.append(place)
+
+
+class Generator:
+    """Makes chains and blocks for one model, and gives signals, variables and foreign objects their slots.
+
+    Attributes:
+        calls: the distinct signal calls, by slot.
+        variables: slot of each variable and parameter, by name.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.calls: list[SignalValue] = []
+        names = [parameter.name for parameter in model.parameters] + [variable.name for variable in model.variables]
+        self.variables = {name: slot for slot, name in enumerate(names)}
+        self._changing = {one.name for one in model.variables if not one.constant or one.scope}
+        self._states = {state.name: state.index for state in model.states}
+        self._slots: dict[tuple[str, str], int] = {}
+        self._decisions = [decision_of(transition) for transition in model.transitions]
+        self.marks = Marks(self._decisions)
+        self._chains: dict[tuple[tuple[int, ...], bool], Chain] = {}
+        self._namespace: dict[str, Any] = {}
+        self._objects: dict[int, str] = {}
+        self._opened: dict[int, tuple[int, ...]] = {}
+        for slot, variable in enumerate(model.variables, len(model.parameters)):
+            self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
+
+    def decision(self, transition: int) -> Decision:
+        """What decides whether a transition fires."""
+        return self._decisions[transition]
+
+    def chain(self, candidates: tuple[int, ...]) -> Chain:
+        """The chain of some transitions, all of one kind of trigger."""
+        timed = isinstance(self.model.transitions[candidates[0]].trigger, After)
+        found = self._chains.get((candidates, timed))
+        if found is None:
+            found = self._chains[candidates, timed] = self._make_chain(candidates, timed)
+        return found
+
+    def _make_chain(self, candidates: tuple[int, ...], timed: bool) -> Chain:  # noqa: FBT001
+        pick = self._pick(candidates, timed, _Writer())
+        waits = isinstance(self.model.transitions[candidates[0]].trigger, When)
+        return Chain(candidates, pick, self._pick(candidates, timed, _Writer(fresh=True)) if waits else pick)
+
+    def _pick(self, candidates: tuple[int, ...], timed: bool, writer: _Writer) -> Callable[..., int]:  # noqa: FBT001
+        writer.add(0, "def pick(f, m, v, c, h, due):" if timed else "def pick(f, m, v, c, h):")
+        for index in candidates:
+            self._candidate(writer, index, timed)
+        writer.add(1, f"return {NONE}")
+        pick: Callable[..., int] = self._function(writer, "pick")
+        return pick
+
+    def _candidate(self, writer: _Writer, index: int, timed: bool) -> None:  # noqa: FBT001
+        decision = self.decision(index)
+        known = set(writer.known)
+        if timed:
+            writer.add(1, f"if {index} in due:")
+        depth = 2 if timed else 1
+        if not decision.conditions:
+            decided = decision.follow(bool)[0]
+            writer.add(depth, f"return {index}" if decided else "pass")
+        elif self.marks.single(index):
+            self._nested(writer, index, decision, depth)
+        else:
+            self._flat(writer, index, decision, depth)
+        # Only the first condition of a guard is evaluated for certain, and none of a time-out that is not due.
+        first = _first(decision.tree)
+        if isinstance(first, Condition) and not timed:
+            known.update(self.slot(call) for call in eager_signals(decision.conditions[first.number]))
+        writer.known = known
+
+    def _nested(self, writer: _Writer, index: int, decision: Decision, depth: int) -> None:
+        """Nested ``if``s with a mark at the end of each path."""
+
+        def end(*, outcome: bool) -> _Continuation:
+            def write(depth: int, path: int) -> None:
+                writer.add(depth, f"h[{self.marks.place(index, path)}] = 1")
+                if outcome:
+                    writer.add(depth, f"return {index}")
+
+            return write
+
+        def branch(tree: Tree, depth: int, path: int, true: _Continuation, false: _Continuation) -> None:
+            match tree:
+                case Condition(number):
+                    before = set(writer.known)
+                    test = self._fetch(writer, decision.conditions[number], depth)
+                    inside = set(writer.known)
+                    writer.add(depth, f"if {test}:")
+                    true(depth + 1, path + 2 * 3**number)
+                    writer.known = set(inside)
+                    writer.add(depth, "else:")
+                    false(depth + 1, path + 3**number)
+                    writer.known = before
+                case Constant(held):
+                    (true if held else false)(depth, path)
+                case Negation(operand):
+                    branch(operand, depth, path, false, true)
+                case _:
+                    first, *rest = tree.parts
+                    if not rest:
+                        branch(first, depth, path, true, false)
+                        return
+                    others = Junction(tuple(rest), conjunction=tree.conjunction)
+
+                    def further(depth: int, path: int) -> None:
+                        branch(others, depth, path, true=true, false=false)
+
+                    if tree.conjunction:
+                        branch(first, depth, path, true=further, false=false)
+                    else:
+                        branch(first, depth, path, true=true, false=further)
+
+        branch(decision.tree, depth, 0, end(outcome=True), end(outcome=False))
+
+    def _flat(self, writer: _Writer, index: int, decision: Decision, depth: int) -> None:
+        """One condition after the other, adding up the path."""
+
+        def decide(tree: Tree, depth: int) -> None:
+            match tree:
+                case Condition(number):
+                    test = self._fetch(writer, decision.conditions[number], depth)
+                    writer.add(depth, f"if {test}:")
+                    writer.add(depth + 1, "r = True")
+                    writer.add(depth + 1, f"p += {2 * 3**number}")
+                    writer.add(depth, "else:")
+                    writer.add(depth + 1, "r = False")
+                    writer.add(depth + 1, f"p += {3**number}")
+                case Constant(held):
+                    writer.add(depth, f"r = {held}")
+                case Negation(operand):
+                    decide(operand, depth)
+                    writer.add(depth, "r = not r")
+                case _:
+                    first, *rest = tree.parts
+                    decide(first, depth)
+                    for part in rest:
+                        writer.add(depth, "if r:" if tree.conjunction else "if not r:")
+                        before = set(writer.known)
+                        decide(part, depth + 1)
+                        writer.known = before
+
+        writer.add(depth, "p = 0")
+        decide(decision.tree, depth)
+        writer.add(depth, f"h[{self.marks.first(index)}].add(p)")
+        writer.add(depth, "if r:")
+        writer.add(depth + 1, f"return {index}")
+
+    def entry(self, state: State) -> Block | None:
+        """What happens when a state is entered: its variables, its time-outs, its entry actions."""
+        writer = _Writer()
+        writer.add(0, "def run(f, m, v, c, q, t, now):")
+        for slot in self._opened.get(state.index, ()):
+            variable = self.model.variables[slot - len(self.model.parameters)]
+            writer.add(1, f"v[{slot}] = {self._inline(writer, variable.initial)}", variable.place)
+        for index in state.transitions:
+            transition = self.model.transitions[index]
+            if isinstance(transition.trigger, After):
+                duration = self._inline(writer, transition.trigger.duration)
+                writer.add(1, f"t[{index}] = now + {duration}", transition.place)
+        return self._block(writer, state.index, state.entry)
+
+    def actions(self, state: int, actions: tuple[Action, ...]) -> Block | None:
+        """The exit actions of a state, those of one of its transitions or of its initial transition."""
+        writer = _Writer()
+        writer.add(0, "def run(f, m, v, c, q, t, now):")
+        return self._block(writer, state, actions)
+
+    def _block(self, writer: _Writer, state: int, actions: tuple[Action, ...]) -> Block | None:
+        for action in actions:
+            match action:
+                case Assign(variable, value, place):
+                    writer.add(1, f"v[{self.variables[variable]}] = {self._inline(writer, value)}", place)
+                case Call(declared, arguments, place):
+                    given = "".join(f", {self._inline(writer, argument)}" for argument in arguments)
+                    writer.add(1, f"{self._object(declared.function)}(f{given})", place)
+                case Raise(event, place):
+                    writer.add(1, f"q.append({event!r})", place)
+                case _:
+                    writer.add(1, f"q.append({self._object(action)})", action.place)
+        if len(writer.lines) == 1:
+            return None
+        watches = any("in c" in line for line in writer.lines)
+        run = self._function(writer, "run")
+        return Block(run, actions, state, run.__code__, tuple(writer.places), watches)
+
+    def arguments(self, expressions: tuple[Expression, ...]) -> Callable[..., tuple[Any, ...]]:
+        """A function of ``(f, m, v, c)`` that gives the values of some expressions."""
+        writer = _Writer()
+        writer.add(0, "def run(f, m, v, c):")
+        writer.add(1, f"return ({''.join(f'{self._inline(writer, one)}, ' for one in expressions)})")
+        run: Callable[..., tuple[Any, ...]] = self._function(writer, "run")
+        return run
+
+    def slot(self, call: SignalValue) -> int:
+        """The slot of a signal with these arguments."""
+        key = (call.signal.name, ", ".join(map(self._code, call.arguments)))
+        found = self._slots.get(key)
+        if found is None:
+            found = self._slots[key] = len(self.calls)
+            self.calls.append(call)
+        return found
+
+    def key(self, call: SignalValue, values: Sequence[Any]) -> Any:
+        """Where the value of a call is kept within a step, as the generated code has it."""
+        slot = self.slot(call)
+        if not self.changing(call):
+            return slot
+        return (slot, *self.arguments(call.arguments)(None, {}, values, ()))
+
+    def changing(self, call: SignalValue) -> bool:
+        """Whether the arguments of a call can be others later in a run."""
+        return any(name in self._changing for argument in call.arguments for name in _variables(argument))
+
+    def _function(self, writer: _Writer, name: str) -> Any:
+        code = compile("\n".join(writer.lines) + "\n", f"<machine {self.model.name}>", "exec")
+        made: dict[str, Any] = {}
+        exec(code, self._namespace, made)
+        return made[name]
+
+    def _object(self, value: Any) -> str:
+        """The name under which generated code knows an object."""
+        name = self._objects.get(id(value))
+        if name is None:
+            name = self._objects[id(value)] = f"k{len(self._objects)}"
+            self._namespace[name] = value
+        return name
+
+    def _fetch(self, writer: _Writer, condition: Expression, depth: int) -> str:
+        """Write what fetches the signals of a condition, each at most once in a step; give the condition's code."""
+        for call in eager_signals(condition):
+            slot = self.slot(call)
+            if slot not in writer.known:
+                key = self._key(slot, call)
+                fetch = f"s{slot} = m[{key}] = {self._ask(call)}"
+                if writer.fresh and slot not in writer.seen:
+                    writer.add(depth, fetch)
+                else:
+                    writer.add(depth, f"if {key} in m: s{slot} = m[{key}]")
+                    writer.add(depth, f"else: {fetch}")
+                writer.known.add(slot)
+        writer.seen.update(map(self.slot, all_signals(condition)))
+        return self._code(condition, writer.known)
+
+    def _inline(self, writer: _Writer, expression: Expression) -> str:
+        return self._code(expression, writer.known)
+
+    def _key(self, slot: int, call: SignalValue) -> str:
+        """Where the value of a call is kept within a step: by its slot and, where they change, its arguments."""
+        if not self.changing(call):
+            return str(slot)
+        return f"({slot}, {', '.join(map(self._code, call.arguments))})"
+
+    def _ask(self, call: SignalValue) -> str:
+        arguments = "".join(f", {self._code(argument)}" for argument in call.arguments)
+        return f"{self._object(call.signal.function)}(f{arguments})"
+
+    def _code(self, expression: Expression, known: set[int] | frozenset[int] = frozenset()) -> str:
+        """The expression in Python; signals that were not fetched before are fetched where they stand."""
+        match expression:
+            case Literal(value):
+                return repr(value) if type(value) in (bool, int) else self._number(value)
+            case VariableValue(name):
+                return f"v[{self.variables[name]}]"
+            case SignalValue():
+                slot = self.slot(expression)
+                if slot in known:
+                    return f"s{slot}"
+                key = self._key(slot, expression)
+                return f"(m[{key}] if {key} in m else m.setdefault({key}, {self._ask(expression)}))"
+            case Active(state):
+                return f"({self._states[state]} in c)"
+            case Unary("abs", operand):
+                return f"abs({self._code(operand, known)})"
+            case Unary(operator, operand):
+                return f"({operator} {self._code(operand, known)})"
+            case Binary("min" | "max" as operator, left, right):
+                return f"{operator}({self._code(left, known)}, {self._code(right, known)})"
+            case Binary(operator, left, right):
+                return f"({self._code(left, known)} {operator} {self._code(right, known)})"
+
+    def _number(self, value: Any) -> str:
+        if type(value) is float and value - value == 0:  # neither infinite nor NaN
+            return repr(value)
+        return self._object(value)
+
+
+def _first(tree: Tree) -> Tree:
+    while not isinstance(tree, Condition | Constant):
+        tree = tree.operand if isinstance(tree, Negation) else tree.parts[0]
+    return tree
+
+
+def _variables(expression: Expression) -> Iterator[str]:
+    match expression:
+        case VariableValue(name):
+            yield name
+        case Unary(_, operand):
+            yield from _variables(operand)
+        case Binary(_, left, right):
+            yield from _variables(left)
+            yield from _variables(right)

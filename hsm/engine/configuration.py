@@ -1,0 +1,197 @@
+"""A configuration: the states that are active together, with what can be known about them before a step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hsm.engine.codegen import NONE, Chain
+from hsm.engine.plans import Plan
+from hsm.model.chart import After, Always, On, Transition, When
+from hsm.model.events import Event, Scoped, matches
+from hsm.model.topology import Remembered
+
+if TYPE_CHECKING:
+    from hsm.engine.compiled import Machine
+
+CACHE = 4096
+"""How many plans, or selectors of events, a configuration keeps before it forgets them all."""
+
+Picked = int | tuple[int, ...]
+"""What a selector gives: a transition, several of them in order, or ``NONE``."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Selector:
+    """All transitions that a configuration offers to one kind of trigger.
+
+    Attributes:
+        chains: one for each atomic state that offers any, in document order.
+        pick: gives what fires.
+    """
+
+    chains: tuple[Chain, ...]
+    pick: Callable[..., Picked]
+
+
+class Unusual(Exception):  # noqa: N818 - not an error
+    """There is more to do than to move."""
+
+
+class Moves(dict[Picked, Plan]):
+    """Plans that do nothing but move; asked for any other, it raises ``Unusual``."""
+
+    __slots__ = ()
+
+    def __missing__(self, picked: Picked) -> Plan:
+        raise Unusual
+
+
+class Configuration:
+    """The active states of a machine; made once for each combination that occurs, shared by all runs.
+
+    Attributes:
+        machine: whose states they are.
+        leaves: the active atomic states, by index, in document order.
+        active: all active states, the root included.
+        when: what conditions can fire.
+        always: what fires without a trigger.
+        after: what time-outs can fire.
+        pick_when: the selector's function, or one that gives ``NONE``.
+        pick_first: the same, for a step in which no signal was evaluated yet.
+        events: what an event can fire, for the events that were asked for.
+        plans: what is done for the transitions that a selector picked.
+        moves: those of the plans that do nothing but move, whatever history states remember; ``Unusual`` is raised for
+            all others.
+    """
+
+    __slots__ = (
+        "_activities",
+        "_names",
+        "active",
+        "after",
+        "always",
+        "events",
+        "leaves",
+        "machine",
+        "moves",
+        "pick_first",
+        "pick_when",
+        "plans",
+        "when",
+    )
+
+    def __init__(self, machine: Machine, leaves: tuple[int, ...]) -> None:
+        self.machine = machine
+        self.leaves = leaves
+        self.active = machine.topology.closure(leaves)
+        self.when = self._selector(lambda transition: isinstance(transition.trigger, When))
+        self.always = self._selector(lambda transition: isinstance(transition.trigger, Always))
+        self.after = self._selector(lambda transition: isinstance(transition.trigger, After))
+        self.pick_when = self.when.pick if self.when else _nothing
+        single = self.when is not None and len(self.when.chains) == 1
+        self.pick_first = self.when.chains[0].first if self.when and single else self.pick_when
+        self._names: frozenset[str] | None = None
+        self._activities: tuple[int, ...] | None = None
+        self.events: dict[Event, Selector | None] = {}
+        self.plans: dict[Any, Plan] = {}
+        self.moves: dict[Picked, Plan] = Moves()
+
+    @property
+    def states(self) -> tuple[int, ...]:
+        """All active states but the root, in document order."""
+        return tuple(sorted(self.active)[1:])
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The full names of all active states but the root."""
+        if self._names is None:
+            self._names = frozenset(self.machine.model.states[state].name for state in self.states)
+        return self._names
+
+    @property
+    def activities(self) -> tuple[int, ...]:
+        """The active states that do something, in document order."""
+        if self._activities is None:
+            states = self.machine.model.states
+            self._activities = tuple(state for state in sorted(self.active) if states[state].activity is not None)
+        return self._activities
+
+    def on(self, event: Event) -> Selector | None:
+        """What an event can fire."""
+        if event not in self.events:
+            if len(self.events) >= CACHE:
+                self.events.clear()
+            self.events[event] = self._selector(lambda transition: self._listens(transition, event))
+        return self.events[event]
+
+    def plan(self, picked: Picked, remembered: Remembered) -> Plan:
+        """What is done for the transitions that a selector picked, given what each history state remembers."""
+        plan = self.plans.get(picked)
+        if plan is not None:
+            return plan
+        key = (picked, tuple(sorted(remembered.items())))
+        plan = self.plans.get(key)
+        if plan is None:
+            if len(self.plans) >= CACHE:
+                self.forget()
+            enabled = (picked,) if isinstance(picked, int) else picked
+            plan = self.machine.planner.plan(self, enabled, remembered)
+            depends = plan.restored or any(self.machine.topology.has_history_target(one) for one in enabled)
+            self.plans[key if depends else picked] = plan
+            if plan.plain and not depends:
+                self.moves[picked] = plan
+        return plan
+
+    def forget(self) -> None:
+        """Drop the plans, which keep other configurations alive."""
+        self.plans.clear()
+        self.moves.clear()
+
+    def _listens(self, transition: Transition, event: Event) -> bool:
+        if not isinstance(transition.trigger, On):
+            return False
+        inside = isinstance(event, Scoped) and (
+            event.origin == transition.source or self.machine.topology.inside(event.origin, transition.source)
+        )
+        return matches(transition.trigger, event, inside=inside)
+
+    def _selector(self, belongs: Callable[[Transition], bool]) -> Selector | None:
+        offered: dict[int, tuple[int, ...]] = {}
+        for leaf in self.leaves:
+            for state in self.machine.topology.up(leaf):
+                if state not in offered:
+                    offered[state] = self._own(state, belongs)
+        # States that share all their candidates give the same answer: one of them is asked.
+        lists = dict.fromkeys(self._candidates(leaf, offered) for leaf in self.leaves)
+        chains = tuple(self.machine.generator.chain(candidates) for candidates in lists if candidates)
+        if not chains:
+            return None
+        return Selector(chains, chains[0].pick if len(chains) == 1 else _together(chain.pick for chain in chains))
+
+    def _own(self, state: int, belongs: Callable[[Transition], bool]) -> tuple[int, ...]:
+        model = self.machine.model
+        return tuple(index for index in model.states[state].transitions if belongs(model.transitions[index]))
+
+    def _candidates(self, leaf: int, offered: dict[int, tuple[int, ...]]) -> tuple[int, ...]:
+        return tuple(index for state in self.machine.topology.up(leaf) for index in offered[state])
+
+
+def _nothing(*_: Any) -> int:
+    return NONE
+
+
+def _together(picks: Iterable[Callable[..., int]]) -> Callable[..., Picked]:
+    """One selector for several atomic states: each contributes the first of its transitions that fires."""
+    functions = tuple(picks)
+
+    def pick(*arguments: Any) -> Picked:
+        found: list[int] = []
+        for function in functions:
+            index = function(*arguments)
+            if index != NONE and index not in found:
+                found.append(index)
+        return (tuple(found) if len(found) > 1 else found[0]) if found else NONE
+
+    return pick

@@ -1,0 +1,174 @@
+"""Why transitions fired or did not, worked out from what a step leaves behind."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from hsm.engine.configuration import Configuration, Selector
+from hsm.engine.evaluation import Evaluation, SignalFault
+from hsm.engine.macrostep import NOTHING_DUE, Look, Macrostep, Phase
+from hsm.model.chart import Transition
+from hsm.model.expressions import Binary, Expression, SignalValue, Unary, VariableValue
+from hsm.model.unparse import call_text, expression_text, trigger_text, value_text
+
+if TYPE_CHECKING:
+    from hsm.engine.plans import Plan
+
+
+class Verdict(Enum):
+    """What became of a transition that was looked at."""
+
+    TAKEN = "taken"
+    PREEMPTED = "another transition that was taken leaves the same states"
+    FALSE = "what it needs did not hold"
+    EARLIER = "another transition came first"
+    NOT_DUE = "its time had not come"
+    FAILED = "what it needs could not be evaluated"
+
+
+@dataclass(frozen=True, slots=True)
+class Considered:
+    """One transition at one look.
+
+    Attributes:
+        transition: the transition.
+        trigger: what was looked for: an event's name, ``always``, ``after`` or ``when``.
+        verdict: what became of it.
+        conditions: each condition of its guard, as text, with its value; None where it did not matter or failed.
+        values: the signals and variables in the conditions that were evaluated, as text, with their values.
+        remaining: for a time-out that is not due: the seconds to go.
+    """
+
+    transition: Transition
+    trigger: str
+    verdict: Verdict
+    conditions: tuple[tuple[str, bool | None], ...] = ()
+    values: tuple[tuple[str, Any], ...] = ()
+    remaining: float | None = None
+
+    @property
+    def reason(self) -> str:
+        """The verdict in a sentence, with the values that decided it."""
+        if self.remaining is not None:
+            return f"{self.verdict.value}: {self.remaining:.3g} s to go"
+        if self.verdict is not Verdict.FALSE:
+            return str(self.verdict.value)
+        judged = (f"`{text}` was {value_text(value)}" for text, value in self.conditions if value is not None)
+        named = {text for text, _ in self.conditions}
+        seen = [f"{text} = {value_text(value)}" for text, value in self.values if text not in named]
+        return ", ".join(judged) + (f" ({', '.join(seen)})" if seen else "")
+
+    def __str__(self) -> str:
+        where = f"{self.transition.place}: " if self.transition.place else ""
+        return f"{where}{trigger_text(self.transition.trigger, self.transition.guard)}: {self.reason}"
+
+
+def explain(step: Macrostep) -> tuple[Considered, ...]:
+    """Every transition that was looked at in a step, in the order of the looks."""
+    time, _, memo, values, timers, after = step.evidence
+    found = [one for look in step.looks for one in _explain_look(look, memo)]
+    if values is not None:
+        found.extend(_explain_look((Phase.WHEN, after, values, NOTHING_DUE, None), memo))
+    found.extend(_waiting(after, timers, time))
+    return tuple(found)
+
+
+def _waiting(after: Configuration, timers: Mapping[int, float], time: float) -> Iterator[Considered]:
+    for index, deadline in sorted(timers.items()):
+        if deadline > time:
+            transition = after.machine.model.transitions[index]
+            yield Considered(transition, str(Phase.AFTER), Verdict.NOT_DUE, remaining=deadline - time)
+
+
+def _explain_look(look: Look, memo: Mapping[Any, Any]) -> Iterator[Considered]:
+    trigger, configuration, values, due, plan = look
+    machine = configuration.machine
+    evaluation = machine.evaluation(memo, values, configuration.active, _gone)
+    seen: set[int] = set()
+    for chain in _selector(look).chains if _selector(look) else ():  # type: ignore[union-attr]
+        fired = False
+        for index in chain.candidates:
+            if trigger is Phase.AFTER and index not in due:
+                continue
+            one = _consider(configuration, index, str(trigger), evaluation, plan, earlier=fired)
+            fired = fired or one.verdict in (Verdict.TAKEN, Verdict.PREEMPTED)
+            if index not in seen:
+                seen.add(index)
+                yield one
+
+
+def _selector(look: Look) -> Selector | None:
+    trigger, configuration = look[0], look[1]
+    match trigger:
+        case Phase.START:
+            return None
+        case Phase.ALWAYS:
+            return configuration.always
+        case Phase.AFTER:
+            return configuration.after
+        case Phase.WHEN:
+            return configuration.when
+        case _:
+            return configuration.on(trigger)
+
+
+def _consider(
+    configuration: Configuration,
+    index: int,
+    trigger: str,
+    evaluation: Evaluation,
+    plan: Plan | None,
+    *,
+    earlier: bool,
+) -> Considered:
+    machine = configuration.machine
+    transition = machine.model.transitions[index]
+    if earlier:
+        return Considered(transition, trigger, Verdict.EARLIER)
+    decision = machine.generator.decision(index)
+    evaluation.asked.clear()
+    try:
+        held, path = decision.follow(evaluation.condition)
+    except (SignalFault, ArithmeticError):
+        return Considered(transition, trigger, Verdict.FAILED)
+    verdict = Verdict.FALSE
+    if held:
+        verdict = Verdict.TAKEN if plan is not None and index in plan.transitions else Verdict.PREEMPTED
+    judged = decision.values(path)
+    return Considered(
+        transition,
+        trigger,
+        verdict,
+        tuple((expression_text(one), value) for one, value in zip(decision.conditions, judged, strict=True)),
+        tuple(
+            dict(
+                pair
+                for one, value in zip(decision.conditions, judged, strict=True)
+                if value is not None
+                for pair in _values(one, evaluation)
+            ).items()
+        ),
+    )
+
+
+def _values(expression: Expression, evaluation: Evaluation) -> Iterator[tuple[str, Any]]:
+    """The signals and variables in an expression, as text, with their values."""
+    match expression:
+        case SignalValue(signal, arguments):
+            key = evaluation.key(expression, evaluation.values)
+            if key in evaluation.memo:
+                yield call_text(signal.name, signal.parameters, arguments), evaluation.memo[key]
+        case VariableValue(name):
+            yield name, evaluation.value(expression)
+        case Unary(_, operand):
+            yield from _values(operand, evaluation)
+        case Binary(_, left, right):
+            yield from _values(left, evaluation)
+            yield from _values(right, evaluation)
+
+
+def _gone(call: SignalValue) -> Any:
+    raise SignalFault(call, LookupError("it gave no value in this step"))

@@ -1,0 +1,161 @@
+"""Properties watched over a run, step by step. What a monitor remembers is a value, so that runs can branch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+from hsm.engine.evaluation import SignalFault
+from hsm.engine.execution import TOLERANCE
+from hsm.engine.macrostep import Macrostep
+from hsm.engine.run import Supervisor
+from hsm.model.expressions import Active, Expression, SignalValue
+from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
+
+Holds = Callable[[Expression], bool | None]
+"""Whether a condition holds after a step; None where that cannot be said."""
+
+Memory = float | None
+"""What is remembered of one property: the time until which it waits, or that it waits for something, or None."""
+
+IDLE = -inf
+"""In place of a memory: the instance that a property is about does not run."""
+
+_ARMED = 1.0
+
+
+def begin(stated: Property, time: float) -> Memory:
+    """What is remembered of a property at the start of a run."""
+    return IDLE if stated.scope is not None else _begun(stated.claim, time)
+
+
+def look(
+    stated: Property, memory: Memory, time: float, holds: Holds, entered: Collection[str] = ()
+) -> tuple[Memory, bool]:
+    """Look at a property after a step.
+
+    Args:
+        stated: the property.
+        memory: what was remembered after the step before.
+        time: of the step, in seconds.
+        holds: evaluates a condition.
+        entered: the states entered in the step, by name.
+
+    Returns:
+        What is to be remembered, and whether the property was violated in this step.
+    """
+    if stated.scope is not None:
+        if not holds(Active(stated.scope)):
+            return IDLE, False
+        if memory == IDLE or stated.scope in entered:
+            memory = _begun(stated.claim, time)
+    return _look(stated.claim, memory, time, holds)
+
+
+def deadline(stated: Property, memory: Memory) -> float | None:
+    """When a property will be violated, if nothing happens until then."""
+    return memory if memory != IDLE and isinstance(stated.claim, Recurrence | Response) else None
+
+
+def _begun(claim: Claim, time: float) -> Memory:
+    return time + claim.within if isinstance(claim, Recurrence) else None
+
+
+def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memory, bool]:
+    match claim:
+        case Never(condition):
+            return None, holds(condition) is True
+        case AlwaysHolds(condition):
+            return None, holds(condition) is False
+        case Recurrence(condition, within):
+            met = holds(condition) is not False
+            late = not met and memory is not None and time >= memory - TOLERANCE
+            return (time + within if met or late else memory), late
+        case Response(trigger, response, within):
+            due = memory
+            if due is None and holds(trigger) is True:
+                due = time + within
+            if due is None or holds(response) is True:
+                return None, False
+            late = time >= due - TOLERANCE
+            return (None if late else due), late
+        case Precedence(trigger, first, then):
+            armed = memory is not None or holds(trigger) is True
+            if not armed or holds(first) is True:
+                return None, False
+            return _ARMED, holds(then) is True
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """A property that did not hold.
+
+    Attributes:
+        property: which one.
+        time: of the step, in seconds.
+        configuration: the states that were active after it.
+    """
+
+    property: Property
+    time: float
+    configuration: frozenset[str]
+
+    def __str__(self) -> str:
+        place = f"{self.property.place}: " if self.property.place else ""
+        states = ", ".join(sorted(self.configuration))
+        return (
+            f"{place}property {self.property.name} is violated at {self.time:.10g} s in {states}: {self.property.text}"
+        )
+
+
+class Monitor:
+    """Watches the properties of a running machine; it never changes what the machine does.
+
+    A property that stays violated from step to step is reported once.
+    """
+
+    def __init__(self, supervisor: Supervisor) -> None:
+        self._supervisor = supervisor
+        self._properties: Sequence[Property] = supervisor.machine.model.properties
+        self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._properties]
+        self._violated: set[str] = set()
+
+    def look(self, facts: object, step: Macrostep) -> tuple[Violation, ...]:
+        """What is violated, and was not before; to be called after each step, with its facts."""
+        found: list[Violation] = []
+        holds, entered = holding(self._supervisor, facts), step.entered
+        for index, one in enumerate(self._properties):
+            time = self._supervisor.time
+            self._memories[index], violated = look(one, self._memories[index], time, holds, entered)
+            if violated and one.name not in self._violated:
+                found.append(Violation(one, time, self._supervisor.configuration))
+            self._violated.add(one.name) if violated else self._violated.discard(one.name)
+        return tuple(found)
+
+
+def holding(supervisor: Supervisor, facts: object) -> Holds:
+    """Evaluates conditions at the present moment of a run; each signal is asked for at most once."""
+    machine = supervisor.machine
+    memo: dict[Any, Any] = {}
+    values = [supervisor.variables.get(name) for name in machine.generator.variables]
+    active = frozenset(machine.indices[name] for name in supervisor.configuration)
+
+    def ask(call: SignalValue) -> Any:
+        key = machine.generator.key(call, values)
+        try:
+            memo[key] = call.signal.function(facts, *(evaluation.value(one) for one in call.arguments))
+        except Exception as error:
+            raise SignalFault(call, error) from error
+        return memo[key]
+
+    evaluation = machine.evaluation(memo, values, active, ask)
+
+    def holds(condition: Expression) -> bool | None:
+        try:
+            return bool(evaluation.value(condition))
+        except (SignalFault, TypeError, ArithmeticError):
+            return None  # a signal that failed, or a variable of an instance that was never entered
+
+    return holds

@@ -1,0 +1,333 @@
+"""One run of a machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import inf
+from types import MappingProxyType
+from typing import Any
+
+from hsm.engine.codegen import NONE
+from hsm.engine.compiled import Machine
+from hsm.engine.configuration import Configuration, Unusual
+from hsm.engine.coverage import Collector, Coverage
+from hsm.engine.execution import Fault, Reaction, RunState, fault_event
+from hsm.engine.macrostep import NOTHING_DUE, Look, Macrostep
+from hsm.engine.plans import Plan
+from hsm.engine.snapshots import Run, carry_over, to_json
+from hsm.model.chart import ActivityCall
+from hsm.model.events import Scoped
+from hsm.model.registry import Activity, Outcome, Stoppable
+from hsm.model.unparse import activity_text
+
+_FINISHED: Any = object()
+
+
+def _same(one: ActivityCall | None, other: ActivityCall | None) -> bool:
+    """Whether two states do the same, wherever that is written."""
+    return one is not None and other is not None and activity_text(one) == activity_text(other)
+
+
+class Supervisor:
+    """A running machine: its configuration, variables, time-outs, history and activities.
+
+    Made by ``Machine.start`` or ``Machine.restore``.
+
+    Attributes:
+        machine: what is run.
+        initial: the macrostep that entered the initial configuration; None for a run that was restored.
+    """
+
+    def __init__(self, machine: Machine, run: Run) -> None:
+        self.machine = machine
+        self.initial: Macrostep | None = None
+        self._running: dict[int, Activity] = {}
+        self._resume(machine, run)
+
+    @classmethod
+    def begin(cls, machine: Machine, parameters: Sequence[Any], facts: object, time: float) -> Supervisor:
+        """Enter the initial configuration; see ``Machine.start``."""
+        plan = machine.planner.start()
+        values = [*parameters, *(None for _ in machine.model.variables)]
+        nowhere = RunState(plan.target, values, {}, (), {}, None)
+        supervisor = cls(machine, Run(time, nowhere, (), frozenset()))
+        memo: dict[Any, Any] = {}
+        reaction = Reaction(machine, nowhere, time, facts=facts, memo=memo, hits=supervisor._hits)
+        reaction.start(plan)
+        supervisor.initial = supervisor._adopt(reaction, time, memo, settled=False)
+        return supervisor
+
+    def _resume(self, machine: Machine, run: Run) -> None:
+        """Go on from where a run is."""
+        self.machine = machine
+        self._time = run.time
+        self._state = run.state
+        self._pending = list(run.pending)
+        self._running.update((state, _FINISHED) for state in run.finished)
+        self._collector = Collector(machine.generator.marks)
+        self._hits = self._collector.hits
+        self._taken = self._collector.taken
+        self._set_wake()
+
+    # What can be seen of a run.
+
+    @property
+    def time(self) -> float:
+        """The logical time of the last step in seconds."""
+        return self._time
+
+    @property
+    def configuration(self) -> frozenset[str]:
+        """Full names of all active states, compound ones included, the root not."""
+        return self._state.configuration.names
+
+    @property
+    def outcome(self) -> str | None:
+        """The name of the top-level final state that ended the run; None while it goes on."""
+        return self._state.outcome
+
+    @property
+    def variables(self) -> Mapping[str, Any]:
+        """The values of variables and parameters by their full names; those of states never entered are left out."""
+        named = zip(self.machine.generator.variables, self._state.values, strict=True)
+        return MappingProxyType({name: value for name, value in named if value is not None})
+
+    @property
+    def coverage(self) -> Coverage:
+        """What this run has exercised so far."""
+        return self._collector.coverage()
+
+    # Steps.
+
+    def step(self, time: float, events: Sequence[str] = (), facts: object = None) -> Macrostep:
+        """Let the machine react to what happened and to what is now.
+
+        First the outcomes of activities and the given events, one after the other, then time-outs that are due, then
+        conditions, until nothing fires any more.
+
+        Args:
+            time: logical time in seconds; it never runs backwards.
+            events: names of events from outside, in the order in which they happened.
+            facts: what the signals and actions of this step are given.
+
+        Returns:
+            What was done.
+
+        Raises:
+            MachineFault: something failed that the machine does not handle, or its transitions spin; the machine is as
+                it was before the step.
+            ValueError: the time is before that of the last step, or none at all.
+        """
+        memo: dict[Any, Any] = {}
+        if not self._time <= time < self._wake:
+            return self._react(time, events, facts, memo)
+        # The quick way: a step in which nothing happens but moving. Whatever else comes up, the step is done over in
+        # full, with the signals that were evaluated; nothing was changed before.
+        state = self._state
+        configuration, values, hits = state.configuration, state.values, self._hits
+        looks: Sequence[Look | Plan] = ()
+        try:
+            if events:
+                looks, configuration = self._hear(events, facts, memo)
+                pick = configuration.pick_when
+            else:
+                pick = configuration.pick_first
+            # Functions are called by a name of their own: looked up as methods they would be slower.
+            picked = pick(facts, memo, values, configuration.active, hits)
+            if picked != NONE:
+                plan = configuration.moves[picked]
+                configuration = plan.target
+                pick = configuration.pick_when
+                if pick(facts, memo, values, configuration.active, hits) != NONE:
+                    return self._react(time, events, facts, memo)  # one after the other: seldom
+                try:
+                    self._taken[plan] += 1
+                except KeyError:
+                    self._collector.count((plan,))
+                state.configuration = configuration
+                looks = [*looks, plan] if looks else (plan,)
+        except Unusual:
+            return self._react(time, events, facts, memo)
+        except Exception as error:
+            return self._react(time, events, facts, memo, error)
+        if events:
+            state.configuration = configuration
+            self._collector.count([look for look in looks if look.__class__ is tuple])
+        self._time = time
+        step = Macrostep()
+        step.evidence = (time, looks, memo, values, state.timers, configuration)
+        return step
+
+    def _hear(self, events: Sequence[str], facts: object, memo: dict[Any, Any]) -> tuple[Sequence[Look], Configuration]:
+        """Let events move the machine: what was looked at, and where that leads to."""
+        values, hits = self._state.values, self._hits
+        configuration = self._state.configuration
+        looks: list[Look] = []
+        for event in events:
+            plan = None
+            selector = configuration.events[event] if event in configuration.events else configuration.on(event)
+            if selector is not None:
+                picked = selector.pick(facts, memo, values, configuration.active, hits)
+                if picked != NONE:
+                    plan = configuration.moves[picked]
+            looks.append((event, configuration, values, NOTHING_DUE, plan))
+            if plan is not None:
+                configuration = plan.target
+        return looks, configuration
+
+    def _react(
+        self,
+        time: float,
+        events: Sequence[str],
+        facts: object,
+        memo: dict[Any, Any],
+        error: BaseException | None = None,
+    ) -> Macrostep:
+        """A step in full; when it fails, nothing was changed."""
+        if not time >= self._time:  # NaN is no time, either
+            raise ValueError(f"time runs backwards: {time} s after {self._time} s")
+        reaction = Reaction(self.machine, self._state, time, facts=facts, memo=memo, hits=self._hits)
+        reaction.run((*self._pending, *events), error)
+        self._pending = []
+        return self._adopt(reaction, time, memo, settled=reaction.state.outcome is None)
+
+    def _adopt(self, reaction: Reaction, time: float, memo: dict[Any, Any], *, settled: bool) -> Macrostep:
+        """Make what a step has come to the state of the run."""
+        self._time = time
+        self._state = state = reaction.state
+        self._set_wake()
+        self._collector.count(reaction.looks)
+        self._stop(reaction.stopped if state.outcome is None else self._running)
+        values = state.values if settled else None
+        step = Macrostep()
+        step.evidence = (time, reaction.looks, memo, values, state.timers, state.configuration)
+        return step
+
+    def _set_wake(self) -> None:
+        """From when on a step has more to look at than events and conditions."""
+        state = self._state
+        always = self._pending or state.configuration.always is not None or state.outcome is not None
+        self._wake = -inf if always else state.wake
+
+    # Saving, restoring, changing.
+
+    def snapshot(self) -> dict[str, Any]:
+        """Where the run is, in a form that JSON can carry; ``Machine.restore`` goes on from it with the same trace.
+
+        Activities are not in it: those that run begin anew.
+        """
+        return to_json(self.machine, self._run())
+
+    def reload(self, machine: Machine) -> None:
+        """Go on with a machine that has changed.
+
+        Variables, time-outs and history are kept where the new machine still has them; activities run on where their
+        state does the same as before. Coverage starts anew.
+
+        Args:
+            machine: the changed machine.
+
+        Raises:
+            SnapshotError: an active state is gone, with the reason; the run goes on with the old machine.
+        """
+        given = {name: value for name, value in self.variables.items() if name in self._parameter_names(machine)}
+        run = carry_over(self.machine, self._run(), machine, machine.parameter_values(given))
+        old = self.machine.model.states
+        doing = {old[index].name: (activity, old[index].activity) for index, activity in self._running.items()}
+        self._running = {}
+        new = machine.model.states
+        for index in run.state.configuration.activities:
+            activity, call = doing.pop(new[index].name, (None, None))
+            if activity is not None and _same(call, new[index].activity):
+                self._running[index] = activity
+            elif isinstance(activity, Stoppable):
+                activity.stop()
+        for activity, _ in doing.values():
+            if isinstance(activity, Stoppable):
+                activity.stop()
+        finished = frozenset(index for index, activity in self._running.items() if activity is _FINISHED)
+        self._resume(machine, replace(run, finished=finished))
+
+    def _parameter_names(self, machine: Machine) -> set[str]:
+        own = {parameter.name: parameter.type for parameter in self.machine.model.parameters}
+        return {one.name for one in machine.model.parameters if own.get(one.name) == one.type}
+
+    def _run(self) -> Run:
+        finished = frozenset(state for state, activity in self._running.items() if activity is _FINISHED)
+        return Run(self._time, self._state, tuple(self._pending), finished)
+
+    # Activities.
+
+    def act(self, facts: object) -> Sequence[tuple[str, object]]:
+        """Let the running activities do their part of this tick, in document order.
+
+        An outcome is kept for the next step; an activity that is over is not ticked again.
+
+        Args:
+            facts: what the activities are given.
+
+        Returns:
+            The name of the state and the effect, for each activity that gave one.
+
+        Raises:
+            MachineFault: an activity failed and no transition in its scope handles a fault.
+        """
+        effects: list[tuple[str, object]] = []
+        for state in self._state.configuration.activities:
+            activity = self._running.get(state)
+            if activity is _FINISHED or self._state.outcome is not None:
+                continue
+            try:
+                if activity is None:
+                    activity = self._running[state] = self._begin(state, facts)
+                effect = activity.tick(facts)
+            except Exception as error:
+                self._activity_failed(state, error)
+                continue
+            if isinstance(effect, Outcome):
+                self._running[state] = _FINISHED
+                self._collector.outcomes[state, effect.name] += 1
+                self._postpone(Scoped((effect.name,), state, f"done.invoke.{self._name(state)}"))
+            elif effect is not None:
+                effects.append((self._name(state), effect))
+        return effects
+
+    def stop(self) -> None:
+        """Stop all activities: the caller ends the run."""
+        self._stop(self._running)
+
+    def _begin(self, state: int, facts: object) -> Activity:
+        call = self.machine.model.states[state].activity
+        assert call is not None, "only states with an activity are begun"
+        arguments = self.machine.generator.arguments(call.arguments)
+        return call.activity.factory(*arguments(facts, {}, self._state.values, self._state.configuration.active))
+
+    def _activity_failed(self, state: int, error: Exception) -> None:
+        self._running[state] = _FINISHED
+        fault = self._fault_of(state, error)
+        if self._state.configuration.on(fault.event) is None:
+            raise fault.unhandled(self.machine)
+        self._postpone(fault)
+
+    def _postpone(self, entry: Scoped | Fault) -> None:
+        self._pending.append(entry)
+        self._set_wake()
+
+    def _stop(self, states: Sequence[int] | Mapping[int, Activity]) -> None:
+        """Stop activities; a fault in one of them is seen by the next step, as one in a tick is."""
+        for state in tuple(states):
+            activity = self._running.pop(state, None)
+            if isinstance(activity, Stoppable):
+                try:
+                    activity.stop()
+                except Exception as error:
+                    self._postpone(self._fault_of(state, error))
+
+    def _fault_of(self, state: int, error: Exception) -> Fault:
+        call = self.machine.model.states[state].activity
+        assert call is not None, "only states with an activity fail in one"
+        return Fault(fault_event(state), f"activity `{call.activity.name}` failed: {error!r}", call.place, error)
+
+    def _name(self, state: int) -> str:
+        return self.machine.model.states[state].name

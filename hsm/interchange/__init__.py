@@ -1,0 +1,1 @@
+"""Other notations: SCXML, the library transitions, and diagrams."""

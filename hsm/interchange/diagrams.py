@@ -1,0 +1,348 @@
+"""Machines drawn, with the diagram support of the library ``transitions``: Graphviz pictures and Mermaid text.
+
+States lie within states; regions of a parallel state have a dashed border; history is a circle with an H (H* where it
+is deep); final states have a double border. A state says what it does, what it runs on entry and exit, and its internal
+transitions; a transition says trigger, guard and actions; time-outs are dashed. In pictures the transitions of a state
+and their texts share a colour; those with the same ends share the line.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import cycle
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from transitions.extensions.diagrams_mermaid import NestedGraph as MermaidGraph
+from transitions.extensions.diagrams_pygraphviz import NestedGraph
+
+from hsm.engine.plans import own_name
+from hsm.model.chart import After, Model, State, StateKind, Transition
+from hsm.model.topology import HISTORY
+from hsm.model.unparse import action_text, activity_text, trigger_text
+
+if TYPE_CHECKING:
+    from hsm.engine.compiled import Machine
+
+FORMATS = ("svg", "png", "dot", "mmd")
+"""What a diagram can be written as: pictures, Graphviz's language, Mermaid's language."""
+
+WIDTH = 32
+"""Longer lines at transitions are broken, before `if`, `and`, `or` and `/` rather than elsewhere."""
+
+WIDTH_IN_STATES = 36
+"""Longer lines in states are broken likewise."""
+
+DEPTH = 60
+"""States nested deeper than this are not drawn."""
+
+_ENTITIES = {"#": "#35;", ";": "#59;", "<": "#lt;", ">": "#gt;", '"': "#quot;", ":": "#58;"}
+_FONT = "Helvetica"
+_BREAKS = re.compile(r" (?=(?:if|and|or|/) )")
+_INKS = ("#1f4e79", "#8a3b12", "#2e6b34", "#6a3d7c", "#6e5600", "#8c2346", "#00636b", "#444444")
+_STYLES: dict[str, dict[str, dict[str, str]]] = {
+    "node": {
+        "default": {"style": "rounded,filled", "shape": "box", "fillcolor": "white", "color": "#333333"},
+        "parallel": {"style": "rounded,filled", "shape": "box", "fillcolor": "white", "color": "#333333"},
+    },
+    "edge": {"default": {"color": "#333333"}},
+    "graph": {
+        "default": {"style": "rounded,filled", "fillcolor": "#f4f6f8", "color": "#333333"},
+        "parallel": {"style": "rounded,filled,dashed", "fillcolor": "#e9eef3", "color": "#333333"},
+    },
+}
+_MERMAID_STYLES = {
+    "node": {"default": {"fillcolor": "white", "color": "black"}, "parallel": {"fillcolor": "white", "color": "black"}}
+}
+
+
+class DiagramError(Exception):
+    """A diagram that cannot be drawn; the message says why and what to do."""
+
+
+def draw(machine: Machine, path: str | Path, fills: Mapping[str, str] | None = None) -> None:
+    """Write a diagram of a machine to a file; its name's ending says as what.
+
+    Args:
+        machine: the machine.
+        path: where to: ``.svg``, ``.png``, ``.dot`` or ``.mmd``.
+        fills: colours of states by their full names, such as ``#ffcccc``.
+
+    Raises:
+        DiagramError: the ending is none of these, or Graphviz is not installed.
+        OSError: the file cannot be written.
+    """
+    ending = Path(path).suffix.removeprefix(".")
+    if ending not in FORMATS:
+        raise DiagramError(f"a diagram is written as {', '.join(FORMATS)}, not as `{ending or path}`")
+    Path(path).write_bytes(render(machine, ending, fills))
+
+
+def render(machine: Machine, form: str, fills: Mapping[str, str] | None = None) -> bytes:
+    """A diagram as the contents of a file.
+
+    Args:
+        machine: the machine.
+        form: one of ``FORMATS``.
+        fills: colours of states by their full names.
+
+    Raises:
+        DiagramError: Graphviz is not installed, or the states are nested too deep to be drawn.
+    """
+    depth = machine.topology.depth
+    if depth > DEPTH:
+        raise DiagramError(f"states nested {depth} deep cannot be drawn; {DEPTH} can")
+    if form == "mmd":
+        return _mermaid(machine.model).encode()
+    try:
+        graph = _Picture(machine.model, fills or {}).get_graph()
+    except (ImportError, AttributeError) as error:  # `transitions` leaves the module out where it is not installed
+        raise DiagramError("this needs pygraphviz: install maze-machine[diagrams], or write a .mmd") from error
+    if form == "dot":
+        return str(graph.to_string()).encode()
+    drawn: bytes = graph.draw(format=form, prog="dot")
+    return drawn
+
+
+def _mermaid(model: Model) -> str:
+    config = _config(model, "\\n".join, _mermaid_text)
+    adapter = _adapter(model, config, _MERMAID_STYLES, {"rankdir": "TB"})
+    return f"{MermaidGraph(adapter).get_graph().draw(None)}\n"
+
+
+def _mermaid_text(line: str) -> str:
+    """A line of text with Mermaid's own marks written as entities."""
+    return "".join(_ENTITIES.get(mark, mark) for mark in line)
+
+
+def _adapter(model: Model, config: dict[str, Any], styles: Any, attributes: dict[str, Any]) -> Any:
+    """What the diagrams of ``transitions`` ask of a machine."""
+    return SimpleNamespace(
+        title=model.name,
+        initial=config["initial"],
+        machine_attributes=attributes,
+        style_attributes=styles,
+        state_cls=SimpleNamespace(separator="_"),
+        show_state_attributes=False,
+        show_conditions=False,
+        get_markup_config=lambda: config,
+    )
+
+
+def _config(model: Model, join: Callable[[list[str]], str], clean: Callable[[str], str]) -> dict[str, Any]:
+    """The machine as ``transitions`` describes machines to its diagrams; states go by their index."""
+    made: list[dict[str, Any]] = []
+    for state in model.states:
+        one: dict[str, Any] = {"name": _id(state.index), "label": join([clean(line) for line in _lines(model, state)])}
+        if state.children:
+            one["children"] = []
+            initial = [_id(child) for child in state.initial if child in state.children]
+            one["initial"] = [] if state.kind is StateKind.PARALLEL else (initial or [""])[0]
+        if state.kind is StateKind.FINAL:
+            one["final"] = True
+        made.append(one)
+        if state.index:
+            made[state.parent]["children"].append(one)
+    transitions = [
+        {
+            "source": _path(model, transition.source),
+            "dest": _path(model, target),
+            "trigger": join([clean(line) for line in _wrapped(_transition_text(transition), WIDTH)]) or " ",
+        }
+        for transition in model.transitions
+        for target in transition.targets
+        if transition.source
+    ]
+    return {
+        "states": made[0].get("children", []),
+        "transitions": transitions,
+        "initial": _id(model.states[0].initial[0]),
+    }
+
+
+def _id(index: int) -> str:
+    return f"s{index}"
+
+
+def _path(model: Model, index: int) -> str:
+    names = []
+    while index > 0:
+        names.append(_id(index))
+        index = model.states[index].parent
+    return "_".join(reversed(names))
+
+
+def _lines(model: Model, state: State) -> list[str]:
+    """What is written in a state."""
+    if state.kind in HISTORY:
+        return ["H*" if state.kind is StateKind.DEEP_HISTORY else "H"]
+    lines = [own_name(state) + (f" = {state.instance}" if state.instance else "")]
+    if state.activity is not None:
+        lines += _wrapped(f"do {activity_text(state.activity)}", WIDTH_IN_STATES)
+    for word, actions in (("entry", state.entry), ("exit", state.exit)):
+        if actions:
+            lines += _wrapped(f"{word} / {', '.join(map(action_text, actions))}", WIDTH_IN_STATES)
+    for index in state.transitions:
+        if not model.transitions[index].targets:
+            lines += _wrapped(_transition_text(model.transitions[index]), WIDTH_IN_STATES)
+    return lines
+
+
+def _transition_text(transition: Transition) -> str:
+    text = trigger_text(transition.trigger, transition.guard)
+    if transition.actions:
+        text += f" / {', '.join(map(action_text, transition.actions))}"
+    return text.strip()
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    lines: list[str] = []
+    for part in _BREAKS.split(text):
+        if lines and len(lines[-1]) + 1 + len(part) <= width:
+            lines[-1] += f" {part}"
+        else:
+            lines += textwrap.wrap(part, width, break_long_words=False, break_on_hyphens=False)
+    return lines
+
+
+def _paragraph(text: str) -> str:
+    """A transition's text in a label; what goes on in another line is indented."""
+    first, *rest = _wrapped(text, WIDTH) or [""]
+    return "".join(rf"{line}\l" for line in (first, *(f"   {line}" for line in rest)))
+
+
+def _bundles(transitions: Iterable[Transition]) -> Iterable[list[Transition]]:
+    """Transitions with the same ends and the same style, together."""
+    found: dict[tuple[int, tuple[int, ...], bool], list[Transition]] = {}
+    for one in transitions:
+        found.setdefault((one.source, one.targets, isinstance(one.trigger, After)), []).append(one)
+    return found.values()
+
+
+class _Picture(NestedGraph):
+    """A Graphviz picture: the nested graph of ``transitions``, with what statecharts have beyond it."""
+
+    def __init__(self, model: Model, fills: Mapping[str, str]) -> None:
+        self._model = model
+        self._fills = fills
+        self._inks = dict(zip(sorted({one.source for one in model.transitions}), cycle(_INKS), strict=False))
+        attributes = {
+            "directed": True,
+            "strict": False,
+            "compound": True,
+            "rankdir": "TB",
+            "bgcolor": "white",
+            "fontname": _FONT,
+            "nodesep": "0.25",
+            "ranksep": "0.35",
+        }
+        config = _config(model, r"\l".join, str)
+        super().__init__(_adapter(model, config, _STYLES, attributes))
+
+    def generate(self) -> None:
+        """Draw states and transitions, then what ``transitions`` does not know."""
+        super().generate()
+        graph = self.fsm_graph
+        graph.node_attr.update(fontname=_FONT, fontsize="11", margin="0.12,0.06")
+        graph.edge_attr.update(fontname=_FONT, fontsize="10", arrowsize="0.7")
+        for state in self._model.states[1:]:
+            if not state.children:
+                self._shape(state)
+            elif state.kind is StateKind.PARALLEL:
+                graph.get_node(self._anchor(state.index)).attr.update(style="invis")
+        for state in self._model.states:
+            self._mark_initial(state)
+        self._mark_machine()
+        self._colour(graph)
+
+    def _shape(self, state: State) -> None:
+        node = self.fsm_graph.get_node(_path(self._model, state.index))
+        if state.kind in HISTORY:
+            label = _lines(self._model, state)[0]
+            node.attr.update(shape="circle", label=label, width="0.3", margin="0", fixedsize="true")
+        elif state.kind is StateKind.FINAL:
+            node.attr.update(peripheries="2")
+        if state.name in self._fills:
+            node.attr.update(fillcolor=self._fills[state.name])
+
+    def _mark_initial(self, state: State) -> None:
+        """An arrow from a dot to what is entered by default."""
+        graph = self.fsm_graph
+        if state.kind is StateKind.PARALLEL or not state.initial:
+            return
+        source = _path(self._model, state.index)
+        if not state.index:
+            source = "start"
+            graph.add_node(source, shape="point", width="0.12", label="", fillcolor="black")
+        for target in state.initial:
+            graph.add_edge(source, self._anchor(target), **self._head(target), style="bold", color="#888888", label="")
+
+    def _mark_machine(self) -> None:
+        """The transitions of the whole machine start from a note with its name."""
+        root = self._model.states[0]
+        if not root.transitions:
+            return
+        graph = self.fsm_graph
+        graph.add_node("machine", shape="note", style="filled", fillcolor="#fffbe6", label=self._label(root))
+        for bundle in _bundles(self._model.transitions[index] for index in root.transitions):
+            self._edge("machine", bundle)
+
+    def _label(self, state: State) -> str:
+        return "".join(rf"{line}\l" for line in _lines(self._model, state))
+
+    def _add_edges(self, _transitions: Any, _container: Any) -> None:
+        """Draw the transitions from one state to another as one line with a text for each; time-outs are apart."""
+        for bundle in _bundles(one for one in self._model.transitions if one.source):
+            self._edge(self._tail(bundle[0]), bundle)
+
+    def _edge(self, source: str, bundle: Sequence[Transition]) -> None:
+        transition = bundle[0]
+        label = "".join(_paragraph(_transition_text(one)) for one in bundle)
+        ink = self._inks[transition.source]
+        style = {"color": ink, "fontcolor": ink}
+        if isinstance(transition.trigger, After):
+            style["style"] = "dashed"
+        states = self._model.states
+        for target in transition.targets:
+            ends = self._head(target)
+            if states[target].children and transition.source == target:
+                ends = {}
+            inside = transition.source < target <= states[transition.source].last
+            if states[transition.source].children and transition.source and not inside and transition.source != target:
+                ends["ltail"] = f"cluster_{_path(self._model, transition.source)}"
+            if states[target].children and target < transition.source <= states[target].last:
+                ends.pop("lhead", None)
+            self.fsm_graph.add_edge(source, self._anchor(target), label=label, **ends, **style)
+
+    def _anchor(self, index: int) -> str:
+        return _path(self._model, index)
+
+    def _tail(self, transition: Transition) -> str:
+        """Where a transition starts: at the last state inside, so that what comes after a state lies below it."""
+        states = self._model.states
+        source = states[transition.source]
+        leaves = [one.index for one in states[source.index + 1 : source.last + 1] if not one.children]
+        within = any(source.index <= target <= source.last for target in transition.targets)
+        outward = [one for one in leaves if states[one].kind not in HISTORY]
+        return self._anchor(outward[-1] if outward and not within else source.index)
+
+    def _head(self, index: int) -> dict[str, str]:
+        """An arrow to a state with states in it ends at its border."""
+        return {"lhead": f"cluster_{_path(self._model, index)}"} if self._model.states[index].children else {}
+
+    def _colour(self, graph: Any) -> None:
+        fills = {
+            f"cluster_{_path(self._model, state.index)}": self._fills[state.name]
+            for state in self._model.states
+            if state.children and state.name in self._fills
+        }
+        pending = list(graph.subgraphs_iter())
+        while pending:
+            cluster = pending.pop()
+            cluster.graph_attr.update(rank="", fontsize="12")  # forced ranks would squeeze the labels together
+            if cluster.name in fills:
+                cluster.graph_attr.update(fillcolor=fills[cluster.name])
+            pending.extend(cluster.subgraphs_iter())

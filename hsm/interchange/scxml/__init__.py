@@ -1,0 +1,26 @@
+"""Statecharts in SCXML, the W3C's XML for statecharts: read into machines and written from them.
+
+What has a counterpart in this engine is read: states of all kinds, history, transitions of both types with event
+descriptors, ``In()`` conditions, ``raise``, and ``send`` and ``cancel`` to the chart itself in logical time. What would
+need a data model or another process (``script``, ``assign``, ``if``, ``invoke``, ...) is refused by its name.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hsm.engine.compiled import Machine, build
+from hsm.interchange.scxml.reader import read_file, read_text
+from hsm.interchange.scxml.writer import write_text
+
+__all__ = ["load", "read_file", "read_text", "write_text"]
+
+
+def load(path: str | Path) -> Machine:
+    """The machine that an SCXML file describes.
+
+    Raises:
+        MachineError: the file cannot be read, is not well-formed, or asks for what is not supported; all findings are
+            in it.
+    """
+    return build(read_file(path))

@@ -1,0 +1,376 @@
+"""From SCXML text to a model."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from math import isfinite
+from pathlib import Path
+
+from hsm.interchange.scxml.conditions import ConditionError, parse_condition
+from hsm.interchange.scxml.elements import Element, parse
+from hsm.model.chart import Action, Always, Cancel, Model, On, Raise, Send, State, StateKind, Transition, TransitionKind
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic, MachineError, Place, Related
+from hsm.model.expressions import Active, Binary, Expression, Unary
+from hsm.model.topology import Topology
+
+_STATES = ("state", "parallel", "final", "history")
+_SILENT = ("log",)
+"""Elements without an effect on the states: they are read over."""
+
+_DELAY = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*(ms|s|m|h|d)?\s*")
+_SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
+
+
+def read_file(path: str | Path) -> Model:
+    """The model of an SCXML file.
+
+    Raises:
+        MachineError: the file cannot be read or is no chart that is supported; all findings are in it.
+    """
+    try:
+        text = Path(path).read_bytes()
+    except OSError as error:
+        reason = f"{path} cannot be read: {error.strerror or error}"
+        raise MachineError([finding("E0902", None, reason)]) from None
+    return read_text(text, str(path))
+
+
+def read_text(text: str | bytes, file: str = "<text>") -> Model:
+    """The model of an SCXML text.
+
+    Args:
+        text: the document.
+        file: what findings call it.
+
+    Raises:
+        MachineError: it is no chart that is supported; all findings are in it.
+    """
+    top = parse(text, file)
+    reader = _Reader(file)
+    model = reader.read(top)
+    if reader.findings:
+        raise MachineError(sorted(reader.findings, key=lambda one: (one.place is not None and one.place, one.code)))
+    return model
+
+
+@dataclass(slots=True)
+class _Draft:
+    """A state while the document is read."""
+
+    element: Element
+    name: str
+    parent: int
+    children: list[int] = field(default_factory=list)
+    last: int = 0
+
+
+class _Reader:
+    """One document: states are numbered first, as transitions may name any of them."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.findings: list[Diagnostic] = []
+        self.drafts: list[_Draft] = []
+        self.indices: dict[str, int] = {}
+        self.transitions: list[Transition] = []
+
+    def read(self, top: Element) -> Model:
+        if top.tag != "scxml":
+            self.find("E0902", f"the document is a <{top.tag}>, not an <scxml>", top.place)
+            return Model("", ())
+        self._number(top)
+        states = tuple(self._state(index) for index in range(len(self.drafts)))
+        name = states[0].name
+        model = Model(name, states, tuple(self.transitions), files=(self.file,))
+        if not self.findings:
+            self._check_targets(model)
+        return model
+
+    def find(
+        self, code: str, message: str, place: Place, suggestion: str | None = None, related: tuple[Related, ...] = ()
+    ) -> None:
+        self.findings.append(finding(code, place, message, suggestion, related))
+
+    def _number(self, top: Element) -> None:
+        """Give every state its index, in document order."""
+        pending = [(top, -1)]
+        while pending:
+            element, parent = pending.pop()
+            index = len(self.drafts)
+            self.drafts.append(_Draft(element, self._name(element, index, parent), parent))
+            if parent >= 0:
+                self.drafts[parent].children.append(index)
+            pending.extend((child, index) for child in reversed(list(element.of(*_STATES))))
+        for index in reversed(range(len(self.drafts))):
+            draft = self.drafts[index]
+            draft.last = max(draft.last, index)
+            if draft.parent >= 0:
+                outer = self.drafts[draft.parent]
+                outer.last = max(outer.last, draft.last)
+        if len(self.drafts) == 1:
+            self.find("E0909", "the chart has no state", top.place, "add a <state>")
+
+    def _name(self, element: Element, index: int, parent: int) -> str:
+        if parent < 0:
+            return element.attributes.get("name") or Path(self.file).stem
+        name = element.attributes.get("id") or f"{element.tag}-{index}"
+        if name in self.indices:
+            first = self.drafts[self.indices[name]].element.place
+            related = (Related(first, "first used here"),)
+            self.find("E0907", f"two states are called `{name}`", element.place, "rename one of them", related)
+        self.indices.setdefault(name, index)
+        return name
+
+    def _state(self, index: int) -> State:
+        draft = self.drafts[index]
+        element = draft.element
+        self._refuse_strangers(element)
+        kind = self._kind(draft)
+        initial, initial_actions = self._initial(index, kind)
+        transitions: tuple[int, ...] = ()
+        if kind not in (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY):
+            transitions = tuple(self._transition(one, index, kind) for one in element.of("transition"))
+        return State(
+            index=index,
+            name=draft.name,
+            kind=kind,
+            parent=draft.parent,
+            children=tuple(draft.children),
+            last=draft.last,
+            initial=initial,
+            initial_actions=initial_actions,
+            entry=tuple(action for block in element.of("onentry") for action in self._actions(block)),
+            exit=tuple(action for block in element.of("onexit") for action in self._actions(block)),
+            transitions=transitions,
+            place=element.place,
+        )
+
+    def _refuse_strangers(self, element: Element) -> None:
+        known = {*_STATES, "transition", "onentry", "onexit", "initial"}
+        for child in element.children:
+            empty_data = child.tag == "datamodel" and not child.children
+            if child.tag not in known and not empty_data:
+                self._unsupported(child)
+        if "initial" in element.attributes and element.tag in ("parallel", "final", "history"):
+            self.find("E0904", f"a <{element.tag}> has no `initial`", element.place, "leave it out")
+
+    def _unsupported(self, element: Element) -> None:
+        self.find("E0903", f"<{element.tag}> is not supported", element.place, _ADVICE.get(element.tag, "leave it out"))
+
+    def _kind(self, draft: _Draft) -> StateKind:
+        element = draft.element
+        if element.tag == "history":
+            depth = element.attributes.get("type", "shallow")
+            if depth not in ("shallow", "deep"):
+                self.find("E0910", f"the type of a history is `shallow` or `deep`, not `{depth}`", element.place)
+            return StateKind.DEEP_HISTORY if depth == "deep" else StateKind.SHALLOW_HISTORY
+        inner = [child for child in draft.children if self.drafts[child].element.tag != "history"]
+        if element.tag == "final":
+            if draft.children:
+                self.find("E0909", "a <final> has no states in it", element.place)
+            return StateKind.FINAL
+        if draft.parent < 0:
+            return StateKind.COMPOUND
+        if element.tag == "parallel" and inner:
+            return StateKind.PARALLEL
+        if not inner and draft.children:
+            self.find("E0909", f"`{draft.name}` has a history but no state to remember", element.place)
+        return StateKind.COMPOUND if inner else StateKind.ATOMIC
+
+    def _initial(self, index: int, kind: StateKind) -> tuple[tuple[int, ...], tuple[Action, ...]]:
+        """What is entered by default, with the actions run then."""
+        draft = self.drafts[index]
+        element = draft.element
+        if kind in (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY):
+            return self._default(index, list(element.of("transition")), draft.parent)
+        if kind is not StateKind.COMPOUND:
+            return (), ()
+        elements = [one for initial in element.of("initial") for one in initial.of("transition")]
+        if any(element.of("initial")):
+            return self._default(index, elements, index)
+        names = element.attributes.get("initial", "").split()
+        targets = tuple(self._targets(names, element.place))
+        self._check_within(targets, index, index, element.place)
+        if names:
+            return targets, ()
+        return tuple(child for child in draft.children if self.drafts[child].element.tag != "history")[:1], ()
+
+    def _default(
+        self, index: int, transitions: list[Element], around: int
+    ) -> tuple[tuple[int, ...], tuple[Action, ...]]:
+        element = self.drafts[index].element
+        if len(transitions) != 1 or not transitions[0].attributes.get("target", "").split():
+            what = "the default of a history" if around != index else "an <initial>"
+            self.find("E0909", f"{what} is one <transition> with a target", element.place)
+            return (), ()
+        transition = transitions[0]
+        for name in ("event", "cond"):
+            if name in transition.attributes:
+                self.find("E0904", f"a default transition has no `{name}`", transition.place, "leave it out")
+        targets = tuple(self._targets(transition.attributes["target"].split(), transition.place))
+        self._check_within(targets, index, around, transition.place)
+        return targets, self._actions(transition)
+
+    def _check_within(self, targets: tuple[int, ...], index: int, around: int, place: Place) -> None:
+        for target in targets:
+            if target == index or not around < target <= self.drafts[around].last:
+                name = self.drafts[around].name
+                self.find("E0908", f"`{self.drafts[target].name}` is not a state inside `{name}`", place)
+
+    def _targets(self, names: list[str], place: Place) -> Iterator[int]:
+        for name in names:
+            index = self.indices.get(name)
+            if index is None:
+                close = get_close_matches(name, self.indices, 1)
+                hint = f"did you mean `{close[0]}`?" if close else None
+                self.find("E0906", f"there is no state `{name}`", place, hint)
+            else:
+                yield index
+
+    def _transition(self, element: Element, source: int, kind: StateKind) -> int:
+        attributes = element.attributes
+        names = attributes.get("target", "").split()
+        targets = tuple(dict.fromkeys(self._targets(names, element.place)))
+        events = tuple(attributes.get("event", "").split())
+        if not events and not names and "cond" not in attributes:
+            self.find("E0909", "a transition needs an event, a condition or a target", element.place)
+        how = attributes.get("type", "external")
+        if how not in ("internal", "external"):
+            self.find("E0910", f"the type of a transition is `internal` or `external`, not `{how}`", element.place)
+        leaves = TransitionKind.EXTERNAL
+        if not names:
+            leaves = TransitionKind.INTERNAL
+        elif how == "internal" and kind is StateKind.COMPOUND:
+            leaves = TransitionKind.LOCAL
+        self.transitions.append(
+            Transition(
+                index=len(self.transitions),
+                source=source,
+                targets=targets,
+                trigger=On(events, prefix=True) if events else Always(),
+                guard=self._guard(attributes["cond"], element.place) if "cond" in attributes else None,
+                actions=self._actions(element),
+                kind=leaves,
+                place=element.place,
+            )
+        )
+        return len(self.transitions) - 1
+
+    def _guard(self, text: str, place: Place) -> Expression | None:
+        try:
+            guard = parse_condition(text, place)
+        except ConditionError as error:
+            hint = "conditions are made of In('state'), true, false, and, or, not"
+            self.find("E0905", f"this condition is not supported: {error}", place, hint)
+            return None
+        for name in _states_named(guard):
+            list(self._targets([name], place))
+        return guard
+
+    def _actions(self, block: Element) -> tuple[Action, ...]:
+        found = (self._action(element) for element in block.children if element.tag not in _SILENT)
+        return tuple(action for action in found if action is not None)
+
+    def _action(self, element: Element) -> Action | None:
+        match element.tag:
+            case "raise":
+                event = self._required(element, "event")
+                return Raise(event, element.place) if event else None
+            case "send":
+                return self._send(element)
+            case "cancel":
+                self._only(element, "sendid")
+                label = self._required(element, "sendid")
+                return Cancel(label, element.place) if label else None
+            case _:
+                self._unsupported(element)
+                return None
+
+    def _send(self, element: Element) -> Action | None:
+        self._only(element, "event", "target", "type", "id", "delay")
+        for child in element.children:
+            self._unsupported(child)
+        attributes = element.attributes
+        if attributes.get("type", "scxml") not in ("scxml", "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"):
+            reason = f"an event of type `{attributes['type']}` cannot be sent"
+            self.find("E0904", reason, element.place, "a chart sends to itself only")
+        target = attributes.get("target", "")
+        if target not in ("", "#_internal"):
+            self.find("E0904", f"nothing can be sent to `{target}`", element.place, "a chart sends to itself only")
+        event = self._required(element, "event")
+        delay = self._delay(attributes.get("delay", "0"), element.place)
+        if not event:
+            return None
+        if target == "#_internal":
+            return Raise(event, element.place)
+        return Send(event, delay, attributes.get("id"), element.place)
+
+    def _delay(self, text: str, place: Place) -> float:
+        found = _DELAY.fullmatch(text)
+        seconds = float(found[1]) * _SECONDS[found[2] or "ms"] if found else -1.0
+        if found is None or not isfinite(seconds):
+            self.find("E0910", f"`{text}` is no delay", place, "write it as in `1.5s` or `200ms`")
+        return seconds
+
+    def _required(self, element: Element, name: str) -> str | None:
+        value = element.attributes.get(name)
+        if not value:
+            self.find("E0909", f"<{element.tag}> needs `{name}`", element.place)
+        return value
+
+    def _only(self, element: Element, *known: str) -> None:
+        for name in element.attributes:
+            if name not in known:
+                hint = (
+                    f"write the value itself: `{name.removesuffix('expr')}`"
+                    if name.endswith("expr")
+                    else "leave it out"
+                )
+                self.find("E0904", f"`{name}` of <{element.tag}> is not supported", element.place, hint)
+
+    def _check_targets(self, model: Model) -> None:
+        """Several targets must lie in different regions of a parallel state."""
+        topology = Topology(model)
+        several = [(one.targets, one.place) for one in model.transitions]
+        several += [(one.initial, one.place) for one in model.states]
+        for targets, place in several:
+            for number, target in enumerate(targets):
+                for other in targets[:number]:
+                    around = next(one for one in topology.up(target) if one == other or topology.inside(other, one))
+                    if model.states[around].kind is not StateKind.PARALLEL and place is not None:
+                        pair = f"`{model.states[other].name}` and `{model.states[target].name}`"
+                        self.find("E0911", f"{pair} cannot be active together", place)
+
+
+def _states_named(guard: Expression) -> Iterator[str]:
+    match guard:
+        case Active(state):
+            yield state
+        case Unary(_, operand):
+            yield from _states_named(operand)
+        case Binary(_, left, right):
+            yield from _states_named(left)
+            yield from _states_named(right)
+
+
+_DATA = "a chart with data cannot be read: declare variables in a .maze-machine"
+_CASES = "write a transition with a condition for each case"
+_ADVICE = {
+    "script": "charts with scripts cannot be read: state the behaviour as a .maze-machine",
+    "invoke": "charts that start other processes cannot be read: a .maze-machine has activities (`do`) for that",
+    "finalize": "charts that start other processes cannot be read",
+    "datamodel": _DATA,
+    "data": _DATA,
+    "assign": _DATA,
+    "foreach": "a chart has no lists; every case needs an element of its own",
+    "if": _CASES,
+    "elseif": _CASES,
+    "else": _CASES,
+    "donedata": "leave it out: the name of the final state tells how the chart ended",
+    "param": "events carry no data: send one of several events instead",
+    "content": "events carry no data: send one of several events instead",
+}

@@ -1,0 +1,213 @@
+"""From a model to SCXML text.
+
+States, history, transitions, raised and sent events have their counterpart in SCXML. The rest is written so that
+another tool can read what is meant: conditions and assignments as this language's expressions in ``cond`` and ``expr``,
+time-outs as events that are sent with a delay on entry and cancelled on exit, outcomes as completions under the
+condition that their final state is reached, activities as ``invoke`` and one-shot actions as elements of a namespace of
+their own.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from xml.etree import ElementTree
+from xml.sax.saxutils import escape
+
+from hsm.engine.plans import own_name
+from hsm.interchange.scxml.elements import NAMESPACE
+from hsm.model.chart import (
+    Action,
+    After,
+    Assign,
+    Call,
+    Cancel,
+    Model,
+    On,
+    Raise,
+    Send,
+    State,
+    StateKind,
+    Transition,
+    TransitionKind,
+    When,
+)
+from hsm.model.expressions import Literal
+from hsm.model.topology import HISTORY
+from hsm.model.unparse import activity_text, call_text, expression_text
+
+OWN = "urn:maze-machine"
+"""The namespace of what SCXML has no word for."""
+
+_IN = re.compile(r"\bin\(([\w.-]+)\)")
+
+_ESCAPES = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+_DEEPEST_INDENT = 100
+"""What lies deeper is not indented further: the document would grow with the square of its depth."""
+
+_TAGS = {
+    StateKind.PARALLEL: "parallel",
+    StateKind.FINAL: "final",
+    StateKind.SHALLOW_HISTORY: "history",
+    StateKind.DEEP_HISTORY: "history",
+}
+
+
+def write_text(model: Model) -> str:
+    """The model as an SCXML document."""
+    root = ElementTree.Element("scxml", {"xmlns": NAMESPACE, "xmlns:maze": OWN, "version": "1.0", "name": model.name})
+    root.set("datamodel", "maze-machine" if model.variables or model.parameters else "null")
+    elements = [root]
+    for state in model.states[1:]:
+        elements.append(ElementTree.SubElement(elements[state.parent], _TAGS.get(state.kind, "state"), id=state.name))
+    _write_data(model, root)
+    for state, element in zip(model.states, elements, strict=True):
+        _write_state(model, state, element)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + "\n".join(_lines(root)) + "\n"
+
+
+def _lines(root: ElementTree.Element) -> Iterator[str]:
+    """An element and what is in it, one tag a line; the library's own writer goes no deeper than Python's stack."""
+    pending: list[tuple[int, ElementTree.Element | str]] = [(0, root)]
+    while pending:
+        depth, element = pending.pop()
+        indent = "  " * min(depth, _DEEPEST_INDENT)
+        if isinstance(element, str):
+            yield f"{indent}</{element}>"
+            continue
+        attributes = "".join(f' {name}="{escape(value, _ESCAPES)}"' for name, value in element.items())
+        yield f"{indent}<{element.tag}{attributes}{'>' if len(element) else ' />'}"
+        if len(element):
+            pending.append((depth, element.tag))
+            pending.extend((depth + 1, child) for child in reversed(element))
+
+
+def _write_data(model: Model, root: ElementTree.Element) -> None:
+    if not model.variables and not model.parameters:
+        return
+    data = ElementTree.Element("datamodel")
+    for parameter in model.parameters:
+        value = {} if parameter.required else {"expr": expression_text(Literal(parameter.default, parameter.type))}
+        ElementTree.SubElement(data, "data", {"id": parameter.name, **value})
+    for variable in model.variables:
+        ElementTree.SubElement(data, "data", id=variable.name, expr=expression_text(variable.initial))
+    root.insert(0, data)
+
+
+def _write_state(model: Model, state: State, element: ElementTree.Element) -> None:
+    front: list[ElementTree.Element] = []
+    targets = " ".join(model.states[index].name for index in state.initial)
+    if state.kind in HISTORY:
+        element.set("type", "deep" if state.kind is StateKind.DEEP_HISTORY else "shallow")
+        default = ElementTree.SubElement(element, "transition", target=targets)
+        _write_actions(default, state.initial_actions)
+        return
+    if state.initial_actions:
+        initial = ElementTree.Element("initial")
+        _write_actions(ElementTree.SubElement(initial, "transition", target=targets), state.initial_actions)
+        front.append(initial)
+    elif targets and state.kind is StateKind.COMPOUND:
+        element.set("initial", targets)
+    own = [model.transitions[index] for index in state.transitions]
+    front.extend(_blocks(state, own))
+    if state.activity is not None:
+        call = activity_text(state.activity)
+        front.append(ElementTree.Element("invoke", type=OWN, id=f"{state.name}.activity", src=call))
+    for transition in own:
+        front.extend(_transition(model, state, transition))
+    at = 1 if state.index == 0 and element.find("datamodel") is not None else 0
+    for offset, one in enumerate(front):
+        element.insert(at + offset, one)
+
+
+def _blocks(state: State, own: list[Transition]) -> list[ElementTree.Element]:
+    entry, leave = ElementTree.Element("onentry"), ElementTree.Element("onexit")
+    for transition in own:
+        if isinstance(transition.trigger, After):
+            label = _time_out(state, transition)
+            duration = transition.trigger.duration
+            when = (
+                {"delay": f"{duration.value!r}s"}
+                if isinstance(duration, Literal)
+                else {"delayexpr": expression_text(duration)}
+            )
+            ElementTree.SubElement(entry, "send", {"event": label, "id": label, **when})
+            ElementTree.SubElement(leave, "cancel", sendid=label)
+    _write_actions(entry, state.entry)
+    _write_actions(leave, state.exit)
+    return [block for block in (entry, leave) if len(block)]
+
+
+def _time_out(state: State, transition: Transition) -> str:
+    return f"after.{state.name}.{state.transitions.index(transition.index)}"
+
+
+def _transition(model: Model, state: State, transition: Transition) -> Iterator[ElementTree.Element]:
+    """A transition; one that waits for outcomes of its state waits for the completion besides."""
+    conditions = [transition.trigger.condition] if isinstance(transition.trigger, When) else []
+    conditions += [transition.guard] if transition.guard is not None else []
+    texts = [_condition(expression_text(one)) for one in conditions]
+    match transition.trigger:
+        case On(names):
+            yield _element(model, state, transition, " ".join(dict.fromkeys(names)), texts)
+            for event, condition in _completion(model, state, transition.trigger):
+                yield _element(model, state, transition, event, [*condition, *texts])
+        case After():
+            yield _element(model, state, transition, _time_out(state, transition), texts)
+        case _:
+            yield _element(model, state, transition, "", texts)
+
+
+def _element(
+    model: Model, state: State, transition: Transition, event: str, conditions: list[str]
+) -> ElementTree.Element:
+    element = ElementTree.Element("transition")
+    if event:
+        element.set("event", event)
+    if conditions:
+        joined = " and ".join(f"({text})" for text in conditions)
+        element.set("cond", joined if len(conditions) > 1 else conditions[0])
+    if transition.targets:
+        element.set("target", " ".join(model.states[index].name for index in transition.targets))
+        if transition.kind is TransitionKind.LOCAL and state.kind is StateKind.COMPOUND:
+            element.set("type", "internal")
+    _write_actions(element, transition.actions)
+    return element
+
+
+def _condition(text: str) -> str:
+    return _IN.sub(r"In('\1')", text)
+
+
+def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, list[str]]]:
+    """What SCXML calls the outcomes that a trigger waits for: the state's completion, in one of its final states."""
+    if trigger.prefix:
+        return  # it was read from SCXML and bears its names already
+    finals = [model.states[one] for one in state.children if model.states[one].kind is StateKind.FINAL]
+    meant = [one for one in finals if own_name(one) in trigger.names]
+    if "done" in trigger.names and (finals or state.kind is StateKind.PARALLEL):
+        yield f"done.state.{state.name}", []
+    elif meant:
+        reached = " or ".join(f"In('{one.name}')" for one in meant)
+        yield f"done.state.{state.name}", [] if len(meant) == len(finals) else [reached]
+
+
+def _write_actions(element: ElementTree.Element, actions: tuple[Action, ...]) -> None:
+    for action in actions:
+        match action:
+            case Raise(event):
+                ElementTree.SubElement(element, "raise", event=event)
+            case Send(event, delay, label):
+                sent = {
+                    "event": event,
+                    **({"delay": f"{delay!r}s"} if delay else {}),
+                    **({"id": label} if label else {}),
+                }
+                ElementTree.SubElement(element, "send", sent)
+            case Cancel(label):
+                ElementTree.SubElement(element, "cancel", sendid=label)
+            case Assign(variable, value):
+                ElementTree.SubElement(element, "assign", location=variable, expr=expression_text(value))
+            case Call(declared, arguments):
+                text = call_text(declared.name, declared.parameters, arguments)
+                ElementTree.SubElement(element, "maze:call", text=text)

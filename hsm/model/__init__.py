@@ -1,0 +1,1 @@
+"""The chart as data: types, expressions, declarations, diagnostics and the registry."""

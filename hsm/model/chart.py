@@ -1,0 +1,251 @@
+"""A machine as declared: immutable, flat, in document order; shared by every run of it.
+
+Readers (the language, SCXML) fill it; the engine, diagrams, coverage and exports read it. States and transitions refer
+to one another by their index, so a deep machine needs no deep recursion. State 0 is the root, which stands for the
+machine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from hsm.model.diagnostics import Place
+from hsm.model.expressions import Expression
+from hsm.model.properties import Property
+from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter
+from hsm.model.types import Type
+
+
+class StateKind(Enum):
+    """What a state is, in the terms of SCXML."""
+
+    ATOMIC = "atomic"
+    COMPOUND = "compound"
+    PARALLEL = "parallel"
+    FINAL = "final"
+    SHALLOW_HISTORY = "history"
+    DEEP_HISTORY = "deep history"
+
+
+class TransitionKind(Enum):
+    """How far a transition leaves its source.
+
+    INTERNAL has no target and leaves nothing. LOCAL, to a state inside its compound source, does not leave the source.
+    EXTERNAL leaves and re-enters it.
+    """
+
+    INTERNAL = "internal"
+    LOCAL = "local"
+    EXTERNAL = "external"
+
+
+@dataclass(frozen=True, slots=True)
+class On:
+    """Fires on any of these events.
+
+    A name matches an event sent from outside or raised by a machine, an outcome reported by the activity of the
+    transition's source or of a state inside it, or the completion of the source (``done``, or the final state's name).
+
+    Attributes:
+        names: event names; with ``prefix`` an event also matches by its leading dotted parts, and ``*`` matches any.
+        prefix: SCXML's matching of event descriptors; the language itself matches whole names.
+    """
+
+    names: tuple[str, ...]
+    prefix: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """Fires in a step in which the condition holds."""
+
+    condition: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class After:
+    """Fires once the source has been active for a duration in seconds, evaluated on entry."""
+
+    duration: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Always:
+    """Fires as soon as its guard holds: SCXML's eventless transition."""
+
+
+Trigger = On | When | After | Always
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    """Set a variable, by its full name."""
+
+    variable: str
+    value: Expression
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """Run a one-shot action of the registry."""
+
+    action: ActionDeclaration
+    arguments: tuple[Expression, ...] = ()
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Raise:
+    """Put an event into the machine's own queue, handled before those from outside."""
+
+    event: str
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Send:
+    """Send an event to the machine itself as if from outside: handled after those that wait already, or later.
+
+    Attributes:
+        event: its name.
+        delay: after so many seconds of logical time.
+        label: what a ``Cancel`` calls it, or None.
+        place: where it is written.
+    """
+
+    event: str
+    delay: float = 0.0
+    label: str | None = None
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Cancel:
+    """Take back events that were sent with this label and have not arrived."""
+
+    label: str
+    place: Place | None = None
+
+
+Action = Assign | Call | Raise | Send | Cancel
+
+
+@dataclass(frozen=True, slots=True)
+class ActivityCall:
+    """What a state does while it is active, with its arguments in the order of the declaration (defaults filled in)."""
+
+    activity: ActivityDeclaration
+    arguments: tuple[Expression, ...] = ()
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """One way out of (or within) a state.
+
+    Attributes:
+        index: position in document order.
+        source: index of its state.
+        targets: indices of the states to enter; empty for an internal transition.
+        trigger: what it waits for.
+        guard: what must hold besides, or None.
+        actions: run between exits and entries.
+        kind: how far it leaves its source.
+        place: where it is written.
+    """
+
+    index: int
+    source: int
+    targets: tuple[int, ...]
+    trigger: Trigger
+    guard: Expression | None = None
+    actions: tuple[Action, ...] = ()
+    kind: TransitionKind = TransitionKind.LOCAL
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """One state.
+
+    Attributes:
+        index: position in document order (depth first).
+        name: full name, unique in the machine; states of an instance carry the instance's name (``open_door.ringing``).
+        kind: what it is.
+        parent: index of the state it lies in; -1 for the root.
+        children: indices of its direct children, in document order.
+        last: index of its last descendant; its descendants are ``index + 1 .. last``.
+        initial: what is entered by default (for a history state: where nothing was remembered).
+        initial_actions: run when ``initial`` is taken.
+        entry: actions on entry.
+        exit: actions on exit.
+        activity: what it does while active.
+        transitions: indices of its transitions, in document order.
+        instance: name of the machine that this state is an instance of, or None.
+        doc: the comment above it.
+        place: where its name is written.
+    """
+
+    index: int
+    name: str
+    kind: StateKind
+    parent: int
+    children: tuple[int, ...] = ()
+    last: int = -1
+    initial: tuple[int, ...] = ()
+    initial_actions: tuple[Action, ...] = ()
+    entry: tuple[Action, ...] = ()
+    exit: tuple[Action, ...] = ()
+    activity: ActivityCall | None = None
+    transitions: tuple[int, ...] = ()
+    instance: str | None = None
+    doc: str = ""
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A typed variable.
+
+    Attributes:
+        name: full name, unique in the machine.
+        type: its type.
+        initial: its value on entry of ``scope``.
+        scope: index of the state whose entry sets it (0: when the machine starts).
+        constant: nothing assigns it (a parameter of an instance).
+        place: where it is declared.
+    """
+
+    name: str
+    type: Type
+    initial: Expression
+    scope: int = 0
+    constant: bool = False
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A whole machine.
+
+    Attributes:
+        name: the machine's name.
+        states: all states in document order; ``states[0]`` is the root.
+        transitions: all transitions in document order.
+        variables: all variables in document order.
+        parameters: what may be set when a run is started, with defaults in SI units.
+        files: the source files it was read from, the machine's own first.
+        doc: the comment at the top of the file.
+        properties: what must hold of every run, those of instances included.
+    """
+
+    name: str
+    states: tuple[State, ...]
+    transitions: tuple[Transition, ...] = ()
+    variables: tuple[Variable, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    files: tuple[str, ...] = ()
+    doc: str = ""
+    properties: tuple[Property, ...] = ()

@@ -1,0 +1,97 @@
+"""What must hold of every run of a machine: stated in its file, watched while it runs, checked before it does.
+
+Conditions are looked at after each step, with the signals of that step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from hsm.model.diagnostics import Place
+from hsm.model.expressions import Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Never:
+    """``never CONDITION``."""
+
+    condition: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class AlwaysHolds:
+    """``always CONDITION``: an invariant."""
+
+    condition: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Recurrence:
+    """``always eventually CONDITION within DURATION``: never so long without the condition, in seconds."""
+
+    condition: Expression
+    within: float
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """``after CONDITION, CONDITION within DURATION``: the first is followed by the second in so many seconds."""
+
+    trigger: Expression
+    response: Expression
+    within: float
+
+
+@dataclass(frozen=True, slots=True)
+class Precedence:
+    """``after CONDITION, FIRST before THEN``: from there on, ``then`` does not hold until ``first`` has held."""
+
+    trigger: Expression
+    first: Expression
+    then: Expression
+
+
+Claim = Never | AlwaysHolds | Recurrence | Response | Precedence
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """A claim with its name.
+
+    Attributes:
+        name: unique in the machine; that of an instance's machine carries the instance's name (``open_door.patient``).
+        claim: what must hold.
+        text: the claim as it is written.
+        place: where.
+        scope: the instance that it is about, by its state's full name: it is looked at while that state is active, from
+            each entry anew; None where it is about the whole run.
+    """
+
+    name: str
+    claim: Claim
+    text: str
+    place: Place | None = None
+    scope: str | None = None
+
+
+def conditions_of(claim: Claim) -> tuple[Expression, ...]:
+    """All conditions of a claim."""
+    match claim:
+        case Response(trigger, response):
+            return trigger, response
+        case Precedence(trigger, first, then):
+            return trigger, first, then
+        case _:
+            return (claim.condition,)
+
+
+def with_conditions(claim: Claim, change: Callable[[Expression], Expression]) -> Claim:
+    """The same claim about other conditions."""
+    match claim:
+        case Response(trigger, response):
+            return replace(claim, trigger=change(trigger), response=change(response))
+        case Precedence(trigger, first, then):
+            return replace(claim, trigger=change(trigger), first=change(first), then=change(then))
+        case _:
+            return replace(claim, condition=change(claim.condition))

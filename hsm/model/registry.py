@@ -1,0 +1,228 @@
+"""The registry: everything outside itself that a machine may name, declared where it is written in Python.
+
+A robot's package fills a ``Library`` with decorated functions and classes; their annotations, defaults and docstrings
+are the declaration. The checker, editors, the reference and the engine all read this one registry.
+
+    library = Library("pico")
+
+    @library.signal("space.left")
+    def space_left(facts: Facts) -> bool:
+        "Whether the beam to the left is free."
+
+    @library.activity("rotate", outcomes=("done", "blocked"), holds=("base",))
+    class Rotate:
+        "Turn on the spot."
+        def __init__(self, angle: Angle, rate: TurnRate = 0.8) -> None: ...
+        def tick(self, facts: Facts) -> Command | Outcome: ...
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, Protocol, TypeVar, get_type_hints, runtime_checkable
+
+from hsm.model.types import Enumeration, Type, type_of
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How an activity ended; returned from its ``tick``, seen by the machine in the next step."""
+
+    name: str
+
+
+class Activity(Protocol):
+    """What runs while a state is active: made on entry, ticked once a step, dropped on exit."""
+
+    def tick(self, facts: Any) -> object:
+        """An effect for the caller (such as a velocity), or an ``Outcome`` when the activity is over."""
+        ...
+
+
+@runtime_checkable
+class Stoppable(Protocol):
+    """An activity that wants to know when its state is left."""
+
+    def stop(self) -> None:
+        """Called once, when the state is left."""
+        ...
+
+
+class RegistryError(Exception):
+    """A declaration in Python that the registry cannot take; the message names it."""
+
+
+_REQUIRED: Any = inspect.Parameter.empty
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """An argument of a signal, an activity or an action, or of a machine."""
+
+    name: str
+    type: Type
+    default: Any = _REQUIRED
+
+    @property
+    def required(self) -> bool:
+        """Whether a call must give it."""
+        return self.default is _REQUIRED
+
+
+@dataclass(frozen=True, slots=True)
+class SignalDeclaration:
+    """A value that a machine may ask for in a step: a pure function of the step's facts (and its arguments)."""
+
+    name: str
+    type: Type
+    function: Callable[..., Any]
+    parameters: tuple[Parameter, ...] = ()
+    doc: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ActivityDeclaration:
+    """Something that a state may ``do``: the class that does it, how it can end, what it holds meanwhile."""
+
+    name: str
+    factory: Callable[..., Activity]
+    outcomes: tuple[str, ...] = ()
+    holds: tuple[str, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    doc: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ActionDeclaration:
+    """A one-shot action: called as ``function(facts, *arguments)`` when a transition, entry or exit runs it."""
+
+    name: str
+    function: Callable[..., Any]
+    parameters: tuple[Parameter, ...] = ()
+    doc: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class EventDeclaration:
+    """An event that somebody outside may send to the machine."""
+
+    name: str
+    doc: str = ""
+
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+@dataclass(slots=True)
+class Library:
+    """A named set of declarations; filled by decorators when a robot's modules are imported, then only read.
+
+    Attributes:
+        name: for messages.
+        signals: the signals, by name.
+        activities: the activities, by name.
+        actions: the one-shot actions, by name.
+        events: the events that may come from outside, by name.
+        enumerations: the enumerations that any of them uses, by name.
+        folders: where machines lie that any machine may import by name, if there is none beside it.
+    """
+
+    name: str
+    signals: dict[str, SignalDeclaration] = field(default_factory=dict)
+    activities: dict[str, ActivityDeclaration] = field(default_factory=dict)
+    actions: dict[str, ActionDeclaration] = field(default_factory=dict)
+    events: dict[str, EventDeclaration] = field(default_factory=dict)
+    enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
+    folders: list[Path] = field(default_factory=list)
+
+    def signal(self, name: str) -> Callable[[_F], _F]:
+        """Declare a function of the facts (its first argument) as a signal."""
+
+        def register(function: _F) -> _F:
+            parameters, result = self._signature(name, function, skip=1)
+            declared = SignalDeclaration(name, self._type(name, result), function, parameters, _doc(function))
+            self._add(self.signals, name, declared)
+            return function
+
+        return register
+
+    def activity(self, name: str, *, outcomes: Iterable[str] = (), holds: Iterable[str] = ()) -> Callable[[_F], _F]:
+        """Declare a class with a ``tick`` method as an activity; the arguments of ``__init__`` are its parameters."""
+
+        def register(factory: _F) -> _F:
+            initialiser: Callable[..., Any] = getattr(factory, "__init__") if isinstance(factory, type) else factory  # noqa: B009
+            own = initialiser is not object.__init__
+            parameters = self._signature(name, initialiser, skip=int(isinstance(factory, type)))[0] if own else ()
+            declared = ActivityDeclaration(name, factory, tuple(outcomes), tuple(holds), parameters, _doc(factory))
+            self._add(self.activities, name, declared)
+            return factory
+
+        return register
+
+    def action(self, name: str) -> Callable[[_F], _F]:
+        """Declare a function of the facts (its first argument) as a one-shot action."""
+
+        def register(function: _F) -> _F:
+            parameters, _ = self._signature(name, function, skip=1)
+            self._add(self.actions, name, ActionDeclaration(name, function, parameters, _doc(function)))
+            return function
+
+        return register
+
+    def event(self, name: str, doc: str = "") -> None:
+        """Declare an event that may come from outside."""
+        self._add(self.events, name, EventDeclaration(name, doc))
+
+    def include(self, other: Library) -> None:
+        """Take over all declarations of another library.
+
+        Raises:
+            RegistryError: both declare the same name differently.
+        """
+        tables: tuple[tuple[dict[str, Any], dict[str, Any]], ...] = (
+            (self.signals, other.signals),
+            (self.activities, other.activities),
+            (self.actions, other.actions),
+            (self.events, other.events),
+            (self.enumerations, other.enumerations),
+        )
+        for mine, theirs in tables:
+            for name, declared in theirs.items():
+                if mine.get(name, declared) != declared:
+                    raise RegistryError(
+                        f"`{name}` is declared in library {self.name} and, differently, in {other.name}"
+                    )
+                mine[name] = declared
+
+    def _add(self, table: dict[str, Any], name: str, declared: object) -> None:
+        if name in table:
+            raise RegistryError(f"`{name}` is declared twice in library {self.name}")
+        table[name] = declared
+
+    def _type(self, name: str, annotation: Any) -> Type:
+        try:
+            found = type_of(annotation)
+        except TypeError as error:
+            raise RegistryError(f"`{name}`: {error}") from None
+        if isinstance(found, Enumeration):
+            self.enumerations.setdefault(found.name, annotation)
+        return found
+
+    def _signature(self, name: str, function: Callable[..., Any], skip: int) -> tuple[tuple[Parameter, ...], Any]:
+        try:
+            hints = get_type_hints(function, include_extras=True)
+        except NameError as error:
+            raise RegistryError(f"`{name}`: an annotation cannot be resolved: {error}") from None
+        listed = list(inspect.signature(function).parameters.values())[skip:]
+        parameters = tuple(
+            Parameter(one.name, self._type(name, hints.get(one.name, _REQUIRED)), one.default) for one in listed
+        )
+        return parameters, hints.get("return")
+
+
+def _doc(declared: object) -> str:
+    return inspect.getdoc(declared) or ""

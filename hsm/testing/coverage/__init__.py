@@ -1,0 +1,1 @@
+"""What tests exercise, and its reports."""

@@ -1,0 +1,106 @@
+"""What tests have exercised of several machines: kept in files, merged over processes, counted."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hsm.engine.coverage import Coverage
+from hsm.model.chart import Model
+from hsm.testing.coverage.items import Kind, Point, points, share
+
+DATA = ".machine-coverage"
+"""Folder of the data files; each process writes its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One machine and what was exercised of it."""
+
+    model: Model
+    coverage: Coverage
+
+    @property
+    def file(self) -> str:
+        """The machine's file, or its name where it has none."""
+        return self.model.files[0] if self.model.files else self.model.name
+
+    @property
+    def points(self) -> list[Point]:
+        """All that there is to cover."""
+        return points(self.model, self.coverage)
+
+    def share(self, *kinds: Kind) -> float:
+        """Percentage covered of some kinds of points; of all without any."""
+        return share(one for one in self.points if not kinds or one.kind in kinds)
+
+
+@dataclass(slots=True)
+class Measurements:
+    """The machines of a test run with their coverage, by the machine's file."""
+
+    machines: dict[str, Measured] = field(default_factory=dict)
+
+    def add(self, model: Model, coverage: Coverage) -> None:
+        """Take down what a run has exercised; a machine that has changed since begins anew."""
+        key = str(Path(model.files[0]).resolve()) if model.files else model.name
+        known = self.machines.get(key)
+        if known is not None and fingerprint(known.model) == fingerprint(model):
+            coverage = known.coverage.merge(coverage)
+        self.machines[key] = Measured(model, coverage)
+
+    def save(self, folder: Path, name: str | None = None) -> None:
+        """Write a data file into a folder."""
+        folder.mkdir(parents=True, exist_ok=True)
+        listed = [
+            {"machine": key, "fingerprint": fingerprint(one.model), "coverage": one.coverage.to_json()}
+            for key, one in sorted(self.machines.items())
+        ]
+        text = json.dumps({"version": 1, "machines": listed}, separators=(",", ":"))
+        (folder / f"{name or os.getpid()}.json").write_text(text, encoding="utf-8", newline="\n")
+
+    def load(self, folder: Path, models: Iterable[Model]) -> list[str]:
+        """Add all that the data files of a folder say about some machines.
+
+        Returns:
+            Files of machines of which there are data but no model, or a model that has changed since.
+        """
+        by_key = {str(Path(one.files[0]).resolve()) if one.files else one.name: one for one in models}
+        left: list[str] = []
+        for path in sorted(folder.glob("*.json")):
+            for one in json.loads(path.read_text(encoding="utf-8"))["machines"]:
+                model = by_key.get(one["machine"])
+                if model is not None and fingerprint(model) == one["fingerprint"]:
+                    self.add(model, Coverage.from_json(one["coverage"]))
+                elif one["machine"] not in left:
+                    left.append(one["machine"])
+        return left
+
+
+def measured_files(folder: Path) -> list[str]:
+    """The files of the machines of which a folder holds data."""
+    found = {
+        one["machine"]
+        for path in sorted(folder.glob("*.json"))
+        for one in json.loads(path.read_text(encoding="utf-8"))["machines"]
+    }
+    return sorted(found)
+
+
+def fingerprint(model: Model) -> str:
+    """Tells a machine from the same file's machine before a change."""
+    parts = [
+        *(
+            (state.name, state.kind.value, state.activity and state.activity.activity.outcomes)
+            for state in model.states
+        ),
+        *(
+            (one.source, one.targets, type(one.trigger).__name__, one.place and one.place.line)
+            for one in model.transitions
+        ),
+    ]
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]

@@ -1,0 +1,1 @@
+"""Exploration of all that a machine can do: properties and generated tests."""

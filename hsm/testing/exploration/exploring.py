@@ -1,0 +1,509 @@
+"""Every run of a machine up to a bound: signals, outcomes, events and waiting times are free.
+
+A step takes no time here, waiting does: from each moment the machine may be stepped at once, one tick before the next
+deadline, and at it. Signals are chosen when a guard first asks for them, so that only what can matter is tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any
+
+from hsm.engine.compiled import Machine
+from hsm.engine.evaluation import Evaluation
+from hsm.engine.execution import Fault, Reaction, RunState, fault_event
+from hsm.engine.macrostep import Look
+from hsm.engine.monitoring import Holds
+from hsm.model.chart import On, Raise, Send, State, StateKind, Transition
+from hsm.model.events import Scoped
+from hsm.model.expressions import Binary, Expression, SignalValue
+from hsm.model.faults import MachineFault
+from hsm.model.registry import ActionDeclaration, SignalDeclaration
+from hsm.testing.exploration.domains import Domains, expressions_of
+from hsm.testing.mutation.rewriting import actions_of, parts_of
+from hsm.testing.scenarios.driver import TICK
+from hsm.testing.scenarios.script import FAULT, ScriptedFault, SignalKey, default_of
+
+_DIGITS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """Time that passes before a step.
+
+    Attributes:
+        seconds: how much.
+        early: it ends one tick before the next deadline.
+        promised: that deadline is a watcher's, not one of the machine.
+    """
+
+    seconds: float = 0.0
+    early: bool = False
+    promised: bool = False
+
+
+NO_WAIT = Wait()
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """What happens in one step.
+
+    Attributes:
+        wait: how long after the step before.
+        reports: outcomes by the full name of the state whose activity it is.
+        events: events from outside.
+        signals: the signals that were asked for, with their values.
+    """
+
+    wait: Wait = NO_WAIT
+    reports: tuple[tuple[str, str], ...] = ()
+    events: tuple[str, ...] = ()
+    signals: tuple[tuple[SignalKey, Any], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Where a run is between two steps.
+
+    Attributes:
+        state: the configuration, variables, time-outs, history.
+        time: seconds since the start.
+        over: states whose activity has ended, by index.
+        signals: the last known value of each signal; nothing depends on it but what is tried first.
+        watched: what a watcher remembers.
+    """
+
+    state: RunState
+    time: float
+    over: frozenset[int]
+    signals: Mapping[SignalKey, Any]
+    watched: Any = None
+
+    def key(self) -> tuple[Any, ...]:
+        """What tells this moment from those from which the same can follow."""
+        state = self.state
+        return (
+            state.configuration.leaves,
+            tuple(round(one, _DIGITS) if isinstance(one, float) else one for one in state.values),
+            tuple(sorted((index, round(due - self.time, _DIGITS)) for index, due in state.timers.items())),
+            tuple((round(due - self.time, _DIGITS), send.event) for due, send in state.sent),
+            tuple(sorted(state.history.items())),
+            self.over,
+            self.watched[0] if self.watched is not None else None,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """One step from a moment to another.
+
+    Attributes:
+        input: what happened.
+        target: where it led.
+        looks: what was looked at and taken.
+        paths: the paths through guards that were seen, by transition.
+        fault: why the step failed; the target is then where it came from.
+        violations: what a watcher objects to.
+    """
+
+    input: Input
+    target: Moment
+    looks: tuple[Look, ...]
+    paths: Mapping[int, frozenset[int]]
+    fault: str | None = None
+    violations: tuple[str, ...] = ()
+
+    @property
+    def transitions(self) -> Iterator[int]:
+        """The transitions taken, by index."""
+        return (index for look in self.looks if look[4] is not None for index in look[4].transitions)
+
+    @property
+    def entered(self) -> Iterator[int]:
+        """The states entered, by index."""
+        return (index for look in self.looks if look[4] is not None for index in look[4].entered)
+
+    @property
+    def exited(self) -> Iterator[int]:
+        """The states left, by index."""
+        return (index for look in self.looks if look[4] is not None for index in look[4].exited)
+
+    @property
+    def restored(self) -> Iterator[tuple[int, bool]]:
+        """The history states entered, each with whether it remembered something."""
+        return (one for look in self.looks if look[4] is not None for one in look[4].restored)
+
+
+class Watcher:
+    """Looks at every moment of every run. What it remembers is a value, kept with the moment."""
+
+    expressions: tuple[Expression, ...] = ()
+
+    def begin(self) -> Any:
+        """What is remembered before the first step: a hashable key, and whatever else."""
+        return None
+
+    def look(self, watched: Any, time: float, holds: Holds, entered: Collection[str]) -> tuple[Any, tuple[str, ...]]:
+        """What is remembered after a step that entered some states, and all that is wrong."""
+        return watched, ()
+
+    def deadline(self, watched: Any) -> float | None:
+        """When something would be wrong, if nothing happened."""
+        return None
+
+
+class Regions:
+    """Which region of a parallel machine asks for a signal: in one step only the signals of one region change.
+
+    What happens in two regions at once is left out; each of it is found one step after the other. Who asks while no
+    region is active does not count.
+
+    Args:
+        machine: whose regions they are: those of its outermost parallel state.
+        only: the one region in which anything happens but time-outs, by number; None for all.
+    """
+
+    def __init__(self, machine: Machine, only: int | None = None) -> None:
+        model = machine.model
+        outer = next((state for state in model.states if state.kind is StateKind.PARALLEL), None)
+        self._regions = [model.states[child] for child in outer.children] if outer is not None else []
+        self.only = None if only is None else self._regions[only].index
+        asked: dict[str, set[int]] = {}
+        for transition in model.transitions:
+            if outer is not None and _apart(model.states[transition.source], outer):
+                continue
+            region = self.of_state(transition.source)
+            for condition in machine.generator.decision(transition.index).conditions:
+                for part in parts_of(condition):
+                    if isinstance(part, SignalValue):
+                        asked.setdefault(part.signal.name, set()).add(region)
+        self._of_signal = {name: regions.pop() for name, regions in asked.items() if len(regions) == 1}
+
+    def __len__(self) -> int:
+        return len(self._regions)
+
+    def of_state(self, state: int) -> int:
+        """The region that a state lies in, by index; -1 for none."""
+        return next((one.index for one in self._regions if one.index <= state <= one.last), -1)
+
+    def of_signal(self, name: str) -> int:
+        """The one region that asks for a signal; -1 for none or several."""
+        return self._of_signal.get(name, -1)
+
+
+def _apart(state: State, other: State) -> bool:
+    """Whether neither of two states lies in the other: beside an outermost parallel state, none such is ever active."""
+    return state.last < other.index or other.last < state.index
+
+
+_NONE = -2
+"""In place of a region: no signal changes."""
+
+
+@dataclass(slots=True)
+class _Choices:
+    """The facts of one attempt at a step: what was chosen before, and what is chosen now.
+
+    Attributes:
+        explorer: knows what is worth trying.
+        known: the last values of the signals.
+        chosen: the values in this step.
+        region: the one region whose signals change; -1 for any.
+        opened: attempts that are to be made besides.
+        reaction: the step.
+    """
+
+    explorer: Explorer
+    known: Mapping[SignalKey, Any]
+    chosen: dict[SignalKey, Any]
+    region: int
+    opened: list[tuple[dict[SignalKey, Any], int]] = field(default_factory=list)
+    reaction: Reaction | None = None
+
+    def read(self, signal: SignalDeclaration, arguments: tuple[Any, ...]) -> Any:
+        """The value of a signal: as chosen before, or the first of those worth trying."""
+        key = (signal.name, arguments)
+        if key not in self.chosen:
+            others = self.explorer.values(signal, key, self)
+            first = self.known.get(key, others[0])
+            own = self.explorer.region_of(signal)
+            if self.region == -1 or own in (-1, self.region):
+                region = own if self.region == -1 else self.region
+                self.opened += [({**self.chosen, key: one}, region) for one in others if one != first]
+            self.chosen[key] = first
+        value = self.chosen[key]
+        if value is FAULT:
+            raise ScriptedFault(f"signal `{signal.name}` is to fail")
+        return value
+
+    def call(self, action: ActionDeclaration, arguments: tuple[Any, ...]) -> None:
+        """Nothing: nobody looks at actions here."""
+
+    def report(self, state: str) -> str | None:
+        """Nothing: outcomes are handed to the step as events."""
+
+
+class Explorer:
+    """Makes the steps that are possible from a moment.
+
+    Args:
+        machine: the machine, scripted.
+        parameters: its parameters, in SI units.
+        tick: seconds by which the machine is stepped before a deadline, too.
+        watcher: looks at every moment.
+        regions: leaves out steps in which more than one region has something new; by default none is left out.
+
+    Attributes:
+        machine: as given.
+        parameters: the values of all its parameters, in their order.
+    """
+
+    def __init__(
+        self,
+        machine: Machine,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        tick: float = TICK,
+        watcher: Watcher | None = None,
+        regions: Regions | None = None,
+    ) -> None:
+        self.machine = machine
+        self._tick = tick
+        self._watcher = watcher or Watcher()
+        self._domains = Domains([*expressions_of(machine.model), *self._watcher.expressions])
+        given = {one.name: None if one.required else one.default for one in machine.model.parameters}
+        self.parameters = tuple({**given, **(parameters or {})}.values())
+        self._heard = _events(machine)
+        self._regions = regions
+        self._tried: dict[tuple[Any, ...], list[Any]] = {}
+
+    # Where runs begin and go on.
+
+    def start(self) -> list[Edge]:
+        """All first steps: entering the machine and its first step at the same time."""
+        plan = self.machine.planner.start()
+        state = RunState(
+            plan.target, [*self.parameters, *(None for _ in self.machine.model.variables)], {}, (), {}, None
+        )
+        before = Moment(state, 0.0, frozenset(), {}, self._watcher.begin())
+
+        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Look]]:
+            reaction = choices.reaction = Reaction(self.machine, state, 0.0, facts=choices, memo={}, hits=hits)
+            reaction.start(plan)
+            if reaction.state.outcome is not None:
+                return reaction.state, reaction.looks
+            first = Reaction(self.machine, reaction.state, 0.0, facts=choices, memo={}, hits=hits)
+            choices.reaction = first
+            first.run(())
+            return first.state, [*reaction.looks, *first.looks]
+
+        return list(self._edges(before, Input(), attempt, -1))
+
+    def successors(self, moment: Moment) -> Iterator[Edge]:
+        """All steps from a moment; none where the machine has ended."""
+        if moment.state.outcome is not None:
+            return
+        for wait, reports, events in self._inputs(moment):
+            region = -1
+            if self._regions is not None:
+                changing = {self._regions.of_state(self.machine.indices[state]) for state, _ in reports}
+                region = _NONE if wait.early else next(iter(changing), -1)
+                if self._regions.only is not None and region != _NONE:
+                    if region not in (-1, self._regions.only):
+                        continue
+                    region = self._regions.only
+            yield from self._steps(moment, Input(wait, reports, events), region)
+
+    def continued(self, moment: Moment, given: Input) -> Iterator[Edge]:
+        """All steps from a moment with a given input; signals that it leaves open are free."""
+        return self._steps(moment, given, -1)
+
+    def _steps(self, moment: Moment, given: Input, region: int) -> Iterator[Edge]:
+        pending = [self._outcome(state, outcome) for state, outcome in given.reports]
+        over = moment.over | {self.machine.indices[state] for state, _ in given.reports}
+        time = moment.time + given.wait.seconds
+        before = Moment(moment.state, time, over, moment.signals, self._watched_until(moment, time))
+
+        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Look]]:
+            reaction = Reaction(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
+            choices.reaction = reaction
+            reaction.run((*pending, *given.events))
+            return reaction.state, reaction.looks
+
+        return self._edges(before, given, attempt, region)
+
+    def _edges(
+        self,
+        before: Moment,
+        given: Input,
+        attempt: Callable[[_Choices, list[Any]], tuple[RunState, list[Look]]],
+        region: int,
+    ) -> Iterator[Edge]:
+        """One edge for each combination of the signals that are asked for."""
+        marks = self.machine.generator.marks
+        open_choices: list[tuple[dict[SignalKey, Any], int]] = [(dict(given.signals), region)]
+        while open_choices:
+            choices = _Choices(self, before.signals, *open_choices.pop())
+            hits = marks.new()
+            looks: list[Look] = []
+            state, fault = before.state, None
+            try:
+                state, looks = attempt(choices, hits)
+            except MachineFault as error:
+                fault = str(error)
+            plans = [look[4] for look in looks if look[4] is not None]
+            over = before.over.difference(*((*plan.exited, *plan.entered) for plan in plans))
+            watched, violations = before.watched, tuple[str, ...]()
+            if fault is None:
+                entered = [self.machine.model.states[index].name for plan in plans for index in plan.entered]
+                watched, violations = self._watch(before, state, choices, entered)
+            open_choices += reversed(choices.opened)
+            signals = tuple(choices.chosen.items())
+            target = Moment(state, before.time, over, {**before.signals, **choices.chosen}, watched)
+            taken = Input(given.wait, given.reports, given.events, signals)
+            yield Edge(taken, target, tuple(looks), dict(marks.seen(hits)), fault, violations)
+
+    def _watch(
+        self, before: Moment, state: RunState, choices: _Choices, entered: Collection[str]
+    ) -> tuple[Any, tuple[str, ...]]:
+        def ask(call: SignalValue) -> Any:
+            return choices.read(call.signal, tuple(evaluation.value(one) for one in call.arguments))
+
+        active = state.configuration.active
+        evaluation = self.machine.evaluation({}, state.values, active, ask)
+        return self._watcher.look(before.watched, before.time, _holding(evaluation), entered)
+
+    def _watched_until(self, moment: Moment, time: float) -> Any:
+        """What is remembered a tick before a step that was waited for: all was as it had been until then."""
+        last = time - self._tick
+        if last <= moment.time:
+            return moment.watched
+
+        def ask(call: SignalValue) -> Any:
+            key = (call.signal.name, tuple(evaluation.value(one) for one in call.arguments))
+            return moment.signals[key] if key in moment.signals else default_of(call.signal)
+
+        state = moment.state
+        evaluation = self.machine.evaluation({}, state.values, state.configuration.active, ask)
+        return self._watcher.look(moment.watched, last, _holding(evaluation), ())[0]
+
+    # What may happen.
+
+    def _inputs(self, moment: Moment) -> Iterator[tuple[Wait, tuple[tuple[str, str], ...], tuple[str, ...]]]:
+        running = [one for one in moment.state.configuration.activities if one not in moment.over]
+        endings: list[list[tuple[str, str] | None]] = [[None, *self._endings(moment, state)] for state in running]
+        together = [tuple(one for one in chosen if one is not None) for chosen in product(*endings)]
+        events = self._events_heard(moment)
+        for wait in self._waits(moment):
+            if wait.early and self._regions is not None:
+                yield wait, (), ()
+                continue
+            for reports in sorted(together, key=len):
+                if self._regions is None or len(reports) < 2:
+                    yield wait, reports, ()
+            for event in events:
+                yield wait, (), (event,)
+
+    def _endings(self, moment: Moment, state: int) -> Iterator[tuple[str, str]]:
+        """How the activity of a state may end; failing only where the machine handles it."""
+        declared = self.machine.model.states[state]
+        assert declared.activity is not None, "only states with an activity are asked"
+        for outcome in declared.activity.activity.outcomes:
+            yield declared.name, outcome
+        if moment.state.configuration.on(fault_event(state)) is not None:
+            yield declared.name, FAULT
+
+    def _waits(self, moment: Moment) -> list[Wait]:
+        """At once, a tick before the next deadline, at the next deadline."""
+        own = [*moment.state.timers.values(), *(due for due, _ in moment.state.sent)]
+        promise = self._watcher.deadline(moment.watched)
+        deadlines = own if promise is None else [*own, promise]
+        ahead = [due - moment.time for due in deadlines if due > moment.time + 1e-9]
+        if not ahead:
+            return [NO_WAIT]
+        soonest = min(ahead)
+        promised = not any(abs(due - moment.time - soonest) < 1e-9 for due in own)
+        before = round(soonest - self._tick, 9)
+        early = [Wait(before, early=True, promised=promised)] if before > 0 else []
+        return [NO_WAIT, *early, Wait(round(soonest, 9), promised=promised)]
+
+    def _events_heard(self, moment: Moment) -> list[str]:
+        active = moment.state.configuration.active
+        found: dict[str, None] = {}
+        for state in sorted(active):
+            for index in self.machine.model.states[state].transitions:
+                found.update(dict.fromkeys(self._heard.get(index, ())))
+        return list(found)
+
+    def _outcome(self, state: str, outcome: str) -> Scoped | Fault:
+        index = self.machine.indices[state]
+        if outcome == FAULT:
+            call = self.machine.model.states[index].activity
+            name = call.activity.name if call is not None else state
+            error = ScriptedFault(f"activity `{name}` is to fail")
+            return Fault(fault_event(index), str(error), call.place if call is not None else None, error)
+        return Scoped((outcome,), index, f"done.invoke.{state}")
+
+    def region_of(self, signal: SignalDeclaration) -> int:
+        """The region that asks for a signal; -1 where that does not matter."""
+        return self._regions.of_signal(signal.name) if self._regions is not None else -1
+
+    def values(self, signal: SignalDeclaration, key: SignalKey, choices: _Choices) -> list[Any]:
+        """What to try for a signal, with the variables and the other signals as they are."""
+        reaction = choices.reaction
+        assert reaction is not None, "signals are asked for in a step"
+        state = reaction.state
+        variables, signals = self._domains.depends(signal)
+        slots = self.machine.generator.variables
+        others = tuple((one, value) for one, value in choices.chosen.items() if one[0] in signals)
+        situation = (key, tuple(state.values[slots[name]] for name in sorted(variables)), others)
+        if situation not in self._tried:
+            self._tried[situation] = self._worth_trying(signal, key, state, choices)
+        return self._tried[situation]
+
+    def _worth_trying(self, signal: SignalDeclaration, key: SignalKey, state: RunState, choices: _Choices) -> list[Any]:
+        def residue(comparison: Binary, value: float) -> float | None:
+            def ask(call: SignalValue) -> Any:
+                asked = (call.signal.name, tuple(evaluation.value(one) for one in call.arguments))
+                if asked == key:
+                    return value
+                return choices.chosen[asked]
+
+            evaluation: Evaluation = self.machine.evaluation({}, state.values, state.configuration.active, ask)
+            try:
+                return float(evaluation.value(comparison.left) - evaluation.value(comparison.right))
+            except (KeyError, TypeError, ArithmeticError):
+                return None
+
+        return self._domains.values(signal, residue)
+
+
+def _holding(evaluation: Evaluation) -> Holds:
+    def holds(condition: Expression) -> bool | None:
+        try:
+            return bool(evaluation.value(condition))
+        except (TypeError, ArithmeticError, ScriptedFault):
+            return None
+
+    return holds
+
+
+def _events(machine: Machine) -> dict[int, tuple[str, ...]]:
+    """The events from outside that each transition waits for: not what the machine raises or reports itself."""
+    model = machine.model
+    own = {"done", "fault"}
+    for state in model.states:
+        if state.activity is not None:
+            own.update(state.activity.activity.outcomes)
+        own.update(model.states[child].name.rpartition(".")[2] for child in state.children)
+    own.update(one.event for one in actions_of(model) if isinstance(one, Raise | Send))
+
+    def names(transition: Transition) -> tuple[str, ...]:
+        if not isinstance(transition.trigger, On) or transition.trigger.prefix:
+            return ()
+        return tuple(one for one in transition.trigger.names if one not in own)
+
+    return {one.index: names(one) for one in model.transitions if names(one)}

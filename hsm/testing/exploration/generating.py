@@ -1,0 +1,307 @@
+"""Tests found from the machine alone: the shortest ways to all that it can do, and why the rest cannot be done."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from itertools import islice
+from typing import Any
+
+from hsm.engine.compiled import Machine
+from hsm.model.chart import Model, On
+from hsm.model.expressions import Expression, VariableValue
+from hsm.model.unparse import expression_text
+from hsm.testing.coverage.items import transition_text
+from hsm.testing.exploration.exploring import Edge, Explorer, Moment, Regions
+from hsm.testing.exploration.goals import Goal, goals_of, goals_on, impossible_goals, short, title_of
+from hsm.testing.mutation.mutating import Mutant, survivors
+from hsm.testing.mutation.rewriting import parts_of
+from hsm.testing.scenarios.distinguishing import telling
+from hsm.testing.scenarios.driver import TICK
+from hsm.testing.scenarios.replaying import replay
+from hsm.testing.scenarios.running import run_scenario
+from hsm.testing.scenarios.scenarios import Expectation, Scenario
+from hsm.testing.scenarios.script import scripted_machine
+from hsm.testing.scenarios.writing import Writer
+
+Key = tuple[Any, ...]
+
+MOST_WAYS = 60
+"""So many ways are tried to make a change of the machine show that no test has noticed yet."""
+
+MOST_TOLD = 10_000
+"""So many steps are looked at to find those ways."""
+
+MOST_STEPS = 120_000
+"""So many steps are tried before what was not reached is given up."""
+
+PATIENCE = 40_000
+"""So many steps without anything new are tried before the rest is given up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unreached:
+    """Something that no run was found for.
+
+    Attributes:
+        text: what.
+        reason: why not.
+        line: where it is written, or None.
+    """
+
+    text: str
+    reason: str
+    line: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Generated:
+    """What a generation found.
+
+    Attributes:
+        scenarios: the tests.
+        unreached: what no run was found for.
+        moments: how many different situations were seen.
+        steps: how many steps were tried.
+        complete: whether those are all the situations there are.
+    """
+
+    scenarios: tuple[Scenario, ...]
+    unreached: tuple[Unreached, ...]
+    moments: int
+    steps: int
+    complete: bool
+
+
+def generate(
+    machine: Machine | Model,
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    tick: float = TICK,
+    steps: int = MOST_STEPS,
+) -> Generated:
+    """Find tests that reach every state, take every transition, and go every way through each guard.
+
+    Args:
+        machine: the machine.
+        parameters: in SI units; by default as declared.
+        tick: seconds from one step to the next in the tests.
+        steps: how many steps to try at most.
+    """
+    ready = scripted_machine(machine)
+    search = _Search(ready, Explorer(ready, parameters, tick=tick, regions=Regions(ready)), parameters, steps)
+    search.run()
+    writer = Writer(ready.model)
+    scenarios: list[Scenario] = []
+
+    def told(title: str, way: Sequence[Edge]) -> Scenario | None:
+        name = f"{len(scenarios) + 1}: {title}"
+        found = replay(name, ready, [edge.input for edge in way], writer, tick=tick)
+        return None if found.fault else _trimmed(found.scenario)
+
+    for way, goals in search.chosen():
+        scenario = told(title_of(ready.model, goals[0]), way)
+        if scenario is not None:
+            scenarios.append(scenario)
+    for mutant in survivors(ready.model, scenarios, tick):
+        for way in islice(search.around(mutant), MOST_WAYS):
+            scenario = told(short(f"{mutant.kind}: {mutant.text}"), way)
+            if scenario is not None and not run_scenario(scenario, mutant.model, tick).passed:
+                scenarios.append(scenario)
+                break
+    return Generated(tuple(scenarios), tuple(search.unreached()), len(search.parents), search.steps, search.complete)
+
+
+@dataclass(slots=True)
+class _Search:
+    """Short ways first, and combinations of states that were seen seldom before those that were seen often."""
+
+    machine: Machine
+    explorer: Explorer
+    parameters: Mapping[str, Any] | None
+    limit: int
+    parents: dict[Key, tuple[Key | None, Edge]] = field(default_factory=dict)
+    found: dict[Goal, tuple[Key | None, Edge]] = field(default_factory=dict)
+    impossible: dict[Goal, str] = field(default_factory=dict)
+    entering: dict[int, dict[Key | None, None]] = field(default_factory=dict)
+    kinds: dict[tuple[int, ...], int] = field(default_factory=dict)
+    queue: list[tuple[int, int, int, Key, Moment]] = field(default_factory=list)
+    steps: int = 0
+    complete: bool = False
+
+    def run(self) -> None:
+        """Explore until all is found, all is seen, or it takes too long."""
+        self.impossible = dict(impossible_goals(self.machine))
+        wanted = set(goals_of(self.machine)) - self.impossible.keys()
+        for edge in self.explorer.start():
+            self._take(None, edge, 0)
+        idle = 0
+        while self.queue and self.steps < self.limit and idle < PATIENCE and not wanted <= self.found.keys():
+            _, depth, _, key, moment = heappop(self.queue)
+            known, before = len(self.found), self.steps
+            for edge in self.explorer.successors(moment):
+                self._take(key, edge, depth + 1)
+            idle = idle + self.steps - before if len(self.found) == known else 0
+        self.complete = not self.queue
+
+    def _take(self, source: Key | None, edge: Edge, depth: int) -> None:
+        self.steps += 1
+        if edge.fault is not None:
+            return
+        for goal in goals_on(self.machine, edge):
+            self.found.setdefault(goal, (source, edge))
+        for index in edge.entered:
+            self.entering.setdefault(index, {})[source] = None
+        key = edge.target.key()
+        if key not in self.parents:
+            self.parents[key] = (source, edge)
+            kind = edge.target.state.configuration.leaves
+            self.kinds[kind] = self.kinds.get(kind, 0) + 1
+            heappush(self.queue, (self.kinds[kind] + depth, depth, len(self.parents), key, edge.target))
+
+    def way(self, source: Key | None, edge: Edge) -> list[Edge]:
+        """The steps from the start to a step."""
+        way = [edge]
+        while source is not None:
+            source, edge = self.parents[source]
+            way.append(edge)
+        return way[::-1]
+
+    def around(self, mutant: Mutant) -> Iterator[list[Edge]]:
+        """Ways that may show a change, short ones first and those first that lead elsewhere on the changed machine."""
+        if any(("transition", index) not in self.found for index in mutant.transitions):
+            return
+        machine = scripted_machine(mutant.model)
+        changed = Explorer(machine, self.parameters, regions=Regions(machine))
+        alike: list[list[Edge]] = []
+        steps = 0
+        for key in self._near(mutant):
+            way = self.way(*self.parents[key])
+            for edge, elsewhere in telling(self.explorer, changed, mutant, way[-1].target):
+                steps += 1
+                if elsewhere:
+                    yield [*way, edge]
+                elif len(alike) < MOST_WAYS:
+                    alike.append([*way, edge])
+            if steps >= MOST_TOLD:
+                break
+        yield from alike
+
+    def _near(self, mutant: Mutant) -> list[Key]:
+        """The situations from which a step may come by a change."""
+        if mutant.state == 0:
+            return list(self.parents)
+        entering = self.entering.get(mutant.state, {})
+        return [
+            key
+            for key, (_, edge) in self.parents.items()
+            if key in entering or mutant.state in edge.target.state.configuration.active
+        ]
+
+    def chosen(self) -> Iterator[tuple[list[Edge], list[Goal]]]:
+        """Ways that together reach all that was found: long ones first, as they cover much of what others reach."""
+        wanted = [goal for goal in goals_of(self.machine) if goal in self.found]
+        ways = {goal: self.way(*self.found[goal]) for goal in wanted}
+        open_goals = set(wanted)
+        picked: list[tuple[list[Edge], list[Goal]]] = []
+        for goal in sorted(wanted, key=lambda one: -len(ways[one])):
+            if goal in open_goals:
+                own = [one for edge in ways[goal] for one in goals_on(self.machine, edge) if one in open_goals]
+                open_goals.difference_update(own)
+                picked.append((ways[goal], [goal]))
+        yield from reversed(picked)
+
+    # What was not found.
+
+    def unreached(self) -> Iterator[Unreached]:
+        """What was not found, each with the reason."""
+        model = self.machine.model
+        for goal in goals_of(self.machine):
+            if goal in self.found:
+                continue
+            match goal:
+                case ("state", int(index)):
+                    place = model.states[index].place
+                    text = f"state {model.states[index].name} is not entered"
+                    yield Unreached(text, self._bound(), place.line if place else None)
+                case ("history", int(index), bool(remembered)):
+                    how = "something" if remembered else "nothing"
+                    text = f"{model.states[index].name} is not entered with {how} remembered"
+                    yield Unreached(text, self._bound(), None)
+                case ("transition" | "path" | "held", int(index), *how):
+                    transition = model.transitions[index]
+                    missed = self._missed(str(goal[0]), index, *how)
+                    reason = self._why_not(index)
+                    if goal in self.impossible:
+                        reason = f"it cannot be: {self.impossible[goal]}"
+                    line = transition.place.line if transition.place else None
+                    yield Unreached(f"{transition_text(model, transition)}{missed}", reason, line)
+
+    def _missed(self, kind: str, index: int, how: Any = None) -> str:
+        """What is missed of a transition."""
+        if kind == "transition":
+            return " is not taken"
+        if kind == "held":
+            return f": never {'true' if how else 'false'}"
+        decision = self.machine.generator.decision(index)
+        values = ", ".join(
+            f"`{expression_text(one)}` {'true' if held else 'false'}"
+            for one, held in zip(decision.conditions, decision.values(how), strict=True)
+            if held is not None
+        )
+        return f": never {values}"
+
+    def _bound(self) -> str:
+        """How sure it is that something cannot be reached."""
+        if self.complete:
+            return f"it cannot be: these are all {len(self.parents)} situations there are"
+        return f"not within {self.steps} steps from {len(self.parents)} situations; there are more"
+
+    def _why_not(self, index: int) -> str:
+        model = self.machine.model
+        transition = model.transitions[index]
+        if transition.source and ("state", transition.source) not in self.found:
+            return f"{model.states[transition.source].name} is never entered; {self._bound()}"
+        decision = self.machine.generator.decision(index)
+        ways = [goal[2] for goal in self.found if goal[:2] == ("path", index)]
+        if ("transition", index) in self.found:
+            return f"wherever it is asked for, what was asked before has ruled that out; {self._bound()}"
+        if any(decision.outcome(int(str(one))) for one in ways):
+            return f"whenever its guard holds, another transition wins; {self._bound()}"
+        if ways:
+            return f"its guard never held where it was asked for{self._ranges(decision.conditions)}; {self._bound()}"
+        if decision.conditions:
+            return f"its guard is never asked for: another transition always comes first; {self._bound()}"
+        if isinstance(transition.trigger, On):
+            names = ", ".join(transition.trigger.names)
+            return f"{names} never comes, or another transition takes it first; {self._bound()}"
+        return f"another transition always comes first; {self._bound()}"
+
+    def _ranges(self, conditions: Sequence[Expression]) -> str:
+        """Between which values the variables in some conditions were in all situations."""
+        slots = self.machine.generator.variables
+        constant = {one.name for one in (*self.machine.model.parameters,)}
+        names = dict.fromkeys(
+            part.name
+            for one in conditions
+            for part in parts_of(one)
+            if isinstance(part, VariableValue) and part.name not in constant
+        )
+        told = []
+        for name in names:
+            seen = [edge.target.state.values[slots[name]] for _, edge in self.parents.values()]
+            values = [one for one in seen if isinstance(one, int | float) and not isinstance(one, bool)]
+            if values:
+                told.append(f"{name} was {min(values):g} to {max(values):g}")
+        return f" ({', '.join(told)})" if told else ""
+
+
+def _trimmed(scenario: Scenario) -> Scenario:
+    """The scenario without doubled expectations."""
+    steps = [
+        step
+        for index, step in enumerate(scenario.steps)
+        if not (isinstance(step, Expectation) and not step.claims and index)
+    ]
+    return Scenario(scenario.name, scenario.parameters, scenario.given, tuple(steps), scenario.place)

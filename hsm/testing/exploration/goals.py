@@ -1,0 +1,114 @@
+"""What tests are looked for to reach: states, transitions, outcomes, time-outs, each way through a guard."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator
+from textwrap import shorten
+
+from hsm.engine.compiled import Machine
+from hsm.engine.decisions import Decision
+from hsm.model.chart import After, Model
+from hsm.model.topology import HISTORY
+from hsm.testing.coverage.items import transition_text
+from hsm.testing.exploration.exploring import Edge
+from hsm.testing.exploration.feasible import guard_of, ruled_out
+from hsm.testing.scenarios.script import FAULT
+
+Goal = tuple[Hashable, ...]
+"""Something to reach: ``("state", index)``, ``("transition", index)``, ``("path", index, path)``, ..."""
+
+_LONGEST = 100
+
+
+def goals_of(machine: Machine) -> Iterator[Goal]:
+    """All that there is to reach in a machine, in document order."""
+    model = machine.model
+    for state in model.states[1:]:
+        if state.kind in HISTORY:
+            yield "history", state.index, True
+            continue
+        yield "state", state.index
+        if state.activity is not None:
+            for outcome in state.activity.activity.outcomes:
+                yield "outcome", state.name, outcome
+    for transition in model.transitions:
+        yield "transition", transition.index
+        if isinstance(transition.trigger, After):
+            yield "early", transition.index
+        decision = machine.generator.decision(transition.index)
+        if decision.conditions and _few_paths(decision):
+            for path in decision.paths:
+                yield "path", transition.index, path
+        elif decision.conditions:
+            yield "held", transition.index, True
+            yield "held", transition.index, False
+
+
+def _few_paths(decision: Decision) -> bool:
+    """Whether each path through a guard is looked for; of guards with more only both outcomes are."""
+    return decision.count <= 2 * len(decision.conditions) ** 2 + 2
+
+
+def goals_on(machine: Machine, edge: Edge) -> Iterator[Goal]:
+    """All that one step reaches."""
+    for index in edge.entered:
+        yield "state", index
+    for state, outcome in edge.input.reports:
+        if outcome != FAULT:
+            yield "outcome", state, outcome
+    for index in edge.transitions:
+        yield "transition", index
+    for index, remembered in edge.restored:
+        yield "history", index, remembered
+    for index, paths in edge.paths.items():
+        decision = machine.generator.decision(index)
+        if _few_paths(decision):
+            for path in paths:
+                yield "path", index, path
+        else:
+            for path in paths:
+                yield "held", index, decision.outcome(path)
+    if edge.input.wait.early and not edge.looks:
+        for index in edge.target.state.timers:
+            yield "early", index
+
+
+def impossible_goals(machine: Machine) -> Iterator[tuple[Goal, str]]:
+    """What logic alone rules out of the goals, each with the reason."""
+    model = machine.model
+    for goal in goals_of(machine):
+        match goal:
+            case ("path", int(index), int(path)):
+                decision = machine.generator.decision(index)
+                values = zip(decision.conditions, decision.values(path), strict=True)
+                found = [(condition, held) for condition, held in values if held is not None]
+            case ("held", int(index), bool(held)):
+                found = [(guard, held)] if (guard := guard_of(model.transitions[index])) is not None else []
+            case ("transition", int(index)):
+                found = [(guard, True)] if (guard := guard_of(model.transitions[index])) is not None else []
+            case _:
+                continue
+        reason = ruled_out(model, model.transitions[index], found)
+        if reason is not None:
+            yield goal, reason
+
+
+def title_of(model: Model, goal: Goal) -> str:
+    """What a test that reaches a goal is called; it says nothing of lines, which change with every comment."""
+    match goal:
+        case ("state", int(index)):
+            return f"reach {model.states[index].name}"
+        case ("history", int(index), _):
+            return f"return to {model.states[index].name}"
+        case ("transition" | "early" | "path" | "held" as kind, int(index), *_):
+            how = {"transition": "take", "early": "too early for", "path": "decide", "held": "decide"}[str(kind)]
+            return short(f"{how} {transition_text(model, model.transitions[index])}")
+        case ("outcome", state, outcome):
+            return f"{state} reports {outcome}"
+        case _:
+            return " ".join(map(str, goal))
+
+
+def short(title: str) -> str:
+    """A title, cut where it is too long for a line."""
+    return shorten(title, _LONGEST, placeholder=" ...")

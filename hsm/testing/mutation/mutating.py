@@ -1,0 +1,275 @@
+"""Small mistakes made on purpose: which of them would the tests of a machine notice?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+from hsm.engine.coverage import Coverage
+from hsm.engine.decisions import decision_of
+from hsm.model.chart import Action, After, Model, State, Transition, When
+from hsm.model.diagnostics import Place
+from hsm.model.expressions import Expression, Literal, Unary
+from hsm.model.types import BOOLEAN, Integer, Quantity
+from hsm.model.unparse import action_text, expression_text, value_text
+from hsm.testing.coverage.items import transition_text
+from hsm.testing.exploration.feasible import guard_of
+from hsm.testing.mutation.rewriting import Rewriter
+from hsm.testing.scenarios.running import run_scenario
+from hsm.testing.scenarios.scenarios import Scenario, Suite
+from hsm.testing.scenarios.script import scripted_machine
+
+SHIFT = 0.1
+"""By so much of itself a constant is shifted; whole numbers are shifted by one, zeros by as much as one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mutant:
+    """A machine with one mistake.
+
+    Attributes:
+        kind: what kind of mistake.
+        text: what was changed.
+        place: where.
+        model: the machine with the mistake.
+        state: index of the state that it is in; 0 where it is in none.
+        transitions: indices of the transitions that it is in.
+    """
+
+    kind: str
+    text: str
+    place: Place | None
+    model: Model
+    state: int = 0
+    transitions: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """What became of all mutants.
+
+    Attributes:
+        killed: how many some test noticed.
+        survivors: those that none noticed.
+    """
+
+    killed: int
+    survivors: tuple[Mutant, ...]
+
+    @property
+    def score(self) -> float:
+        """Percentage noticed; 100 without mutants."""
+        total = self.killed + len(self.survivors)
+        return 100.0 * self.killed / total if total else 100.0
+
+
+def survey(model: Model, suites: Sequence[Suite]) -> Survey:
+    """Run the scenarios of a machine on each of its mutants.
+
+    Args:
+        model: the machine; what it imports is tested on its own and not changed here.
+        suites: its scenarios; they pass on the machine itself.
+    """
+    machine = scripted_machine(model)
+    trials = [
+        (one, suite.tick, run_scenario(one, machine, suite.tick).coverage)
+        for suite in suites
+        for one in suite.scenarios
+    ]
+    killed = 0
+    survivors = []
+    for mutant in mutants(model):
+        mutated = scripted_machine(mutant.model)
+        if any(
+            not run_scenario(scenario, mutated, tick).passed
+            for scenario, tick, coverage in trials
+            if _reaches(coverage, mutant)
+        ):
+            killed += 1
+        else:
+            survivors.append(mutant)
+    return Survey(killed, tuple(survivors))
+
+
+def _reaches(coverage: Coverage, mutant: Mutant) -> bool:
+    """Whether a run that exercised this much came by the mistake; one that did not goes as on the machine itself."""
+    if not mutant.transitions:
+        return mutant.state == 0 or mutant.state in coverage.states
+    return any(
+        index in coverage.guards
+        or index in coverage.transitions
+        or (_unmarked(mutant.model.transitions[index]) and mutant.state in coverage.states)
+        for index in mutant.transitions
+    )
+
+
+def _unmarked(transition: Transition) -> bool:
+    """Whether a transition may have been looked at although no path through its guard was marked."""
+    return isinstance(transition.trigger, After) or (
+        guard_of(transition) is not None and not decision_of(transition).conditions
+    )
+
+
+def survivors(model: Model, scenarios: Sequence[Scenario], tick: float) -> list[Mutant]:
+    """The mutants that none of some scenarios notices."""
+    return list(survey(model, [Suite("", model.name, tick, tuple(scenarios))]).survivors)
+
+
+def mutants(model: Model) -> Iterator[Mutant]:
+    """All machines that differ by one mistake, in the order of the kinds and of the document."""
+    own = model.files[0] if model.files else None
+    for one in (*_dropped(model), *_negated(model), *_swapped(model), *_without_actions(model), *_shifted(model)):
+        if own is None or one.place is None or one.place.file == own:
+            yield one
+
+
+def _dropped(model: Model) -> Iterator[Mutant]:
+    for transition in model.transitions:
+        source = model.states[transition.source]
+        rest = tuple(index for index in source.transitions if index != transition.index)
+        mutated = _with_state(model, replace(source, transitions=rest))
+        yield Mutant(
+            "dropped transition",
+            transition_text(model, transition),
+            transition.place,
+            mutated,
+            source.index,
+            (transition.index,),
+        )
+
+
+def _negated(model: Model) -> Iterator[Mutant]:
+    for one in model.transitions:
+        if isinstance(one.trigger, When):
+            changed = replace(one, trigger=When(_not(one.trigger.condition)))
+            yield Mutant(
+                "negated condition",
+                transition_text(model, one),
+                one.place,
+                _with_transition(model, changed),
+                one.source,
+                (one.index,),
+            )
+        if one.guard is not None:
+            changed = replace(one, guard=_not(one.guard))
+            yield Mutant(
+                "negated guard",
+                transition_text(model, one),
+                one.place,
+                _with_transition(model, changed),
+                one.source,
+                (one.index,),
+            )
+
+
+def _swapped(model: Model) -> Iterator[Mutant]:
+    for state in model.states:
+        leading = [model.transitions[index] for index in state.transitions if model.transitions[index].targets]
+        for one, other in pairwise(leading):
+            if one.targets == other.targets:
+                continue
+            mutated = _with_transition(model, replace(one, targets=other.targets))
+            mutated = _with_transition(mutated, replace(other, targets=one.targets))
+            yield Mutant(
+                "swapped targets",
+                f"{transition_text(model, one)} and the next",
+                one.place,
+                mutated,
+                state.index,
+                (one.index, other.index),
+            )
+
+
+def _without_actions(model: Model) -> Iterator[Mutant]:
+    for state in model.states:
+        for name in ("entry", "exit", "initial_actions"):
+            for rest, action in _each_left_out(getattr(state, name)):
+                mutated = _with_state(model, _replaced(state, name, rest))
+                text = f"{state.name}: {action_text(action)}"
+                yield Mutant("dropped action", text, action.place or state.place, mutated, state.index)
+    for transition in model.transitions:
+        for rest, action in _each_left_out(transition.actions):
+            mutated = _with_transition(model, replace(transition, actions=rest))
+            text = f"{transition_text(model, transition)} / {action_text(action)}"
+            yield Mutant("dropped action", text, transition.place, mutated, transition.source, (transition.index,))
+
+
+def _shifted(model: Model) -> Iterator[Mutant]:
+    """Constants of expressions, by their place, and defaults of parameters."""
+    for index, parameter in enumerate(model.parameters):
+        if isinstance(parameter.type, Integer | Quantity) and not parameter.required:
+            value = _shift(parameter.default)
+            parameters = list(model.parameters)
+            parameters[index] = replace(parameter, default=value)
+            text = f"{parameter.name} = {value_text(value, parameter.type)}"
+            yield Mutant("shifted constant", text, None, replace(model, parameters=tuple(parameters)))
+    for literal, (state, transitions) in _literals(model).items():
+        value = _shift(literal.value)
+
+        def change(one: Expression, literal: Literal = literal, value: Any = value) -> Expression:
+            return replace(literal, value=value) if one == literal else one
+
+        text = f"{expression_text(literal)} to {value_text(value, literal.type)}"
+        mutated = Rewriter(change).model(model)
+        yield Mutant("shifted constant", text, literal.place, mutated, state, transitions)
+
+
+def _literals(model: Model) -> dict[Literal, tuple[int, tuple[int, ...]]]:
+    """All numbers that stand in the text, with the state and the transition that they belong to."""
+    found: dict[Literal, tuple[int, tuple[int, ...]]] = {}
+    owner: tuple[int, tuple[int, ...]] = (0, ())
+
+    def collect(one: Expression) -> Expression:
+        if isinstance(one, Literal) and one.place is not None and isinstance(one.type, Integer | Quantity):
+            found.setdefault(one, owner)
+        return one
+
+    collector = Rewriter(collect)
+    for state in model.states:
+        owner = (state.index, ())
+        collector.state(state)
+    for transition in model.transitions:
+        owner = (transition.source, (transition.index,))
+        collector.transition(transition)
+    for variable in model.variables:
+        owner = (variable.scope, ())
+        collector.expression(variable.initial)
+    return found
+
+
+def _shift(value: Any) -> Any:
+    if isinstance(value, int):
+        return value + 1
+    return value * (1 + SHIFT) if value else 1.0
+
+
+def _not(condition: Expression) -> Expression:
+    return Unary("not", condition, BOOLEAN)
+
+
+def _each_left_out(actions: tuple[Action, ...]) -> Iterator[tuple[tuple[Action, ...], Action]]:
+    for index, action in enumerate(actions):
+        yield (*actions[:index], *actions[index + 1 :]), action
+
+
+def _replaced(state: State, name: str, actions: tuple[Action, ...]) -> State:
+    change: dict[str, Callable[[], State]] = {
+        "entry": lambda: replace(state, entry=actions),
+        "exit": lambda: replace(state, exit=actions),
+        "initial_actions": lambda: replace(state, initial_actions=actions),
+    }
+    return change[name]()
+
+
+def _with_state(model: Model, state: State) -> Model:
+    states = list(model.states)
+    states[state.index] = state
+    return replace(model, states=tuple(states))
+
+
+def _with_transition(model: Model, transition: Transition) -> Model:
+    transitions = list(model.transitions)
+    transitions[transition.index] = transition
+    return replace(model, transitions=tuple(transitions))

@@ -1,0 +1,125 @@
+"""A model with some of its parts replaced: the way to stand-ins for what a machine calls, and to mutants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from hsm.model.chart import Action, ActivityCall, After, Assign, Call, Model, State, Transition, Trigger, When
+from hsm.model.expressions import Binary, Expression, SignalValue, Unary
+
+Rewrite = Callable[[Expression], Expression]
+
+
+def rewrite_expression(expression: Expression, rewrite: Rewrite) -> Expression:
+    """The expression with every node replaced, the innermost first."""
+    match expression:
+        case SignalValue(arguments=arguments) if arguments:
+            expression = replace(expression, arguments=tuple(rewrite_expression(one, rewrite) for one in arguments))
+        case Unary(operand=operand):
+            expression = replace(expression, operand=rewrite_expression(operand, rewrite))
+        case Binary(left=left, right=right):
+            left, right = rewrite_expression(left, rewrite), rewrite_expression(right, rewrite)
+            expression = replace(expression, left=left, right=right)
+    return rewrite(expression)
+
+
+def parts_of(expression: Expression) -> Iterator[Expression]:
+    """All nodes of an expression, the outermost first."""
+    yield expression
+    match expression:
+        case SignalValue(arguments=arguments):
+            for one in arguments:
+                yield from parts_of(one)
+        case Unary(operand=operand):
+            yield from parts_of(operand)
+        case Binary(left=left, right=right):
+            yield from parts_of(left)
+            yield from parts_of(right)
+
+
+def actions_of(model: Model) -> Iterator[Action]:
+    """All actions of a machine."""
+    for state in model.states:
+        yield from (*state.entry, *state.exit, *state.initial_actions)
+    for transition in model.transitions:
+        yield from transition.actions
+
+
+class Rewriter:
+    """Makes a copy of a model; what is not overridden stays as it is.
+
+    Args:
+        expression: what takes the place of each node of each expression.
+        action: what takes the place of each action, its expressions already rewritten.
+        activity: what takes the place of what a state does, its expressions already rewritten.
+    """
+
+    def __init__(
+        self,
+        expression: Rewrite = lambda one: one,
+        action: Callable[[Action], Action] = lambda one: one,
+        activity: Callable[[State, ActivityCall], ActivityCall] = lambda _, one: one,
+    ) -> None:
+        self._rewrite = expression
+        self._replace_action = action
+        self._replace_activity = activity
+
+    def model(self, model: Model) -> Model:
+        """The copy."""
+        return replace(
+            model,
+            states=tuple(map(self.state, model.states)),
+            transitions=tuple(map(self.transition, model.transitions)),
+            variables=tuple(replace(one, initial=self.expression(one.initial)) for one in model.variables),
+        )
+
+    def state(self, state: State) -> State:
+        """A state with its actions and its activity rewritten."""
+        activity = state.activity
+        if activity is not None:
+            arguments = tuple(map(self.expression, activity.arguments))
+            activity = self._replace_activity(state, replace(activity, arguments=arguments))
+        return replace(
+            state,
+            initial_actions=self.actions(state.initial_actions),
+            entry=self.actions(state.entry),
+            exit=self.actions(state.exit),
+            activity=activity,
+        )
+
+    def transition(self, transition: Transition) -> Transition:
+        """A transition with its trigger, guard and actions rewritten."""
+        return replace(
+            transition,
+            trigger=self.trigger(transition.trigger),
+            guard=None if transition.guard is None else self.expression(transition.guard),
+            actions=self.actions(transition.actions),
+        )
+
+    def trigger(self, trigger: Trigger) -> Trigger:
+        """A trigger with its condition or duration rewritten."""
+        match trigger:
+            case When(condition):
+                return When(self.expression(condition))
+            case After(duration):
+                return After(self.expression(duration))
+            case _:
+                return trigger
+
+    def actions(self, actions: tuple[Action, ...]) -> tuple[Action, ...]:
+        """Actions, each rewritten."""
+        return tuple(map(self.action, actions))
+
+    def action(self, action: Action) -> Action:
+        """An action with its expressions rewritten."""
+        match action:
+            case Assign(value=value):
+                action = replace(action, value=self.expression(value))
+            case Call(arguments=arguments):
+                action = replace(action, arguments=tuple(map(self.expression, arguments)))
+        return self._replace_action(action)
+
+    def expression(self, expression: Expression) -> Expression:
+        """An expression with every node replaced."""
+        return rewrite_expression(expression, self._rewrite)

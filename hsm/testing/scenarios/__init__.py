@@ -1,0 +1,1 @@
+"""Scenarios and properties in test files: reading, running and writing them."""

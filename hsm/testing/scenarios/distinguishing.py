@@ -1,0 +1,51 @@
+"""Steps that may tell a machine from one with a mistake in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from hsm.testing.exploration.exploring import Edge, Explorer, Moment
+from hsm.testing.mutation.mutating import Mutant
+
+
+def telling(explorer: Explorer, changed: Explorer, mutant: Mutant, moment: Moment) -> Iterator[tuple[Edge, bool]]:
+    """Steps that come by a change, each with whether it leads elsewhere on the changed machine.
+
+    A signal that only one of the two machines asks for is free for the other. So each step of the one is taken by the
+    other as well, with what the first has asked for as it was and all else as it may be.
+
+    Args:
+        explorer: makes steps of the machine.
+        changed: makes steps of the changed machine.
+        mutant: what was changed.
+        moment: where the steps begin.
+    """
+    parameters = len(mutant.model.parameters)
+    for one, other in ((explorer, changed), (changed, explorer)):
+        for edge in one.successors(_on(one, moment)):
+            if edge.fault is None and _comes_by(mutant, edge):
+                for twin in other.continued(_on(other, moment), edge.input):
+                    yield replace(edge, input=twin.input), _outcome(twin, parameters) != _outcome(edge, parameters)
+
+
+def _on(explorer: Explorer, moment: Moment) -> Moment:
+    """The same moment of another machine with the same states and variables, and with parameters of its own."""
+    state = moment.state
+    configuration = explorer.machine.configuration(state.configuration.leaves)
+    values = [*explorer.parameters, *state.values[len(explorer.parameters) :]]
+    return replace(moment, state=replace(state, configuration=configuration, values=values))
+
+
+def _comes_by(mutant: Mutant, edge: Edge) -> bool:
+    """Whether a step looks at what was changed."""
+    if mutant.transitions:
+        looked_at = {*edge.transitions, *edge.paths}
+        return edge.input.wait.early or not looked_at.isdisjoint(mutant.transitions)
+    return mutant.state == 0 or mutant.state in edge.entered or mutant.state in edge.exited
+
+
+def _outcome(edge: Edge, parameters: int) -> tuple[object, ...]:
+    """What came of a step; the values of parameters, which come first, are no part of it."""
+    leaves, values, *rest = edge.target.key()
+    return edge.fault, leaves, values[parameters:], rest, tuple(edge.transitions)

@@ -1,0 +1,181 @@
+"""Drives a scripted machine, step by step, on a clock that only moves when it is told to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from hsm.engine.compiled import Machine
+from hsm.engine.evaluation import UNSET
+from hsm.engine.macrostep import Macrostep
+from hsm.model.chart import Model, Raise, Send
+from hsm.model.expressions import Expression, SignalValue
+from hsm.testing.scenarios.script import Performed, Script, ScriptedFault, scripted_machine
+
+TICK = 0.1
+"""Seconds from one step to the next where nothing else is said."""
+
+
+class Driver:
+    """One run of a machine without its robot.
+
+    Attributes:
+        machine: the machine with its stand-ins.
+        supervisor: its run.
+        tick: seconds from one step to the next.
+        last: what the last step did.
+        doing: what the activities of the active states are asked to do, by the state's full name.
+        calls: the actions called in the last ``step`` or ``wait``.
+        raised: the events that the machine raised meanwhile.
+    """
+
+    def __init__(
+        self,
+        machine: Machine | Model,
+        parameters: Mapping[str, Any] | None = None,
+        signals: Mapping[Any, Any] | None = None,
+        *,
+        tick: float = TICK,
+        watch: Callable[[Driver], None] = lambda _: None,
+    ) -> None:
+        self.machine = scripted_machine(machine)
+        self.tick = tick
+        self._watch = watch
+        self._signals: dict[Any, Any] = dict(signals or {})
+        self._failing: frozenset[str] = frozenset()
+        script = self._script()
+        self.supervisor = self.machine.start(parameters, facts=script)
+        self.doing: dict[str, Performed] = {}
+        self.calls: list[Performed] = []
+        self.raised: list[str] = []
+        self.last = self.supervisor.step(0.0, (), script)
+        self._took(script)
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start."""
+        return self.supervisor.time
+
+    @property
+    def configuration(self) -> frozenset[str]:
+        """Full names of the active states."""
+        return self.supervisor.configuration
+
+    @property
+    def variables(self) -> Mapping[str, Any]:
+        """Variables and parameters by full name."""
+        return self.supervisor.variables
+
+    @property
+    def outcome(self) -> str | None:
+        """The final state that ended the run, or None."""
+        return self.supervisor.outcome
+
+    @property
+    def signals(self) -> Mapping[Any, Any]:
+        """The signals that were given a value."""
+        return self._signals
+
+    def give(self, signals: Mapping[Any, Any]) -> None:
+        """Set signals, by name or by name and arguments; they keep their values until they are given others."""
+        self._signals.update(signals)
+
+    def fail(self, signals: frozenset[str]) -> None:
+        """Let signals fail from now on; all others can be had."""
+        self._failing = signals
+
+    def step(
+        self,
+        signals: Mapping[Any, Any] | None = None,
+        reports: Mapping[str, str] | None = None,
+        events: Sequence[str] = (),
+        *,
+        after: float | None = None,
+    ) -> Macrostep:
+        """One step.
+
+        Args:
+            signals: signals that change.
+            reports: how activities end, by the full name of their state or by their own name; the machine hears of it
+                in this step.
+            events: events from outside.
+            after: seconds since the last step; by default one tick.
+
+        Raises:
+            LookupError: an activity is to end that does not run.
+        """
+        if reports:
+            self._report(reports)
+        self.give(signals or {})
+        script = self._script()
+        self.last = self.supervisor.step(self.time + (self.tick if after is None else after), events, script)
+        self._took(script)
+        return self.last
+
+    def wait(
+        self,
+        duration: float,
+        signals: Mapping[Any, Any] | None = None,
+        reports: Mapping[str, str] | None = None,
+        events: Sequence[str] = (),
+    ) -> Macrostep:
+        """Let time pass, tick by tick, with all as it is; then one step with what changes, as for ``step``."""
+        end = self.time + duration
+        ticks = math.ceil(duration / self.tick - 1e-6) if self.tick > 0 else 1
+        begin, calls, raised = self.time, list[Performed](), list[str]()
+        for count in range(1, ticks):
+            if self.outcome is not None:
+                break
+            self.step(after=begin + count * self.tick - self.time)
+            calls += self.calls
+            raised += self.raised
+        if self.outcome is None:
+            self.step(signals, reports, events, after=max(0.0, end - self.time))
+        self.calls[:0] = calls
+        self.raised[:0] = raised
+        return self.last
+
+    def running(self, name: str) -> tuple[str, ...]:
+        """The active states whose activity runs and has this name, or the state itself that has it."""
+        if name in self.doing:
+            return (name,)
+        return tuple(state for state, performed in self.doing.items() if performed.name == name)
+
+    def _report(self, reports: Mapping[str, str]) -> None:
+        named: dict[str, str] = {}
+        for name, outcome in reports.items():
+            states = self.running(name)
+            if not states:
+                known = ", ".join(f"`{one.name}`" for one in self.doing.values()) or "nothing"
+                raise LookupError(f"`{name}` does not run; what runs: {known}")
+            named.update(dict.fromkeys(states, outcome))
+        script = self._script()
+        script.reports = named
+        self.supervisor.act(script)
+
+    def _script(self) -> Script:
+        return Script(dict(self._signals), failing=self._failing)
+
+    def _took(self, script: Script) -> None:
+        effects = () if self.outcome is not None else self.supervisor.act(script)
+        self.doing = {state: effect for state, effect in effects if isinstance(effect, Performed)}
+        self.calls = script.calls
+        self.raised = [one.event for one in self.last.actions if isinstance(one, Raise | Send)]
+        self._script_of_step = script
+        self._watch(self)
+
+    def value(self, expression: Expression) -> Any:
+        """The value of an expression now, with the signals of the last step; ``UNSET`` where it has none."""
+        script, supervisor = self._script_of_step, self.supervisor
+
+        def ask(call: SignalValue) -> Any:
+            return script.read(call.signal, tuple(evaluation.value(one) for one in call.arguments))
+
+        active = frozenset(self.machine.indices[name] for name in self.configuration)
+        values = [supervisor.variables.get(name) for name in self.machine.generator.variables]
+        evaluation = self.machine.evaluation({}, values, active, ask)
+        try:
+            return evaluation.value(expression)
+        except (TypeError, ArithmeticError, ScriptedFault):
+            return UNSET

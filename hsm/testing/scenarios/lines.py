@@ -1,0 +1,196 @@
+"""The lines of a .maze-test file: what stands there, before any name has a meaning.
+
+The file is read line by line, so that one line at fault hides no other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from lark import Lark, Token
+from lark.exceptions import UnexpectedInput
+
+from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.ast import place_of
+from hsm.dsl.syntax.parser import _Builder as Builder
+from hsm.model.diagnostics import Place
+
+_WORDS = {
+    "_NL": "the end of the line", "NAME": "a name", "NUMBER": "a number", "EQUALS": "`=`", "COMMA": "`,`",
+    "REPORTS": "`reports`", "FAILS": "`fails`", "WITHIN": "`within`", "LPAR": "`(`", "RPAR": "`)`",
+}  # fmt: skip
+_BEGINNINGS = ("test", "tick", "scenario", "given", "when", "after", "expect")
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line of the file.
+
+    Attributes:
+        kind: name of its rule.
+        parts: what stands in it.
+        place: its first to its last character.
+    """
+
+    kind: str
+    parts: tuple[Any, ...]
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A signal or parameter that is given a value: that of an expression, or true, or false."""
+
+    subject: Token | ast.CallSyntax
+    value: ast.Expression | None
+    negated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Reporting:
+    """An activity that ends, with an outcome or by failing."""
+
+    activity: Token
+    outcome: Token | None
+
+
+@dataclass(frozen=True, slots=True)
+class Sending:
+    """An event from outside."""
+
+    event: Token
+
+
+@dataclass(frozen=True, slots=True)
+class Performance:
+    """``doing rotate(90 deg)`` or ``called door.remember``."""
+
+    keyword: Token
+    what: Token | ast.CallSyntax
+    negated: bool
+
+
+class _LineBuilder(Builder):
+    """Makes the parts of a line; the parts of expressions are made as in a machine's file."""
+
+    def test_line(self, parts: list[Any]) -> tuple[str, tuple[Any, ...]]:
+        found: tuple[str, tuple[Any, ...]] = parts[0]
+        return found
+
+    def setting(self, parts: list[Any]) -> Setting:
+        negated = isinstance(parts[0], Token) and parts[0].type == "NOT"
+        rest = parts[negated:]
+        return Setting(rest[0], rest[2] if len(rest) > 1 else None, negated)
+
+    def report(self, parts: list[Any]) -> Reporting:
+        return Reporting(*parts)
+
+    def failure(self, parts: list[Any]) -> Reporting:
+        return Reporting(parts[0], None)
+
+    def sending(self, parts: list[Any]) -> Sending:
+        return Sending(*parts)
+
+    def performed(self, parts: list[Any]) -> Performance:
+        return Performance(parts[-2], parts[-1], negated=len(parts) == 3)
+
+    def within(self, parts: list[Any]) -> tuple[str, tuple[Any, ...]]:
+        return "within", tuple(parts)
+
+
+for _kind in ("heading", "tick", "scenario", "given", "step", "wait", "expect"):
+    setattr(_LineBuilder, _kind, lambda _, parts, kind=_kind: (kind, tuple(parts)))
+
+
+@cache
+def _parser() -> Lark:
+    expressions = files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
+    own = files("hsm.testing.scenarios").joinpath("scenario.lark").read_text(encoding="utf-8")
+    builder: Any = _LineBuilder()
+    return Lark(
+        f"{expressions}\n{own}", parser="lalr", start="test_line", transformer=builder, maybe_placeholders=False
+    )
+
+
+def read_lines(text: str, report: Report) -> Iterator[Line]:
+    """The lines that can be read; of the others is said what is wrong. A comma at the end joins the next line."""
+    pending, begin = "", 0
+    for number, raw in enumerate(text.split("\n"), 1):
+        content = raw.partition("#")[0].rstrip()
+        if not content.strip():
+            continue
+        begin = begin if pending else number
+        pending += ("\n" * (number - begin) if pending else "") + content
+        if content.endswith(","):
+            continue
+        line = _line(pending, begin, report)
+        pending = ""
+        if line is not None:
+            yield line
+
+
+def _line(text: str, number: int, report: Report) -> Line | None:
+    column = len(text) - len(text.lstrip()) + 1
+    last = text.rsplit("\n", maxsplit=1)[-1]
+    end = number + text.count("\n")
+    place = Place(report.file, number, column, end, len(last) + 1)
+    try:
+        # Lines that are joined are one line to the parser; line breaks before it give its tokens their places.
+        joined = " " * (column - 1) + text.lstrip().replace("\n", " ")
+        found: Any = _parser().parse("\n" * (number - 1) + joined + "\n")
+    except UnexpectedInput as error:
+        _explain(error, text, place, report)
+        return None
+    kind, parts = found
+    if (column > 1) == (kind in ("heading", "tick", "scenario")):
+        wanted = "is indented under its scenario" if column == 1 else "begins at the margin"
+        report.add("E0105", place, f"a line that begins with `{text.split(maxsplit=1)[0]}` {wanted}")
+    return Line(kind, parts, place)
+
+
+def _explain(error: UnexpectedInput, text: str, place: Place, report: Report) -> None:
+    words = text.split()
+    token = getattr(error, "token", None)
+    ends = token is None or token.type in ("_NL", "$END")
+    if (error.column or 0) <= place.column and words[0] not in _BEGINNINGS:
+        hint = report.guess(words[0], _BEGINNINGS).text or f"lines begin with {', '.join(_BEGINNINGS)}"
+        report.add(
+            "E0101", replace(place, end_column=place.column + len(words[0])), f"no line begins with `{words[0]}`", hint
+        )
+        return
+    expected = getattr(error, "accepts", None) or getattr(error, "expected", None) or ()
+    wanted = [said for name, said in _WORDS.items() if name in expected]
+    found = "the line ends here" if ends else f"here is `{token}`"
+    hope = f"expected {', '.join(wanted[:-1])}{' or ' if len(wanted) > 1 else ''}{wanted[-1]}, but {found}"
+    if token is not None and not ends:
+        place = place_of(report.file, token)
+    report.add("E0101", place, hope if wanted else f"unexpected: {found}")
+
+
+def name_of(subject: Token | ast.CallSyntax) -> Token:
+    """The name in what stands alone or is a call."""
+    return subject if isinstance(subject, Token) else subject.name
+
+
+def text_of(node: ast.Expression | ast.Named) -> str:
+    """An expression as it was written, in one line."""
+    match node:
+        case Token():
+            return str(node)
+        case ast.Unary(operator, operand):
+            return f"{operator}{' ' if operator == 'not' else ''}{text_of(operand)}"
+        case ast.Binary(operator, left, right):
+            return f"{text_of(left)} {operator} {text_of(right)}"
+        case ast.Chain(operator, operands):
+            return f" {operator} ".join(
+                f"({text_of(one)})" if isinstance(one, ast.Chain) else text_of(one) for one in operands
+            )
+        case ast.Named(name, value):
+            return f"{name} = {text_of(value)}"
+        case ast.CallSyntax(name, arguments):
+            return f"{name}({', '.join(map(text_of, arguments))})"

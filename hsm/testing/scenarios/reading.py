@@ -1,0 +1,345 @@
+"""From the text of a .maze-test file to scenarios, or to everything that is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from lark import Token
+
+from hsm.dsl.reporting.report import Report
+from hsm.dsl.semantics.loading import read_text
+from hsm.dsl.semantics.typing import Declared, Scope
+from hsm.dsl.syntax import ast
+from hsm.dsl.syntax.ast import first_token, last_token, place_of
+from hsm.model.chart import Model, On, Raise, Send
+from hsm.model.diagnostics import MachineError, Place
+from hsm.model.expressions import Literal
+from hsm.model.registry import Library, Parameter, SignalDeclaration
+from hsm.model.types import BOOLEAN, Quantity
+from hsm.testing.mutation.rewriting import actions_of
+from hsm.testing.scenarios.driver import TICK
+from hsm.testing.scenarios.lines import Line, Performance, Reporting, Sending, Setting, name_of, read_lines, text_of
+from hsm.testing.scenarios.scenarios import (
+    Claim,
+    Expectation,
+    Holds,
+    InState,
+    Performs,
+    Raises,
+    Scenario,
+    Stimulus,
+    Suite,
+)
+from hsm.testing.scenarios.script import FAULT, SignalKey
+
+SUFFIX = ".maze-test"
+"""What the name of a file with scenarios ends with."""
+
+_DURATION = Quantity(time=1)
+
+
+def read_suite(path: str | Path, model: Model, library: Library) -> Suite:
+    """The scenarios in a file.
+
+    Args:
+        path: the file.
+        model: the machine that they are about.
+        library: what the machine was checked against.
+
+    Raises:
+        MachineError: the file cannot be read, or there is something wrong with it; with all findings.
+    """
+    return parse_suite(read_text(path), model, library, str(path))
+
+
+def tested_machine(path: str | Path) -> Path:
+    """The machine's file that a file with scenarios is about: the one beside it that its first line names.
+
+    Raises:
+        MachineError: it cannot be read, or does not say.
+    """
+    report = Report(str(path))
+    for line in read_lines(read_text(path), report):
+        if line.kind == "heading":
+            return Path(path).with_name(f"{line.parts[0]}.maze-machine")
+        break
+    if not report.found:
+        report.add("E0401", Place(str(path), 1, 1, 1, 2), "the first line is to be `test`, with the machine's name")
+    raise MachineError(report.found)
+
+
+def parse_suite(text: str, model: Model, library: Library, file: str = "<text>") -> Suite:
+    """The scenarios in a text.
+
+    Raises:
+        MachineError: there is something wrong with it; with all findings.
+    """
+    report = Report(file)
+    reader = _Reader(model, library, report)
+    suite = reader.suite(list(read_lines(text, report)))
+    if report.found:
+        raise MachineError(sorted(report.found, key=lambda one: (one.place is None, one.place)))
+    return suite
+
+
+@dataclass(slots=True)
+class _Reader:
+    """Gives the names in a file their meaning."""
+
+    model: Model
+    library: Library
+    report: Report
+    scope: Scope = field(init=False)
+    parameters: dict[str, Parameter] = field(init=False)
+    states: dict[str, list[str]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        unknown = Place(self.report.file, 1, 1, 1, 1)
+        self.parameters = {one.name: one for one in self.model.parameters}
+        declared = {name: Declared(one.type, constant=True, place=unknown) for name, one in self.parameters.items()}
+        declared.update(
+            {one.name: Declared(one.type, one.constant, one.place or unknown) for one in self.model.variables}
+        )
+        names = [state.name for state in self.model.states[1:]]
+        for name in names:
+            self.states.setdefault(name, []).insert(0, name)
+            if "." in name:
+                self.states.setdefault(name.rpartition(".")[2], []).append(name)
+        self.scope = Scope(self.library, self.report, declared, frozenset(names))
+
+    def suite(self, lines: list[Line]) -> Suite:
+        """The whole file."""
+        if not lines or lines[0].kind != "heading":
+            place = lines[0].place if lines else Place(self.report.file, 1, 1, 1, 2)
+            self.report.add("E0401", place, "the first line is to be `test`, with the machine's name")
+        elif str(lines[0].parts[0]).rpartition(".")[2] != self.model.name:
+            name = lines[0].parts[0]
+            message = f"these scenarios are about machine `{name}`, and this is `{self.model.name}`"
+            self.report.add("E0208", place_of(self.report.file, name), message, f"write `test {self.model.name}`")
+        tick = TICK
+        scenarios: list[Scenario] = []
+        titles: set[str] = set()
+        for line in lines[1:]:
+            match line.kind:
+                case "heading":
+                    self.report.add("E0403", line.place, "a second `test`")
+                case "tick":
+                    tick = self._seconds(line.parts[0], tick)
+                case "scenario":
+                    name = str(line.parts[0]).strip()
+                    if name in titles:
+                        self.report.add("E0209", line.place, f"scenario `{name}` is there twice")
+                    titles.add(name)
+                    scenarios.append(Scenario(name, place=line.place))
+                case _ if not scenarios:
+                    self.report.add("E0402", line.place, "this line stands before any `scenario`")
+                case _:
+                    scenarios[-1] = self._extended(scenarios[-1], line)
+        for one in scenarios:
+            if not any(isinstance(step, Expectation) for step in one.steps):
+                self.report.add("E0403", one.place, f"scenario `{one.name}` expects nothing", "add a line `expect ...`")
+        return Suite(self.report.file, self.model.name, tick, tuple(scenarios))
+
+    def _extended(self, scenario: Scenario, line: Line) -> Scenario:
+        if line.kind == "given":
+            if scenario.steps:
+                self.report.add("E0402", line.place, "`given` goes before what happens", "use `when`")
+            parameters, signals = dict(scenario.parameters), dict(scenario.given)
+            for setting in line.parts:
+                self._set(setting, signals, parameters)
+            return replace(scenario, parameters=parameters, given=signals)
+        step = self._expectation(line) if line.kind == "expect" else self._stimulus(line)
+        return replace(scenario, steps=(*scenario.steps, step))
+
+    def _stimulus(self, line: Line) -> Stimulus:
+        after = None if line.kind == "step" else self._seconds(line.parts[1], 0.0)
+        signals: dict[str | SignalKey, Any] = {}
+        reports: dict[str, str] = {}
+        failing: set[str] = set()
+        events: list[str] = []
+        for part in line.parts[1 if line.kind == "step" else 2 :]:
+            match part:
+                case Setting():
+                    self._set(part, signals, None)
+                case Reporting(name, None) if str(name) in self.library.signals:
+                    failing.add(str(name))
+                case Reporting(name, outcome):
+                    self._report(name, outcome, reports)
+                case Sending(event):
+                    self._event(event)
+                    events.append(str(event))
+        return Stimulus(after, signals, reports, frozenset(failing), tuple(events), line.place)
+
+    def _set(self, setting: Setting, signals: dict[str | SignalKey, Any], parameters: dict[str, Any] | None) -> None:
+        name, arguments = name_of(setting.subject), isinstance(setting.subject, ast.CallSyntax)
+        place = place_of(self.report.file, name)
+        parameter = self.parameters.get(str(name)) if parameters is not None and not arguments else None
+        signal = self.library.signals.get(str(name))
+        if parameter is None and signal is None:
+            hint = self.report.guess(
+                name, [*self.library.signals, *(self.parameters if parameters is not None else ())]
+            )
+            self.report.add("E0202", place, f"there is no signal `{name}`", hint.text)
+            return
+        declared: Parameter | SignalDeclaration | None = parameter or signal
+        assert declared is not None
+        value = self._value(setting, declared, place)
+        if value is None:
+            return
+        if parameter is not None and parameters is not None:
+            parameters[str(name)] = value.value
+            return
+        key: str | SignalKey | None = str(name)
+        if isinstance(setting.subject, ast.CallSyntax) and signal is not None:
+            key = self._key(setting.subject, signal)
+        if key is not None:
+            signals[key] = value.value
+
+    def _value(self, setting: Setting, declared: Parameter | SignalDeclaration, place: Place) -> Literal | None:
+        if setting.value is None:
+            if declared.type != BOOLEAN:
+                self.report.add("E0301", place, f"`{declared.name}` is no condition", f"write `{declared.name} = ...`")
+                return None
+            return Literal(not setting.negated, BOOLEAN)
+        if setting.negated:
+            self.report.add("E0101", place, "`not` does not go with a value")
+        value = self.scope.value(setting.value, declared.type)
+        if value is not None and not isinstance(value, Literal):
+            self.report.add("E0303", self._span(setting.value), "a value in a scenario is constant")
+            return None
+        return value
+
+    def _key(self, call: ast.CallSyntax, signal: SignalDeclaration) -> SignalKey | None:
+        arguments = self.scope.arguments(call, signal.parameters, f"signal `{signal.name}`")
+        if arguments is None:
+            return None
+        values = [one.value for one in arguments if isinstance(one, Literal)]
+        if len(values) < len(arguments):
+            self.report.add("E0303", self._span(call), "an argument in a scenario is constant")
+            return None
+        return signal.name, tuple(values)
+
+    def _report(self, name: Token, outcome: Token | None, reports: dict[str, str]) -> None:
+        calls = {state.name: state.activity for state in self.model.states if state.activity is not None}
+        found = {call.activity.name: call.activity for call in calls.values()}
+        found.update({state: call.activity for state, call in calls.items()})
+        activity = found.get(str(name))
+        if activity is None and len(self.states.get(str(name), ())) == 1:
+            name = Token.new_borrow_pos("NAME", self.states[str(name)][0], name)
+            activity = found.get(str(name))
+        if activity is None:
+            hint = self.report.guess(name, found)
+            self.report.add("E0204", self._span(name), f"no state does `{name}`", hint.text)
+        elif outcome is not None and outcome not in activity.outcomes:
+            hint = self.report.guess(outcome, activity.outcomes)
+            known = f"its outcomes are {', '.join(activity.outcomes) or 'none'}"
+            message = f"activity `{activity.name}` never reports `{outcome}`"
+            self.report.add("E0203", self._span(outcome), message, hint.text or known)
+        else:
+            reports[str(name)] = FAULT if outcome is None else str(outcome)
+
+    def _event(self, event: Token) -> None:
+        heard = {one for t in self.model.transitions if isinstance(t.trigger, On) for one in t.trigger.names}
+        if str(event) not in heard and str(event) not in self.library.events:
+            self.report.add(
+                "E0203",
+                self._span(event),
+                f"nothing in the machine waits for `{event}`",
+                self.report.guess(event, heard).text,
+            )
+
+    def _expectation(self, line: Line) -> Expectation:
+        parts = [part for part in line.parts if not isinstance(part, tuple)]
+        limits = [part[1][0] for part in line.parts if isinstance(part, tuple)]
+        claims = [self._claim(part) for part in parts]
+        within = self._seconds(limits[0], 0.0) if limits else None
+        return Expectation(tuple(one for one in claims if one is not None), within, line.place)
+
+    def _claim(self, part: Performance | ast.Expression) -> Claim | None:
+        match part:
+            case Performance():
+                return self._performs(part)
+            case Token(type="NAME") if str(part) in self.states:
+                return self._in_state(part, negated=False)
+            case ast.Unary(operator="not", operand=Token(type="NAME") as name) if str(name) in self.states:
+                return self._in_state(name, negated=True)
+            case Token(type="NAME") if str(part) not in self.scope.variables and str(part) not in self.library.signals:
+                hint = self.report.guess(part, [*self.states, *self.scope.variables, *self.library.signals])
+                message = f"there is no state, variable or signal `{part}`"
+                self.report.add("E0201", self._span(part), message, hint.text)
+                return None
+        condition = self.scope.condition(part)
+        return None if condition is None else Claim(Holds(condition), text_of(part))
+
+    def _in_state(self, name: Token, *, negated: bool) -> Claim | None:
+        found = self.states[str(name)]
+        if found[0] != str(name) and len(found) > 1:
+            message = f"`{name}` may be {' or '.join(f'`{one}`' for one in found)}"
+            self.report.add("E0201", self._span(name), message, "write its full name")
+            return None
+        return Claim(InState(found[0], negated), f"{'not ' if negated else ''}{name}")
+
+    def _performs(self, part: Performance) -> Claim | None:
+        if part.keyword.type == "RAISED":
+            return self._raises(part)
+        action = part.keyword.type == "CALLED"
+        name = name_of(part.what)
+        table: Mapping[str, Any] = self.library.actions if action else self.library.activities
+        declared = table.get(str(name))
+        if declared is None:
+            kind = "action" if action else "activity"
+            hint = self.report.guess(name, table)
+            self.report.add("E0205" if action else "E0204", self._span(name), f"there is no {kind} `{name}`", hint.text)
+            return None
+        arguments = None
+        if isinstance(part.what, ast.CallSyntax):
+            arguments = self._given_arguments(part.what, declared.parameters)
+            if arguments is None:
+                return None
+        text = f"{'not ' if part.negated else ''}{part.keyword} {text_of(part.what)}"
+        return Claim(Performs(str(name), arguments, action, part.negated), text)
+
+    def _raises(self, part: Performance) -> Claim | None:
+        raised = {one.event for one in actions_of(self.model) if isinstance(one, Raise | Send)}
+        name = name_of(part.what)
+        if str(name) not in raised:
+            hint = self.report.guess(name, raised).text
+            self.report.add("E0203", self._span(name), f"the machine never raises `{name}`", hint)
+            return None
+        return Claim(Raises(str(name), part.negated), f"{'not ' if part.negated else ''}raised {name}")
+
+    def _given_arguments(self, call: ast.CallSyntax, parameters: tuple[Parameter, ...]) -> dict[int, Any] | None:
+        """The arguments that are given, by position; what is left out may be anything."""
+        positions = {one.name: index for index, one in enumerate(parameters)}
+        found: dict[int, Any] = {}
+        for position, argument in enumerate(call.arguments):
+            index: int | None = position
+            node: Any = argument
+            if isinstance(argument, ast.Named):
+                index, node = positions.get(str(argument.name)), argument.value
+            if index is None or index >= len(parameters):
+                known = f"its arguments are {', '.join(positions) or 'none'}"
+                self.report.add("E0210", self._span(argument), f"`{call.name}` has no such argument", known)
+                return None
+            value = self.scope.value(node, parameters[index].type)
+            if not isinstance(value, Literal):
+                if value is not None:
+                    self.report.add("E0303", self._span(node), "a value in a scenario is constant")
+                return None
+            found[index] = value.value
+        return found
+
+    def _seconds(self, node: ast.Expression, otherwise: float) -> float:
+        value = self.scope.value(node, _DURATION)
+        if value is None:
+            return otherwise
+        if not isinstance(value, Literal) or value.value < 0:
+            self.report.add("E0303", self._span(node), "a duration in a scenario is constant and not negative")
+            return otherwise
+        return float(value.value)
+
+    def _span(self, node: ast.Expression | ast.Named) -> Place:
+        return place_of(self.report.file, first_token(node), last_token(node))

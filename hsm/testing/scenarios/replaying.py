@@ -1,0 +1,174 @@
+"""From the inputs that an exploration found to a scenario that a person can read and anybody can run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from hsm.engine.compiled import Machine
+from hsm.engine.explanation import Verdict
+from hsm.model.expressions import Binary, Literal, Unary, VariableValue
+from hsm.model.faults import MachineFault
+from hsm.model.topology import HISTORY
+from hsm.model.types import BOOLEAN, Type
+from hsm.testing.exploration.exploring import Input
+from hsm.testing.scenarios.driver import TICK, Driver
+from hsm.testing.scenarios.scenarios import Claim, Expectation, Holds, Scenario, Stimulus, close
+from hsm.testing.scenarios.script import SignalKey
+from hsm.testing.scenarios.writing import Writer
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """A run told as a scenario.
+
+    Attributes:
+        scenario: what happens and what is to be seen.
+        fault: why the run could not go on, or None.
+    """
+
+    scenario: Scenario
+    fault: str | None
+
+
+def replay(
+    name: str,
+    machine: Machine,
+    inputs: Sequence[Input],
+    writer: Writer,
+    *,
+    tick: float = TICK,
+    watch: Callable[[Driver], None] = lambda _: None,
+    stop: Sequence[object] = (),
+) -> Replay:
+    """Run the machine through some inputs and take down what is seen.
+
+    What takes no time in an exploration takes a tick here; waiting for a deadline is waiting until that deadline.
+
+    Args:
+        name: title of the scenario.
+        machine: the machine, scripted.
+        inputs: the first one is the start.
+        writer: words the claims.
+        tick: seconds from one step to the next.
+        watch: called after each step.
+        stop: the run ends as soon as there is something in it.
+    """
+    given = _changes(inputs[0], {})
+    steps: list[Stimulus | Expectation] = []
+    fault = None
+    try:
+        driver = Driver(machine, None, given, tick=tick, watch=watch)
+        teller = _Teller(machine, driver, writer, steps)
+        teller.expect()
+        for one in inputs[1:]:
+            if driver.outcome is not None or stop:
+                break
+            teller.act(one)
+    except MachineFault as error:
+        fault = str(error)
+    except _Diverged:
+        fault = "the run goes another way where each step takes its time"
+    return Replay(Scenario(name, given=given, steps=tuple(steps)), fault)
+
+
+class _Diverged(Exception):  # noqa: N818 - not an error
+    """What happened in the exploration cannot happen here: a time-out came first."""
+
+
+@dataclass(slots=True)
+class _Teller:
+    machine: Machine
+    driver: Driver
+    writer: Writer
+    steps: list[Stimulus | Expectation]
+    seen: dict[str, Any] = field(default_factory=dict)
+    doing: dict[str, Any] = field(default_factory=dict)
+
+    def act(self, one: Input) -> None:
+        """Let one input happen, and tell what is seen."""
+        if any(state not in self.driver.doing for state, _ in one.reports):
+            raise _Diverged
+        reports = {self._subject(state): outcome for state, outcome in one.reports}
+        rest = self._waiting(one)
+        if rest > self.driver.tick + 1e-9:
+            early = round(rest - self.driver.tick, 9)
+            self.steps.append(Stimulus(early))
+            self.driver.wait(early)
+            self.expect()
+            if self.driver.outcome is not None or not all(self.driver.running(name) for name in reports):
+                raise _Diverged
+        changes = _changes(one, self.driver.signals)
+        plain = not (reports or one.events or changes)
+        after = self.driver.tick if plain else None
+        step = Stimulus(after, changes, reports, events=one.events)
+        self.steps.append(step)
+        self.driver.step(changes, reports, one.events)
+        self.expect()
+
+    def _waiting(self, one: Input) -> float:
+        """How long to wait in this run for what the exploration waited for."""
+        if one.wait.seconds == 0:
+            return self.driver.tick
+        left = [item.remaining for item in self.driver.last.considered if item.verdict is Verdict.NOT_DUE]
+        soonest = min((item for item in left if item is not None), default=one.wait.seconds)
+        if one.wait.early:
+            return round(max(soonest - self.driver.tick, self.driver.tick), 9)
+        return round(one.wait.seconds if one.wait.promised else soonest, 9)
+
+    def _subject(self, state: str) -> str:
+        """How an activity that ends is named: by its own name where only one of that name runs."""
+        name = self.driver.doing[state].name
+        return name if self.driver.running(name) == (state,) else state
+
+    def expect(self) -> None:
+        """Take down what is to be seen now, as far as it is new."""
+        model = self.machine.model
+        claims: list[Claim] = []
+        leaves = [
+            state.name
+            for state in model.states[1:]
+            if state.name in self.driver.configuration
+            and not any(model.states[child].name in self.driver.configuration for child in state.children)
+            and state.kind not in HISTORY
+        ]
+        claims += map(self.writer.in_state, leaves)
+        for state, performed in self.driver.doing.items():
+            if self.doing.get(state) != performed or state in self.driver.last.entered:
+                claims.append(self.writer.performs(performed.name, performed.arguments, action=False))
+        self.doing = dict(self.driver.doing)
+        for call in self.driver.calls:
+            claim = self.writer.performs(call.name, call.arguments, action=True)
+            if claim not in claims:
+                claims.append(claim)
+        claims += map(self.writer.raises, dict.fromkeys(self.driver.raised))
+        for variable in model.variables:
+            value = self.driver.variables.get(variable.name)
+            known = self.seen.get(variable.name)
+            if value is None or variable.constant or (known is not None and close(value, known)):
+                continue
+            self.seen[variable.name] = value
+            text = self.writer.value(variable.name, value, variable.type)
+            claims.append(Claim(Holds(_is(variable.name, value, variable.type)), text))
+        self.steps.append(Expectation(tuple(claims)))
+
+
+def _is(name: str, value: Any, kind: Type) -> Any:
+    variable = VariableValue(name, kind)
+    if kind == BOOLEAN:
+        return variable if value else Unary("not", variable, BOOLEAN)
+    return Binary("==", variable, Literal(value, kind), BOOLEAN)
+
+
+def _changes(one: Input, known: Mapping[Any, Any]) -> dict[str | SignalKey, Any]:
+    """The signals that differ from what they were, or from their default where they were never given."""
+    found: dict[str | SignalKey, Any] = {}
+    for (name, arguments), value in one.signals:
+        key: str | SignalKey = (name, arguments) if arguments else name
+        if key in known:
+            if known[key] != value:
+                found[key] = value
+        elif not isinstance(value, bool | int | float) or value:  # false and zero are what is read anyway
+            found[key] = value
+    return found

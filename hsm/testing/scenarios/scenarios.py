@@ -1,0 +1,146 @@
+"""Scenarios as values: what is given, what happens, what is expected."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hsm.model.diagnostics import Place
+from hsm.model.expressions import Expression
+from hsm.testing.scenarios.script import Performed, SignalKey
+
+Settings = Mapping[str | SignalKey, Any]
+"""Values of signals, by name or by name and arguments."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stimulus:
+    """One step of the machine, or several while time passes.
+
+    Attributes:
+        after: seconds that pass before the step; None for one tick.
+        signals: signals that change.
+        reports: outcomes by the name of an activity or of the state whose activity it is.
+        events: events from outside.
+        place: where it is written.
+    """
+
+    after: float | None = None
+    signals: Settings = field(default_factory=dict)
+    reports: Mapping[str, str] = field(default_factory=dict)
+    failing: frozenset[str] = frozenset()
+    events: tuple[str, ...] = ()
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class InState:
+    """A state is active, or is not."""
+
+    state: str
+    negated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Performs:
+    """An activity runs, or an action was called in the last step; or is not, was not.
+
+    Attributes:
+        name: of the activity or action.
+        arguments: what it is given; None for anything.
+        action: an action, not an activity.
+        negated: it is not so.
+    """
+
+    name: str
+    arguments: Mapping[int, Any] | None = None
+    action: bool = False
+    negated: bool = False
+
+    def matches(self, performed: Performed) -> bool:
+        """Whether something that runs or was called is what is meant."""
+        given = (self.arguments or {}).items()
+        return performed.name == self.name and all(close(performed.arguments[index], value) for index, value in given)
+
+
+@dataclass(frozen=True, slots=True)
+class Raises:
+    """The machine raised an event in the last step, or did not."""
+
+    event: str
+    negated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Holds:
+    """A condition over variables, parameters and signals is true."""
+
+    condition: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One thing that is expected, with its text."""
+
+    content: InState | Performs | Raises | Holds
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """What is expected to hold now, or to come to hold.
+
+    Attributes:
+        claims: all of them.
+        within: seconds within which they come to hold together; None for now.
+        place: where it is written.
+    """
+
+    claims: tuple[Claim, ...]
+    within: float | None = None
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One test of a machine.
+
+    Attributes:
+        name: its title.
+        parameters: the machine's parameters, in SI units, where they are not the defaults.
+        given: signals before the start.
+        steps: what happens and what is expected, in order.
+        place: where its title is written.
+    """
+
+    name: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    given: Settings = field(default_factory=dict)
+    steps: tuple[Stimulus | Expectation, ...] = ()
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Suite:
+    """The scenarios of one file.
+
+    Attributes:
+        file: its name.
+        machine: name of the machine that is tested.
+        tick: seconds from one step to the next.
+        scenarios: in the order of the file.
+    """
+
+    file: str
+    machine: str
+    tick: float
+    scenarios: tuple[Scenario, ...]
+
+
+def close(one: Any, other: Any) -> bool:
+    """Whether two values are the same but for the last digits of what was computed and what was written."""
+    if isinstance(one, float) or isinstance(other, float):
+        return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
+    return bool(one == other)

@@ -100,8 +100,8 @@ class Scan:
     Attributes:
         stamp: time of the first beam, ns.
         geometry: which beams.
-        ranges: metres, float32, shape (beams,), by REP 117: infinity where nothing was hit, minus infinity where something
-            is nearer than ``range_min``, NaN where nothing was measured.
+        ranges: metres, float32, shape (beams,), by REP 117: infinity where nothing was hit, minus infinity where
+            something is nearer than ``range_min``, NaN where nothing was measured.
     """
 
     stamp: int

@@ -77,7 +77,7 @@ class RealtimeRobot:
         deadline = self._clock.now() + self._settings.connect
         while not self._complete():
             if self._clock.now() >= deadline:
-                raise LinkError(self._missing(self._settings.connect))
+                raise LinkError(f"will not drive {self._description.name!r}: {self._missing()}")
             self._clock.wait(_FIRST)
             self._senses.take(self._driver.sense(), self._clock.now())
         self._pace = Pace(self._description.period, self._clock)
@@ -95,7 +95,7 @@ class RealtimeRobot:
         self._senses.take(sensed, now)
         scan, odometry = self._senses.scan, self._senses.odometry
         if scan is None or odometry is None or self._senses.silent(now, self._settings.silence):
-            raise LinkError(self._missing(self._settings.silence))
+            raise LinkError(f"{self._description.name!r} {self._lost()}")
         self._answers = max(scan.stamp, odometry.stamp)
         fresh = sensed.scan is not None or sensed.odometry is not None
         stamp = self._timeline.tick(self._answers, now, fresh=fresh)
@@ -112,17 +112,19 @@ class RealtimeRobot:
     def _complete(self) -> bool:
         return not self._senses.refused and max(self._senses.ages(self._clock.now())) < self._settings.stale
 
-    def _missing(self, limit: float) -> str:
-        """What has not come for so long (s), and why what came is of no use."""
-        name, senses = self._description.name, self._senses
-        silent = senses.silent(self._clock.now(), 0.0 if senses.refused else limit)
-        if senses.refused:
-            return f"will not drive {name!r}: {senses.refused}"
-        if senses.scan is None or senses.odometry is None:
-            return f"will not drive {name!r}: no {silent} has come within {limit:g} s"
-        if silent == "scan and no odometry":
-            return f"{name!r} has not been heard for {limit:g} s"
-        return f"{name!r} has sent no {silent} for {limit:g} s"
+    def _missing(self) -> str:
+        """What has not come since the robot was looked for, or why what came is of no use."""
+        limit = self._settings.connect
+        missing = self._senses.silent(self._clock.now(), limit) or "fresh scan or odometry"
+        return self._senses.refused or f"no {missing} has come within {limit:g} s"
+
+    def _lost(self) -> str:
+        """What the robot no longer does."""
+        limit, refused = self._settings.silence, self._senses.refused
+        silent = self._senses.silent(self._clock.now(), limit)
+        if refused:
+            return f"has sent nothing to drive by for {limit:g} s: {refused}"
+        return f"has not been heard for {limit:g} s" if "and" in silent else f"has sent no {silent} for {limit:g} s"
 
     def _status(self, now: float) -> LinkStatus:
         ages = self._senses.ages(now)

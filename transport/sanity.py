@@ -27,8 +27,8 @@ class ScanError(ValueError):
 def conformed(scan: Scan, laser: Laser) -> Scan:
     """A scan as the profile's laser gives it.
 
-    A laser that turns clockwise, whose number of beams varies by a few, or that sees all round and begins anywhere gives
-    scans of the same directions. They are put into the profile's order, each direction with its nearest beam; a direction
+    A laser that turns clockwise, whose number of beams varies by a few, or that sees all round from anywhere on, gives
+    scans of the same directions. They are put into the profile's order, each direction with its nearest beam; one
     that no beam measures reads NaN.
 
     Args:

@@ -6,7 +6,7 @@ from collections import Counter
 
 from transport.bus import MAX_PAYLOAD, Bus, Mailbox, Message, Publisher, Request
 from transport.codec import CodecError, decode_twist, encode_clock, encode_odometry, encode_scan
-from transport.envelope import CommandTag, ObservationTag, sealed
+from transport.envelope import CommandTag, ObservationTag, is_signed, sealed
 from transport.keys import RobotKeys
 from transport.messages import Observation, Twist
 from transport.session import Desk, check_name, respond
@@ -55,18 +55,26 @@ class RobotSide:
                 if (order := self._read(item)) is not None:
                     return order
             else:
-                answer, understood = respond(self._desk, item.payload)
-                self.dropped.update([] if understood else ["malformed question"])
+                answer, fault = respond(self._desk, item.payload)
+                self.dropped.update([fault] if fault else [])
                 item.reply(answer)
             item = self._inbox.take()
         return None
 
-    def show(self, observation: Observation, tag: ObservationTag) -> None:
-        """Send an observation, each part as soon as it is encoded: the network works meanwhile."""
+    def show(self, observation: Observation, tag: ObservationTag, since: Observation | None = None) -> None:
+        """Send an observation, each part as soon as it is encoded: the network works meanwhile.
+
+        Args:
+            observation: what is sensed.
+            tag: what rides with each part.
+            since: the last one shown; a reading that it holds already is not sent again, lest it looks like a new one.
+        """
         self._shown.clear()
         attachment = tag.open()
-        self._send(self._odometry, encode_odometry(observation.odometry), attachment)
-        self._send(self._scan, encode_scan(observation.scan), attachment)
+        if since is None or since.odometry is not observation.odometry:
+            self._send(self._odometry, encode_odometry(observation.odometry), attachment)
+        if since is None or since.scan is not observation.scan:
+            self._send(self._scan, encode_scan(observation.scan), attachment)
         self._send(self._clock, encode_clock(observation.stamp), attachment)
 
     def repeat(self) -> None:
@@ -88,7 +96,12 @@ class RobotSide:
             self.dropped["oversized"] += 1
             return None
         try:
-            return CommandTag.decode(message.attachment, message.payload), decode_twist(message.payload)
+            tag, twist = CommandTag.decode(message.attachment, message.payload), decode_twist(message.payload)
         except CodecError:
             self.dropped["malformed"] += 1
             return None
+        lease = self._desk.lease
+        if tag.epoch == lease.epoch and not is_signed(message.attachment, message.payload, lease.secret):
+            self.dropped["forged"] += 1
+            return None
+        return tag, twist

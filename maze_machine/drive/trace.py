@@ -6,15 +6,16 @@ The first line names the machine and its parameters, each further one tells a ti
      "pose": [x, y, heading], "twist": [forward, left, turn], "ring": false}
 
 ``stamp`` is the observation's time in ns; ``pose`` is odometry, in metres and radians; ``twist`` is the command, in m/s
-and rad/s. Floats are written so that reading them back gives the same bits. Where the machine has ended, ``outcome``
-names its final state; ``violated`` names properties of the machine that do not hold from this tick on.
+and rad/s. Floats are written so that reading them back gives the same bits. Where the loop keeps the base standing,
+``blind`` says why. Where the machine has ended, ``outcome`` names its final state; ``violated`` names properties of the
+machine that do not hold from this tick on.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, TextIO
+from typing import Any, Protocol
 
 from hsm import Machine
 from hsm.model.chart import Transition
@@ -39,6 +40,8 @@ def trace_line(machine: Machine, tick: Tick) -> dict[str, Any]:
         "twist": [twist.forward, twist.left, twist.turn],
         "ring": tick.command.ring,
     }
+    if tick.blind:
+        line["blind"] = tick.blind
     if tick.outcome is not None:
         line["outcome"] = tick.outcome
     if tick.violations:
@@ -54,10 +57,18 @@ def _described(machine: Machine, transition: Transition) -> str:
     return f"{states[transition.source].name}{arrow}{place}"
 
 
+class SupportsWrite(Protocol):
+    """What takes a text."""
+
+    def write(self, text: str, /) -> object:
+        """Take a part of it."""
+        ...
+
+
 class TraceWriter:
     """Writes a trace to an open text file; a watcher of ticks."""
 
-    def __init__(self, file: TextIO, mission: Mission) -> None:
+    def __init__(self, file: SupportsWrite, mission: Mission) -> None:
         self._file = file
         self._machine = mission.machine
         self._write(trace_head(mission))

@@ -50,6 +50,6 @@ class DriveTo(Skill):
         distance = math.hypot(target.x, target.y)
         if distance < THERE:
             return DONE
-        if self._headway.lost(facts) or self._progress.lost(distance, facts.time):
+        if self._headway.lost(facts) or self._progress.lost(distance, facts):
             return BLOCKED
         return Command(self._seeker.towards(facts, (target.x, target.y)))

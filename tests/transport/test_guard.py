@@ -39,7 +39,7 @@ class Driven:
         self.sequence = 0
         self.take()
 
-    def take(self, name: str = "first", previous: int = 0) -> bool:
+    def take(self, name: str = "first", previous: str = "") -> bool:
         question = Open(request=f"{name}{self.clock()}", controller=name, previous=previous)
         return self.guard.grant(question)
 
@@ -92,7 +92,7 @@ def test_a_stop_is_latched_until_the_lease_is_taken_anew(driven: Driven) -> None
     driven.show()
     assert not driven.send()
     assert driven.guard.twist() == STOP
-    assert driven.take(previous=driven.guard.lease.epoch)
+    assert driven.take(previous=driven.guard.lease.secret)
     assert driven.guard.twist() == STOP
     driven.show()
     assert driven.send()
@@ -221,7 +221,7 @@ def test_the_base_never_moves_longer_than_the_dead_man_allows(script: list[tuple
         if event == "show":
             driven.show()
         elif event == "retake":
-            driven.take(previous=driven.guard.lease.epoch)
+            driven.take(previous=driven.guard.lease.secret)
         else:
             changes = {"old": {"answers": 1}, "repeat": {"sequence": -1}, "foreign": {"epoch": 1}}.get(event, {})
             if driven.send(**changes):

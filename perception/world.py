@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from perception.compass import Compass
@@ -73,6 +74,8 @@ class WorldModel:
         doors: the doors tried so far, in order.
         marks: the junctions that the robot has marked.
         surveyor: keeps the map; None before one is begun.
+        dead_ends: those seen since then that may be doors, in order.
+        dismissed: those of them that the robot has stood before.
     """
 
     settings: PerceptionSettings
@@ -86,6 +89,8 @@ class WorldModel:
     doors: list[DoorPlace] = field(default_factory=list)
     marks: Marks = field(init=False)
     surveyor: Surveyor | None = None
+    dead_ends: list[DoorPlace] = field(default_factory=list)
+    dismissed: list[DoorPlace] = field(default_factory=list)
     _odometry: Pose | None = None
     _aligned: bool = False
     _axis: float = 0.0
@@ -132,11 +137,12 @@ class WorldModel:
         x, y = to_world(Pose(heading=correction), (self.pose.x, self.pose.y))
         self.pose = Pose(x, y, self.pose.heading + correction)
 
-    def begin_map(self, sweep: Sweep) -> None:
-        """Begin a map where the robot is, with what it sees there; nothing where there is one."""
+    def begin_map(self, sweep: Sweep) -> Surveyor:
+        """Begin a map where the robot is, with what it sees there, unless there is one; returns what keeps it."""
         if self.surveyor is None:
             self.surveyor = Surveyor(self.settings.mapping, self.pose)
             self.surveyor.see(sweep)
+        return self.surveyor
 
     def survey(self, sweep: Sweep) -> None:
         """Take in what the scan shows of the surroundings, if there is a map."""
@@ -174,6 +180,26 @@ class WorldModel:
         """Whether a door in sight has been tried."""
         place = self.place(door)
         return any(self._same(other, place) for other in self.doors)
+
+    def notice_doors(self, doors: Iterable[Door]) -> None:
+        """Note the dead ends in sight that may be doors; one already noted is moved to where it is now seen."""
+        for door in doors:
+            place = self.place(door)
+            for index, other in enumerate(self.dead_ends):
+                if self._same(other, place):
+                    self.dead_ends[index] = place
+                    break
+            else:
+                self.dead_ends.append(place)
+
+    def dismiss_door(self, place: DoorPlace) -> None:
+        """Note that the robot has stood before a dead end."""
+        self.dismissed.append(place)
+
+    def untried_doors(self) -> list[DoorPlace]:
+        """The dead ends that may be doors, have not been tried, and before which the robot has not stood."""
+        done = [*self.doors, *self.dismissed]
+        return [place for place in self.dead_ends if not any(self._same(other, place) for other in done)]
 
     def _same(self, one: DoorPlace, other: DoorPlace) -> bool:
         apart = math.dist(one.centre, other.centre)

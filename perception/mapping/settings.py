@@ -198,6 +198,42 @@ class LoopSettings(Settings):
     """After so many loops it is solved in any case."""
 
 
+class FreeSpaceSettings(Settings):
+    """The grid of where the robot can drive."""
+
+    cell: Positive = 0.1
+    """Width of a cell, m."""
+    reach: Positive = 10.0
+    """How far to look, m."""
+    body: Positive = 0.35
+    """So far about its origin it is free, for the robot could turn there, m."""
+    before: Positive = 0.1
+    """A beam says nothing of what is nearer than this before what it hit, m."""
+    every: Count = 5
+    """Each so many ticks a scan is drawn."""
+    gain: Count = 2
+    """What a beam that goes through a cell counts for it."""
+    loss: Count = 3
+    """What a beam that ends in a cell counts against it."""
+    most: Annotated[int, Field(ge=1, le=100)] = 4
+    """What a cell's belief is limited to, either way."""
+
+
+class PlanSettings(Settings):
+    """The shortest ways over the grid."""
+
+    room: Positive = 0.2
+    """The robot's origin keeps at least so far from cells with a wall, middle to middle, m."""
+    ease: Positive = 0.5
+    """Nearer to a wall than this a way is the longer the nearer it is, m."""
+    dear: Positive = 3.0
+    """At a wall by so many times."""
+    rim_room: Positive = 0.25
+    """The rim of what has been seen counts where there is so much room, m."""
+    least_rim: Count = 3
+    """A piece of the rim has at least so many cells: what is smaller no robot fits through."""
+
+
 class MappingSettings(Settings):
     """The map."""
 
@@ -215,3 +251,7 @@ class MappingSettings(Settings):
     """Finding places again."""
     graph: GraphSettings = GraphSettings()
     """The pose graph."""
+    free_space: FreeSpaceSettings = FreeSpaceSettings()
+    """The grid."""
+    plan: PlanSettings = PlanSettings()
+    """Ways over it."""

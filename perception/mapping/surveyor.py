@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 
 from perception.mapping.cloud import cloud_of
 from perception.mapping.frames import compose
+from perception.mapping.free_space import FreeSpace
 from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
+from perception.mapping.planning import Plan, plan_from
 from perception.mapping.settings import MappingSettings
 from perception.sweep import Sweep
 from transport.messages import Pose
@@ -25,17 +27,22 @@ class Surveyor:
         settings: thresholds.
         start: where the map begins, in the world model's frame.
         mapper: the map.
+        free_space: where the robot can drive.
+        drawing: whether this tick's scan has been drawn into it.
     """
 
     settings: MappingSettings
     start: Pose
     mapper: Mapper = field(init=False)
+    free_space: FreeSpace = field(init=False)
+    drawing: bool = False
     _ticks: int = 0
     _measured: bool = True
     _rough: float = 0.0
 
     def __post_init__(self) -> None:
         self.mapper = Mapper(self.settings)
+        self.free_space = FreeSpace(self.settings.free_space)
 
     @property
     def pose(self) -> Pose:
@@ -51,6 +58,16 @@ class Surveyor:
         """Where a keyframe was made, in the world model's frame."""
         return compose(self.start, self.mapper.graph.poses[number])
 
+    def plan(self) -> Plan:
+        """The ways from where the robot is."""
+        pose = self.pose
+        return plan_from(self.free_space, (pose.x, pose.y), self.settings.plan)
+
+    @property
+    def sure(self) -> bool:
+        """Whether the last scan fitted what was seen before; the first one does."""
+        return self.mapper.match is not None or len(self.mapper.clouds) == 1
+
     def move(self, step: Pose | None) -> None:
         """Follow odometry by one tick; None where the step is not known."""
         self.mapper.move(step)
@@ -63,6 +80,9 @@ class Surveyor:
         """
         if self._ticks % self.settings.track.every == 0 or self._rough > 1 or not self._measured:
             self._look(sweep)
+        self.drawing = self._ticks % self.settings.free_space.every == 0 and self.sure
+        if self.drawing:
+            self.free_space.see(sweep, self.pose)
         self._ticks += 1
         self.mapper.work(self.settings.loops.pieces)
 

@@ -144,6 +144,11 @@ class WorldModel:
             self.surveyor.see(sweep)
         return self.surveyor
 
+    @property
+    def place_known(self) -> bool:
+        """Whether the last scan looked at fits the map where the robot takes itself to be; false without a map."""
+        return self.surveyor is not None and self.surveyor.sure
+
     def survey(self, sweep: Sweep) -> None:
         """Take in what the scan shows of the surroundings, if there is a map."""
         if self.surveyor:

@@ -71,7 +71,7 @@ class ExploreSettings(Settings):
     """Choosing where to drive on the map."""
 
     outward: Positive = 8.0
-    """A place counts as if it took so much longer to reach for each metre that it is inside of what has been seen, s."""
+    """A place counts as so much farther off for each metre that it is inside of what has been seen, s."""
     change: Positive = 2.0
     """Another place than the one chosen must be better by so much, s."""
     patience: Positive = 3.5

@@ -14,6 +14,8 @@ NEAREST, FARTHEST = 0.25, 0.6
 """The robot heads for the middle of this stretch of its way, m ahead: corners become arcs."""
 BACK = math.radians(100)
 """What is farther round than this the laser does not see: the robot turns to it on the spot first, rad."""
+TURNING = 1.0
+"""It turns at this rate, rad/s."""
 ARRIVING = 1.5
 """Speed for each metre that is left where the robot is to come to rest, 1/s."""
 
@@ -53,7 +55,7 @@ def along_way(steering: Steering, way: Way, pose: Pose, speed: float, *, to_rest
     target = between(pose, Pose(*place))
     bearing = math.atan2(target.y, target.x)
     if abs(bearing) > BACK:
-        return steering.turn(math.copysign(steering.settings.rotate.rate, bearing), (0.0, 0.0))
+        return steering.turn(math.copysign(TURNING, bearing), (0.0, 0.0))
     if to_rest:
         speed = min(speed, ARRIVING * left + 0.05)
     return steering.to_point(Pose(target.x, target.y, bearing), speed)

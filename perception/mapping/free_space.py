@@ -64,7 +64,8 @@ class FreeSpace:
 
     def holds(self, cell: Cell) -> bool:
         """Whether a cell is in the grid."""
-        return 0 <= cell[0] < self.belief.shape[0] and 0 <= cell[1] < self.belief.shape[1]
+        columns, rows = self.belief.shape
+        return bool(0 <= cell[0] < columns and 0 <= cell[1] < rows)
 
     def see(self, sweep: Sweep, pose: Pose) -> None:
         """Take in a scan.
@@ -99,7 +100,8 @@ class FreeSpace:
         cells = np.floor(points / self.settings.cell).astype(np.intp)
         taken = np.zeros_like(self.belief, dtype=bool)
         taken[cells[0] - self.corner[0], cells[1] - self.corner[1]] = True
-        return taken.nonzero()
+        columns, rows = taken.nonzero()
+        return columns, rows
 
     def _seen(self, sweep: Sweep, sensor: Pose, reach: float) -> Mask:
         """Cells through whose middles beams went, some way before what they hit."""
@@ -136,7 +138,10 @@ class FreeSpace:
     def _grow(self, sensor: Pose, reach: float) -> None:
         """Make the grid hold all that the scan may show."""
         reach += 2 * self.settings.cell
-        low, high = self.cell_of((sensor.x - reach, sensor.y - reach)), self.cell_of((sensor.x + reach, sensor.y + reach))
+        low, high = (
+            self.cell_of((sensor.x - reach, sensor.y - reach)),
+            self.cell_of((sensor.x + reach, sensor.y + reach)),
+        )
         columns, rows = self.belief.shape
         if not self.belief.size:
             self.corner = (low[0] + self.corner[0], low[1] + self.corner[1])
@@ -148,4 +153,3 @@ class FreeSpace:
         if left or right or below or above:
             self.belief = np.pad(self.belief, ((left, right), (below, above)))
             self.corner = (self.corner[0] - left, self.corner[1] - below)
-

@@ -91,6 +91,8 @@ class Plan:
         rim = beside & np.isfinite(self.distance) & (self.room >= self.settings.rim_room)
         pieces, count = label(rim, structure=np.ones((3, 3), dtype=int))
         seen = ~unknown
+        if not seen.any():
+            return []
         columns, rows = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
         found = []
         for number in range(1, count + 1):
@@ -120,18 +122,20 @@ def plan_from(space: FreeSpace, start: Point, settings: PlanSettings) -> Plan:
 
     Args:
         space: the grid.
-        start: where the ways begin; the cell there counts as free.
+        start: where the ways begin; the cell there counts as free. Where it is outside the grid there are none.
         settings: how much room is wanted.
     """
     size = space.settings.cell
+    cell = space.cell_of(start)
+    if not space.holds(cell):
+        nowhere = np.full(space.belief.shape, math.inf)
+        return Plan(space, nowhere, nowhere, np.full(space.belief.size, -1, dtype=np.int32), settings)
     room: Floats = distance_transform_edt(~space.taken) * size
     passable = space.free & (room >= settings.room)
-    cell = space.cell_of(start)
-    if space.holds(cell):
-        # What is too near to a wall for the robot is no place for it, but it may stand there and must get away.
-        near = (slice(max(cell[0] - 2, 0), cell[0] + 3), slice(max(cell[1] - 2, 0), cell[1] + 3))
-        passable[near] |= space.free[near]
-        passable[cell] = True
+    # What is too near to a wall for the robot is no place for it, but it may stand there and must get away.
+    near = (slice(max(cell[0] - 2, 0), cell[0] + 3), slice(max(cell[1] - 2, 0), cell[1] + 3))
+    passable[near] |= space.free[near]
+    passable[cell] = True
     dear = 1.0 + settings.dear * np.maximum(0.0, 1.0 - room / settings.ease)
     graph = _graph(passable, dear, size)
     number = cell[0] * passable.shape[1] + cell[1]
@@ -155,9 +159,9 @@ def _graph(passable: Mask, dear: Floats, size: float) -> csr_array:
         first.append(numbers[here][both])
         second.append(numbers[there][both])
         lengths.append((dear[here][both] + dear[there][both]) * (length * size / 2))
-    one, other, length = np.concatenate(first), np.concatenate(second), np.concatenate(lengths)
+    one, other, all_lengths = np.concatenate(first), np.concatenate(second), np.concatenate(lengths)
     ends = np.concatenate([one, other]), np.concatenate([other, one])
-    return csr_array((np.concatenate([length, length]), ends), shape=(passable.size, passable.size))
+    return csr_array((np.concatenate([all_lengths, all_lengths]), ends), shape=(passable.size, passable.size))
 
 
 def _beside(cells: Mask) -> Mask:

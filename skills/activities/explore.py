@@ -61,8 +61,9 @@ class Explore(OnMap):
     """Drive to where the map ends, again and again, until there is no such place left.
 
     Of the places where it ends that is chosen which takes the least time to reach, and of these rather one at the
-    outside of all that has been seen: the exit is there. It begins a map where there is none. Outcomes: `explored` when
-    every way that can be driven has been seen to its end; `blocked` when the robot gets no farther.
+    outside of all that has been seen: the exit is there. It begins a map where there is none, and stands still while
+    the robot does not know where it is. Outcomes: `explored` when every way that can be driven has been seen to its
+    end; `blocked` when the robot gets no farther.
     """
 
     def __init__(self, speed: Speed = 0.5) -> None:
@@ -76,6 +77,9 @@ class Explore(OnMap):
         if self._nothing_since is None:
             self._nothing_since = facts.time
         plan = self._new_plan(facts)
+        if not facts.world.place_known:
+            self._nothing_since = facts.time
+            return Command(Twist())
         if plan is not None:
             self._chosen = self._best(plan)
             if self._chosen is not None:
@@ -118,10 +122,10 @@ class Explore(OnMap):
 
 @LIBRARY.activity("go_to_door", outcomes=("done", "none", "blocked"), holds=("base",))
 class GoToDoor(OnMap):
-    """Drive to the nearest dead end seen that may be a door and has neither been tried nor come to in this way before.
+    """Drive to the nearest dead end that may be a door, that has not been tried and not been driven to in this way.
 
-    Outcomes: `done` when the robot stands before it, square to it; `none` when there is no such dead end; `blocked` when
-    the robot gets no farther.
+    Outcomes: `done` when the robot stands before it, square to it; `none` when there is no such dead end; `blocked`
+    when the robot gets no farther.
     """
 
     def __init__(self, speed: Speed = 0.5) -> None:
@@ -134,10 +138,10 @@ class GoToDoor(OnMap):
         if plan is not None:
             if self._door is None:
                 self._door = self._nearest(facts, plan)
-            if self._door is None:
-                return NONE
-            cell = plan.nearest(self._before(self._door), WITHIN)
+            cell = plan.nearest(self._before(self._door), WITHIN) if self._door else None
             self._way = plan.way_to(cell) if cell is not None else ()
+        if not facts.world.place_known:
+            return Command(Twist())
         if self._door is None:
             return NONE
         if not self._way:

@@ -31,6 +31,10 @@ def to_robot(pose: Pose, point: Point) -> Point:
     return (dx * cosine + dy * sine, dy * cosine - dx * sine)
 
 
+BEYOND = 1.0
+"""So far from where the robot has left the maze it shall drive the next time, m."""
+
+
 @dataclass(frozen=True, slots=True)
 class DoorPlace:
     """The place of a door in the world model's frame.
@@ -76,6 +80,7 @@ class WorldModel:
         surveyor: keeps the map; None before one is begun.
         dead_ends: those seen since then that may be doors, in order.
         dismissed: those of them that the robot has stood before.
+        way_out: a place outside, straight on from where an earlier attempt has left the maze, m; None where none has.
     """
 
     settings: PerceptionSettings
@@ -91,6 +96,7 @@ class WorldModel:
     surveyor: Surveyor | None = None
     dead_ends: list[DoorPlace] = field(default_factory=list)
     dismissed: list[DoorPlace] = field(default_factory=list)
+    way_out: Point | None = None
     _odometry: Pose | None = None
     _aligned: bool = False
     _axis: float = 0.0
@@ -101,10 +107,15 @@ class WorldModel:
     def from_the_start(self) -> WorldModel:
         """The world model of a robot that begins again where the run began, roughly as it stood there.
 
-        It knows the junctions of this run; all else is as new, for doors have shut again.
+        It knows the junctions of this run, and where there is a map, that and where the way out is; all else is as new,
+        for doors have shut again.
         """
         again = WorldModel(self.settings)
         again.marks = Marks(self.marks.tolerance, known=tuple(self.marks.places))
+        if self.surveyor is not None:
+            again.surveyor, again._aligned = self.surveyor.from_the_start(), self._aligned
+            again.dead_ends = list(self.dead_ends)
+            again.way_out = to_world(self.pose, (BEYOND, 0.0))
         return again
 
     def move(self, odometry: Odometry) -> None:

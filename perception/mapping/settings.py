@@ -135,12 +135,18 @@ class TrackSettings(Settings):
     """Or after so much turn, rad."""
     recent: Count = 15
     """Scans are matched with so many keyframes, the last ones."""
+    neighbours: Count = 4
+    """Where the map is gone on with from a keyframe, the scan is matched with it and so many before and after it."""
     sure: Share = 0.75
     """With a smaller share of the scan on known walls the wide search is made, too."""
     better: Share = 0.1
     """Its answer is taken if the share is larger by so much."""
     least: Share = 0.4
-    """A match with a smaller share is none; odometry alone is followed."""
+    """A match with a smaller share is believed only where it agrees with odometry: much may be new in sight."""
+    gate: Positive = 16.0
+    """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
+    new: Share = 0.15
+    """And with a share that is smaller still no match is believed; odometry alone is followed."""
     across: Positive = 0.6
     """Half the width of the wide search, m."""
     around: Positive = 0.4

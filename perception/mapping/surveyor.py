@@ -39,6 +39,7 @@ class Surveyor:
     _ticks: int = 0
     _measured: bool = True
     _rough: float = 0.0
+    _resumes: bool = False
 
     def __post_init__(self) -> None:
         self.mapper = Mapper(self.settings)
@@ -68,6 +69,12 @@ class Surveyor:
         """Whether the last scan fitted what was seen before; the first one does."""
         return self.mapper.match is not None or len(self.mapper.clouds) == 1
 
+    def from_the_start(self) -> Surveyor:
+        """What keeps the same map for a robot that stands where the map was begun, once more."""
+        again = Surveyor(self.settings, self.start)
+        again.mapper, again.free_space, again._resumes = self.mapper, self.free_space, True
+        return again
+
     def move(self, step: Pose | None) -> None:
         """Follow odometry by one tick; None where the step is not known."""
         self.mapper.move(step)
@@ -78,7 +85,10 @@ class Surveyor:
 
         Where the last matches had to correct odometry much, each scan is looked at, else every second one.
         """
-        if self._ticks % self.settings.track.every == 0 or self._rough > 1 or not self._measured:
+        if self._resumes:
+            self._resumes = False
+            self.mapper.resume(cloud_of(sweep, self.settings.cloud), 0)
+        elif self._ticks % self.settings.track.every == 0 or self._rough > 1 or not self._measured:
             self._look(sweep)
         self.drawing = self._ticks % self.settings.free_space.every == 0 and self.sure
         if self.drawing:

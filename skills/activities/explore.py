@@ -61,9 +61,9 @@ class Explore(OnMap):
     """Drive to where the map ends, again and again, until there is no such place left.
 
     Of the places where it ends that is chosen which takes the least time to reach, and of these rather one at the
-    outside of all that has been seen: the exit is there. It begins a map where there is none, and stands still while
-    the robot does not know where it is. Outcomes: `explored` when every way that can be driven has been seen to its
-    end; `blocked` when the robot gets no farther.
+    outside of all that has been seen: the exit is there. Where an earlier attempt has found the way out, that is driven
+    as long as no wall has come into it. It begins a map where there is none. Outcomes: `explored` when every way that
+    can be driven has been seen to its end; `blocked` when the robot gets no farther.
     """
 
     def __init__(self, speed: Speed = 0.5) -> None:
@@ -71,19 +71,21 @@ class Explore(OnMap):
         self._chosen: Frontier | None = None
         self._given_up: list[Point] = []
         self._nothing_since: float | None = None
+        self._out: Way = ()
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
         if self._nothing_since is None:
             self._nothing_since = facts.time
         plan = self._new_plan(facts)
-        if not facts.world.place_known:
-            self._nothing_since = facts.time
-            return Command(Twist())
         if plan is not None:
+            self._out = _way_out(facts, plan)
             self._chosen = self._best(plan)
             if self._chosen is not None:
                 self._way, self._nothing_since = plan.way_to(plan.space.cell_of(self._chosen.place)), facts.time
+        if self._out:
+            self._way = self._out
+            return self._drive(facts, to_rest=False)
         if self._chosen is None:
             waited = facts.time - self._nothing_since
             return EXPLORED if waited >= self.settings.explore.patience else Command(Twist())
@@ -120,6 +122,14 @@ class Explore(OnMap):
         return min(left, key=cost, default=None)
 
 
+def _way_out(facts: Facts, plan: Plan) -> Way:
+    """The way to where an earlier attempt has left the maze; empty where that is not known or cannot be reached."""
+    if facts.world.way_out is None:
+        return ()
+    cell = plan.nearest(facts.world.way_out, WITHIN)
+    return plan.way_to(cell) if cell is not None else ()
+
+
 @LIBRARY.activity("go_to_door", outcomes=("done", "none", "blocked"), holds=("base",))
 class GoToDoor(OnMap):
     """Drive to the nearest dead end that may be a door, that has not been tried and not been driven to in this way.
@@ -140,8 +150,6 @@ class GoToDoor(OnMap):
                 self._door = self._nearest(facts, plan)
             cell = plan.nearest(self._before(self._door), WITHIN) if self._door else None
             self._way = plan.way_to(cell) if cell is not None else ()
-        if not facts.world.place_known:
-            return Command(Twist())
         if self._door is None:
             return NONE
         if not self._way:

@@ -22,12 +22,8 @@ HARDEST = 4.0
 OPPOSITE = 0.9
 """Cosine of the angle within which a point is opposite to another; the other wall of a corner is not."""
 
-FORESEEN = 0.35
-"""Up to so far ahead of the robot's centre a passage may be narrower, m: where it can stop, and the margin there.
-
-Much farther ahead a turning robot would take the wall that it turns away from for one side of a narrow passage.
-"""
-
+SHORT = 2 / 7
+"""Share of that way by which a passage ends before what is ahead."""
 BESIDE = 0.7
 """Of the direction to what is beside the robot at least this is sideways."""
 SAME = 1e-9
@@ -125,7 +121,8 @@ class Guard:
         rear, front = middle[0] - half[0], middle[0] + half[0]
         side = float(half[1])
         faced = x[(np.abs(y) < side) & (x > front)]
-        ahead = min(FORESEEN, float(faced.min()) - 0.1) if len(faced) else FORESEEN
+        foresee = self._settings.foresee
+        ahead = min(foresee, float(faced.min()) - SHORT * foresee) if len(faced) else foresee
         beside = y[(x > rear) & (x < ahead)]
         left, right = beside[beside > 0], beside[beside < 0]
         room = float(left.min()) - float(right.max()) if len(left) and len(right) else math.inf

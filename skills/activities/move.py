@@ -14,8 +14,6 @@ from transport.messages import Command, Pose
 
 THERE = 0.02
 """The robot has arrived when it is this near, m."""
-SLOWEST = 0.05
-"""The robot arrives at this speed, m/s."""
 
 
 @LIBRARY.activity("move", outcomes=("done", "blocked"), holds=("base",))
@@ -44,5 +42,5 @@ class Move(Skill):
             return DONE
         if self._progress.lost(left, facts):
             return BLOCKED
-        speed = min(self._speed, max(SLOWEST, self.settings.arc.gain * left))
+        speed = min(self._speed, max(self.settings.motion.arrival, self.settings.arc.gain * left))
         return Command(self.steering(facts).to_point(Frame(pose).local(self._goal.origin), speed))

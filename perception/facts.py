@@ -216,7 +216,7 @@ class Perception:
     def __init__(
         self, robot: RobotDescription, settings: PerceptionSettings | None = None, world: WorldModel | None = None
     ) -> None:
-        """Args: the robot, the thresholds, by default of its size, and what it knows before the run, by default nothing."""
+        """Args: the robot, the thresholds, by default of its size, and what it knows beforehand, by default nothing."""
         self.robot = robot
         self.settings = settings or fitted(PerceptionSettings(), robot)
         self.world = world or WorldModel(self.settings)

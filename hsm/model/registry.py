@@ -52,6 +52,15 @@ class Stoppable(Protocol):
         ...
 
 
+@runtime_checkable
+class Choosy(Protocol):
+    """The class of an activity that cannot do all that its arguments' types allow."""
+
+    def refuses(self, **arguments: Any) -> str:
+        """Why it cannot be done so, or nothing; asked of the class, with the arguments that are known beforehand."""
+        ...
+
+
 class RegistryError(Exception):
     """A declaration in Python that the registry cannot take; the message names it."""
 
@@ -114,6 +123,16 @@ class EventDeclaration:
     doc: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class ConstantDeclaration:
+    """A value that is known before a machine runs, such as a length of the robot."""
+
+    name: str
+    type: Type
+    value: bool | int | float
+    doc: str = ""
+
+
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
@@ -127,6 +146,7 @@ class Library:
         activities: the activities, by name.
         actions: the one-shot actions, by name.
         events: the events that may come from outside, by name.
+        constants: the values that are known beforehand, by name.
         enumerations: the enumerations that any of them uses, by name.
         folders: where machines lie that any machine may import by name, if there is none beside it.
     """
@@ -136,6 +156,7 @@ class Library:
     activities: dict[str, ActivityDeclaration] = field(default_factory=dict)
     actions: dict[str, ActionDeclaration] = field(default_factory=dict)
     events: dict[str, EventDeclaration] = field(default_factory=dict)
+    constants: dict[str, ConstantDeclaration] = field(default_factory=dict)
     enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
     folders: list[Path] = field(default_factory=list)
 
@@ -177,6 +198,10 @@ class Library:
         """Declare an event that may come from outside."""
         self._add(self.events, name, EventDeclaration(name, doc))
 
+    def constant(self, name: str, kind: Type, value: bool | float, doc: str = "") -> None:  # noqa: FBT001
+        """Declare a value in SI units that is known before a machine runs."""
+        self._add(self.constants, name, ConstantDeclaration(name, kind, value, doc))
+
     def include(self, other: Library) -> None:
         """Take over all declarations of another library.
 
@@ -188,6 +213,7 @@ class Library:
             (self.activities, other.activities),
             (self.actions, other.actions),
             (self.events, other.events),
+            (self.constants, other.constants),
             (self.enumerations, other.enumerations),
         )
         for mine, theirs in tables:

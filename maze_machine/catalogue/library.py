@@ -12,29 +12,39 @@ import perception.library
 import perception.signals
 import skills.library
 from hsm.model.registry import Library
+from maze_machine.catalogue.constants import robot_constants
 from maze_machine.catalogue.machines import SHIPPED
 from maze_machine.catalogue.project import find_project
 from maze_machine.catalogue.trust import require_trust
 from maze_machine.errors import UsageError
 from maze_machine.installation import HiddenPackageError, require_packages
 from skills.settings import SkillSettings
+from transport.description import RobotDescription
 
 
-def robot_library(settings: SkillSettings | None = None) -> Library:
-    """Everything that a maze robot's machine may name: perception's signals, motion skills, the door bell, events.
+def robot_library(settings: SkillSettings | None = None, robot: RobotDescription | None = None) -> Library:
+    """Everything that a maze robot's machine may name: perception's signals, motion skills, the robot's constants.
 
     What a machine imports is looked for among the shipped machines, too.
 
     Args:
         settings: the gains of the robot's motion skills; by default those of PICO.
+        robot: the robot; by default PICO.
     """
+    settings, robot = settings or SkillSettings(), robot or RobotDescription()
     library = Library("maze robot", folders=[SHIPPED])
     library.include(perception.library.LIBRARY)
-    library.include(skills.library.library(settings or SkillSettings()))
+    library.include(skills.library.library(settings, robot))
+    library.include(robot_constants(robot, settings))
     return library
 
 
-def chosen_library(named: str | None, machine: Path | None = None, settings: SkillSettings | None = None) -> Library:
+def chosen_library(
+    named: str | None,
+    machine: Path | None = None,
+    settings: SkillSettings | None = None,
+    robot: RobotDescription | None = None,
+) -> Library:
     """The library that a machine is written against.
 
     That is the one named on the command line; else that of the project around the machine, if it names one and the
@@ -44,6 +54,7 @@ def chosen_library(named: str | None, machine: Path | None = None, settings: Ski
         named: ``MODULE:NAME``, or None.
         machine: the machine's file; None for whatever lies in the present folder.
         settings: the gains of the robot's motion skills, for the shipped library.
+        robot: the robot, for the shipped library.
 
     Raises:
         UsageError: there is no such library, or its project is not trusted.
@@ -54,9 +65,9 @@ def chosen_library(named: str | None, machine: Path | None = None, settings: Ski
     shipped = machine is not None and machine.resolve().parent == SHIPPED.resolve()
     project = None if shipped else find_project(Path.cwd() if machine is None else machine.resolve().parent)
     if project is None:
-        return robot_library(settings)
+        return robot_library(settings, robot)
     if project.library is None:
-        library = robot_library(settings)
+        library = robot_library(settings, robot)
     else:
         require_trust(project)
         library = named_library(project.library, project.folder)

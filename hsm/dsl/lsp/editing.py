@@ -179,6 +179,8 @@ class Document:
         for one in self.library.signals.values():
             call = signature(one.name, one.parameters, empty="")
             yield Entry(one.name, SymbolKind.SIGNAL, f"{call} : {type_text(one.type)}", one.doc)
+        for constant in self.library.constants.values():
+            yield Entry(constant.name, SymbolKind.VALUE, type_text(constant.type), constant.doc)
         for name, enumeration in self.library.enumerations.items():
             yield from (Entry(member.value, SymbolKind.VALUE, name) for member in enumeration)
         yield from (Entry(name, SymbolKind.FUNCTION) for name in FUNCTIONS)

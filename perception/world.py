@@ -12,6 +12,7 @@ from perception.marks import Marks
 from perception.odometry import Step, corrected, is_restart, moved, step_between
 from perception.settings import PerceptionSettings
 from perception.sweep import Sweep
+from transport.arithmetic import distance_between
 from transport.description import Point
 from transport.messages import Odometry, Pose
 
@@ -157,6 +158,6 @@ class WorldModel:
         return any(self._same(other, place) for other in self.doors)
 
     def _same(self, one: DoorPlace, other: DoorPlace) -> bool:
-        apart = math.dist(one.centre, other.centre)
+        apart = distance_between(one.centre, other.centre)
         turned = abs(math.remainder(one.facing - other.facing, math.tau))
         return apart <= self.settings.door.same_place and turned <= math.pi / 4

@@ -71,21 +71,27 @@ def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memo
             return None, holds(condition) is False
         case Recurrence(condition, within):
             met = holds(condition) is not False
-            late = not met and memory is not None and time >= memory - TOLERANCE
+            late = memory is not None and _late(memory, time, met=met)
             return (time + within if met or late else memory), late
         case Response(trigger, response, within):
             due = memory
             if due is None and holds(trigger) is True:
                 due = time + within
-            if due is None or holds(response) is True:
+            if due is None:
                 return None, False
-            late = time >= due - TOLERANCE
-            return (None if late else due), late
+            met = holds(response) is True
+            late = _late(due, time, met=met)
+            return (None if met or late else due), late
         case Precedence(trigger, first, then):
             armed = memory is not None or holds(trigger) is True
             if not armed or holds(first) is True:
                 return None, False
             return _ARMED, holds(then) is True
+
+
+def _late(due: float, time: float, *, met: bool) -> bool:
+    """Whether a time is over: what is met may be met at its very end, what comes after it comes too late."""
+    return time > due + TOLERANCE if met else time >= due - TOLERANCE
 
 
 @dataclass(frozen=True, slots=True)

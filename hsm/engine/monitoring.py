@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
+from hsm.engine.clock import nanoseconds, reached, tolerance
 from hsm.engine.evaluation import SignalFault
-from hsm.engine.execution import TOLERANCE
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.run import Supervisor
 from hsm.model.expressions import Active, Expression, SignalValue
@@ -91,7 +91,8 @@ def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memo
 
 def _late(due: float, time: float, *, met: bool) -> bool:
     """Whether a time is over: what is met may be met at its very end, what comes after it comes too late."""
-    return time > due + TOLERANCE if met else time >= due - TOLERANCE
+    end = nanoseconds(due)
+    return nanoseconds(time) > end + tolerance(time) if met else reached(end, time)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +157,7 @@ def holding(supervisor: Supervisor, facts: object) -> Holds:
             raise SignalFault(call, error) from error
         return memo[key]
 
-    evaluation = machine.evaluation(memo, values, active, ask)
+    evaluation = machine.generator.evaluation(memo, values, active, ask)
 
     def holds(condition: Expression) -> bool | None:
         try:

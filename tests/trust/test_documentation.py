@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from hsm.dsl import parse_model
-from hsm.testing.exploration.generating import generate
+from hsm.testing.generation.generating import generate
 from hsm.testing.proofs.proving import check
 from hsm.testing.scenarios.driver import Driver
 from hsm.testing.scenarios.reading import parse_suite

@@ -6,7 +6,7 @@ import pytest
 
 from hsm.dsl import check_text
 from hsm.model.diagnostics import Severity
-from hsm.testing.exploration.generating import generate
+from hsm.testing.generation.generating import generate
 from hsm.testing.proofs.proving import check
 from hsm.testing.proofs.verdicts import NO_FAULT
 from hsm.testing.scenarios.running import run_suite

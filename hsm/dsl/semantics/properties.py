@@ -14,9 +14,7 @@ from hsm.dsl.syntax.ast import first_token, last_token, place_of
 from hsm.model.chart import State
 from hsm.model.expressions import Active, Binary, Expression, Literal
 from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
-from hsm.model.types import BOOLEAN, Quantity
-
-_DURATION = Quantity(time=1)
+from hsm.model.types import BOOLEAN
 
 
 def compile_properties(
@@ -90,7 +88,7 @@ def _property(line: ast.PropertyLine, source: Sequence[str], scope: Scope, repor
     conditions = [scope.condition(one) for one in line.conditions]
     within = None
     if line.within is not None:
-        value = scope.value(line.within, _DURATION)
+        value = scope.duration(line.within)
         if isinstance(value, Literal):
             within = float(value.value)
         elif value is not None:

@@ -20,6 +20,7 @@ from hsm.model.registry import Library, Parameter
 from hsm.model.types import (
     BOOLEAN,
     INTEGER,
+    LARGEST_INTEGER,
     NUMBER,
     QUANTITY_NAMES,
     UNITS,
@@ -28,7 +29,9 @@ from hsm.model.types import (
     Integer,
     Quantity,
     Type,
+    si_value,
 )
+from hsm.model.unparse import value_text
 
 FUNCTIONS = ("abs", "in", "max", "min")
 """The language's own functions."""
@@ -60,9 +63,10 @@ _OTHER_UNITS = {
     **dict.fromkeys(("degree", "degrees"), "deg"),
     **dict.fromkeys(("radian", "radians"), "rad"),
 }
+_DURATION = Quantity(time=1)
 _LONGEST_INTEGER = 18
 _LARGEST = 1e300
-_NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?) *(.*)")
+_NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?) *(.*)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +117,17 @@ class Scope:
         """A typed expression of a type; None where a fault was reported."""
         found = self.expression(node, expected)
         return None if found is None else self._fit(found, expected, self._span(node))
+
+    def duration(self, node: ast.Expression) -> Expression | None:
+        """A typed expression that is a time and, where its value is known, not negative; None where it is at fault."""
+        found = self.value(node, _DURATION)
+        if isinstance(found, Literal) and found.value < 0:
+            hint = "write how long it is, without the sign"
+            self.report.add(
+                "E0307", self._span(node), f"a duration cannot be {value_text(found.value, _DURATION)}", hint
+            )
+            return None
+        return found
 
     def condition(self, node: ast.Expression) -> Expression | None:
         """A typed expression that is true or false; None where a fault was reported."""
@@ -175,11 +190,11 @@ class Scope:
                 return self._number(node)
             case Token():
                 return self._name(node, expected)
-            case ast.Chain():
+            case ast.ChainSyntax():
                 return self._chain(node)
-            case ast.Unary():
+            case ast.UnarySyntax():
                 return self._unary(node)
-            case ast.Binary():
+            case ast.BinarySyntax():
                 return self._binary(node)
             case ast.CallSyntax():
                 return self._call(node)
@@ -201,7 +216,7 @@ class Scope:
             hint = hint or _listed("the units are", UNITS)
             self.report.add_once("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
             return None
-        return self._finite(float(digits) * unit.factor, unit.quantity, token)
+        return self._finite(si_value(digits, unit), unit.quantity, token)
 
     def _finite(self, value: float, kind: Type, token: Token) -> Literal | None:
         if math.isinf(value):
@@ -265,7 +280,7 @@ class Scope:
             return f"whether a state is active: `in({name})`"
         return None
 
-    def _chain(self, node: ast.Chain) -> Expression | None:
+    def _chain(self, node: ast.ChainSyntax) -> Expression | None:
         operands = [self.value(operand, BOOLEAN) for operand in node.operands]
         known = [one for one in operands if one is not None]
         return self._balanced(node.operator, known) if len(known) == len(operands) else None
@@ -278,7 +293,7 @@ class Scope:
         left, right = self._balanced(operator, operands[:middle]), self._balanced(operator, operands[middle:])
         return Binary(operator, left, right, BOOLEAN, _joined(left, right))
 
-    def _unary(self, node: ast.Unary) -> Expression | None:
+    def _unary(self, node: ast.UnarySyntax) -> Expression | None:
         if node.operator == "not":
             operand = self.value(node.operand, BOOLEAN)
             return None if operand is None else Unary("not", operand, BOOLEAN, self._span(node))
@@ -289,7 +304,7 @@ class Scope:
             return Literal(-operand.value, operand.type, self._span(node))
         return Unary("-", operand, operand.type, self._span(node))
 
-    def _binary(self, node: ast.Binary) -> Expression | None:
+    def _binary(self, node: ast.BinarySyntax) -> Expression | None:
         if node.operator in ("==", "!="):
             return self._equality(node)
         left = self._numeric(node.left)
@@ -323,12 +338,12 @@ class Scope:
 
     def _folded(self, operator: str, left: Literal, right: Literal, kind: Type, place: Place) -> Literal | None:
         value = _ARITHMETIC[operator](left.value, right.value)
-        if abs(value) > _LARGEST:
+        if abs(value) > (LARGEST_INTEGER if kind == INTEGER else _LARGEST):
             self.report.add("E0306", place, "no number is that large")
             return None
         return Literal(value, kind, place)
 
-    def _equality(self, node: ast.Binary) -> Expression | None:
+    def _equality(self, node: ast.BinarySyntax) -> Expression | None:
         operands: tuple[Expression | None, Expression | None]
         if self._is_bare(node.left):
             right = self.expression(node.right)

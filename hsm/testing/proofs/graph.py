@@ -9,22 +9,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from math import isnan
 from time import process_time
 from typing import Any
 
-from hsm.engine.compiled import Machine
+from hsm.engine.clock import nanoseconds
+from hsm.engine.machine import Machine
 from hsm.model.chart import After, Always, Model, On, Raise, When
 from hsm.model.expressions import Expression
+from hsm.model.rewriting import actions_of, expressions_of
 from hsm.model.types import Type
-from hsm.testing.exploration.domains import expressions_of
-from hsm.testing.mutation.rewriting import actions_of
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import Diagram
-from hsm.testing.proofs.ordinals import domain
+from hsm.testing.proofs.ordinals import held
 from hsm.testing.proofs.regions import Kept, Precision, Regions
-from hsm.testing.proofs.steps import NANOSECOND, Place, Point, Stepper, Timer
-from hsm.testing.proofs.values import Exact, Region, Symbols, Undecided, Value
+from hsm.testing.proofs.steps import NANOSECOND, Failure, Point, Stepper, Timer
+from hsm.testing.proofs.values import Exact, Region, Symbols, Value
 
 NEVER = 1 << 60
 """In nanoseconds: longer than any run."""
@@ -119,8 +118,7 @@ class Graph:
         initial: the first steps.
         complete: whether all locations have their edges; otherwise those up to ``depth`` do.
         depth: the number of steps after which all locations still have their edges.
-        faults: where a guard fails or transitions follow one another without end: the location, the time-outs that come
-            due, the place within the step, the signals.
+        faults: steps that cannot be done: the location in which they begin, the time-outs that come due, and why.
     """
 
     def __init__(
@@ -141,7 +139,7 @@ class Graph:
         types: list[Type] = [*(one.type for one in model.parameters), *(one.type for one in model.variables)]
         self.regions = Regions(self.symbols, types, names, precision)
         kept: list[Kept] = [
-            Region(*domain(declared.type, not_a_number=False)) if given is FREE else Exact.of(given)
+            Region(*held(declared.type)) if given is FREE else Exact.of(given)
             for given, declared in zip(parameters, model.parameters, strict=True)
         ]
         kept += [Exact.of(None) for _ in model.variables]
@@ -156,7 +154,7 @@ class Graph:
         self.initial: list[Edge] = []
         self.complete = False
         self.depth = 0
-        self.faults: list[tuple[int, frozenset[int], Place, Diagram]] = []
+        self.faults: list[tuple[int, frozenset[int], Failure]] = []
         self._numbers: dict[Location, int] = {}
 
     def build(self, budget: Budget, most_depth: int | None = None) -> None:
@@ -166,6 +164,8 @@ class Graph:
             Undecided: the machine has something that proofs do not follow.
         """
         self.initial = list(self._edges(-1, frozenset(), self.stepper.start()))
+        self.faults += [(-1, frozenset(), one) for one in self.stepper.faults]
+        self.stepper.faults.clear()
         done = 0
         while done < len(self.locations):
             if most_depth is not None and self.depth >= most_depth:
@@ -196,7 +196,7 @@ class Graph:
     def _from(self, number: int) -> Iterator[Edge]:
         for due in self._patterns(self.locations[number]):
             yield from self._edges(number, due, self.stepper.step(*self.begin(number, due)))
-            self.faults += [(number, due, *one) for one in self.stepper.faults]
+            self.faults += [(number, due, one) for one in self.stepper.faults]
             self.stepper.faults.clear()
 
     def _edges(
@@ -241,9 +241,9 @@ class Graph:
     def _duration(self, value: Value) -> tuple[int, int]:
         if not isinstance(value, Exact):
             return 0, NEVER
-        if value.value is None or isnan(value.value):
-            raise Undecided("a duration that may be no number")
-        count = round(min(max(value.value, 0.0), NEVER * NANOSECOND) / NANOSECOND)
+        if value.value is None or not 0 <= value.value < NEVER * NANOSECOND:
+            return NEVER, NEVER
+        count = nanoseconds(value.value)
         return count, count
 
 

@@ -11,7 +11,7 @@ import math
 import struct
 from typing import Any
 
-from hsm.model.types import Boolean, Enumeration, Integer, Type
+from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
 
 NOT_A_NUMBER = 0x7FF0000000000000 + 1
 """The ordinal of what is not a number."""
@@ -74,6 +74,14 @@ def domain(kind: Type, *, not_a_number: bool = True) -> tuple[int, int]:
             return 0, len(members) - 1
     infinity = float_ordinal(math.inf)
     return -infinity, NOT_A_NUMBER if not_a_number else infinity
+
+
+def held(kind: Type) -> tuple[int, int]:
+    """The least and the greatest ordinal of what a variable or parameter can hold: a float in it is finite."""
+    if isinstance(kind, Quantity):
+        infinity = float_ordinal(math.inf)
+        return 1 - infinity, infinity - 1
+    return domain(kind)
 
 
 def within(least: int, most: int, kind: Type) -> Any:

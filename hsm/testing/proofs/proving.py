@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.model.chart import Model
 from hsm.model.expressions import Literal
 from hsm.model.properties import Never, Property, Recurrence, Response, conditions_of
@@ -16,7 +16,7 @@ from hsm.testing.proofs.graph import Budget, Graph, events_of, unsupported
 from hsm.testing.proofs.regions import FINEST
 from hsm.testing.proofs.search import Search
 from hsm.testing.proofs.values import Undecided
-from hsm.testing.proofs.verdicts import NO_FAULT, Assumptions, Method, Status, Verdict
+from hsm.testing.proofs.verdicts import NO_FAULT, Assumptions, Method, PropertyVerdict, Status
 from hsm.testing.proofs.witness import Replayer
 from hsm.testing.scenarios.scenarios import Scenario
 from hsm.testing.scenarios.script import scripted_machine
@@ -28,7 +28,7 @@ LOCATIONS = 20_000
 CANDIDATES = 12
 """So many ways to a violation are tried on the engine, the shortest first."""
 
-_NO_FAULT_TEXT = "no guard fails, no transitions follow one another without end"
+_NO_FAULT_TEXT = "no guard, assignment or duration fails, no transitions follow one another without end"
 
 
 def check(
@@ -38,7 +38,7 @@ def check(
     depth: int | None = None,
     only: Collection[str] | None = None,
     seconds: float = SECONDS,
-) -> list[Verdict]:
+) -> list[PropertyVerdict]:
     """Decide the properties of a machine, its signals, outcomes, events and waiting times free.
 
     Args:
@@ -55,7 +55,8 @@ def check(
     obstacle = unsupported(ready.model)
     if obstacle is not None:
         return [
-            Verdict(*one, Status.UNDECIDED, reason=obstacle) for one in (*wanted, *((p.name, p.text) for p in stated))
+            PropertyVerdict(*one, Status.UNDECIDED, reason=obstacle)
+            for one in (*wanted, *((p.name, p.text) for p in stated))
         ]
     return _Proof(ready, assumed, stated, depth, seconds).verdicts(fault=bool(wanted))
 
@@ -81,13 +82,13 @@ class _Proof:
         self._parameters = assumed.values(machine.model)
         self._conditions = [one for stated in machine.model.properties for one in conditions_of(stated.claim)]
 
-    def verdicts(self, *, fault: bool) -> list[Verdict]:
+    def verdicts(self, *, fault: bool) -> list[PropertyVerdict]:
         """One for each property."""
         built = self._graph()
         if built.graph is None:
             names = [(NO_FAULT, _NO_FAULT_TEXT)] if fault else []
             names += [(one.name, one.text) for one in self._stated]
-            return [Verdict(*one, Status.UNDECIDED, reason=built.obstacle) for one in names]
+            return [PropertyVerdict(*one, Status.UNDECIDED, reason=built.obstacle) for one in names]
         budget = Budget(self._seconds, LOCATIONS)
         found = [self._no_fault(built.graph, budget)] if fault else []
         return [*found, *(self._decided(built.graph, one, budget) for one in self._stated)]
@@ -116,18 +117,21 @@ class _Proof:
             built = built or graph
         return _Built(built, obstacle)
 
-    def _decided(self, graph: Graph, stated: Property, budget: Budget) -> Verdict:
-        timed = isinstance(stated.claim, Recurrence | Response)
-        verdict = None
-        for with_time in (False, True) if not timed else (True,):
-            verdict = self._searched(graph, stated, budget, with_time=with_time)
-            if verdict.status is not Status.UNDECIDED:
-                break
-        assert verdict is not None, "each property is looked for"
-        return verdict
+    def _decided(self, graph: Graph, stated: Property, budget: Budget) -> PropertyVerdict:
+        """Search without time, then with time, then for runs that meet deadlines exactly."""
+        found = None
+        if not isinstance(stated.claim, Recurrence | Response):
+            found = self._searched(Search(graph, stated, timed=False, longest_tick=self._longest, budget=budget))
+        if found is None or found.status is Status.UNDECIDED:
+            found = self._searched(Search(graph, stated, timed=True, longest_tick=self._longest, budget=budget))
+        if found.status is Status.UNDECIDED:
+            exact = Search(graph, stated, timed=True, longest_tick=self._longest, budget=budget, rounding=0)
+            shown = self._searched(exact)
+            return shown if shown.violated else found
+        return found
 
-    def _searched(self, graph: Graph, stated: Property, budget: Budget, *, with_time: bool) -> Verdict:
-        search = Search(graph, stated, with_time, self._longest, budget)
+    def _searched(self, search: Search) -> PropertyVerdict:
+        graph, stated = search.graph, search.stated
         replayer = Replayer(graph, self._parameters, self._conditions, self._longest)
         clear: int | None = None
         try:
@@ -137,40 +141,47 @@ class _Proof:
                 if example is not None:
                     return self._violated(stated.name, stated.text, example, search, clear)
         except Undecided as error:
-            return Verdict(stated.name, stated.text, Status.UNDECIDED, reason=str(error))
+            return PropertyVerdict(stated.name, stated.text, Status.UNDECIDED, reason=str(error))
+        states = len(search.visits)
         if clear is not None:
             reason = "a violation that the abstraction shows does not happen on the engine" + self._inexact(graph)
-            return Verdict(
-                stated.name, stated.text, Status.UNDECIDED, reason=reason, depth=clear, states=len(search.visits)
+            return PropertyVerdict(
+                stated.name, stated.text, Status.UNDECIDED, reason=reason, depth=clear, states=states
             )
         if search.complete and not graph.stepper.failures:
-            method = Method.ZONES if with_time else Method.REACHABILITY
-            return Verdict(stated.name, stated.text, Status.PROVED, method, states=len(search.visits))
+            method = Method.ZONES if search.timed else Method.REACHABILITY
+            return PropertyVerdict(stated.name, stated.text, Status.PROVED, method, states=states)
         depth = min(search.depth, graph.depth) if not search.complete else graph.depth
-        return self._bounded(stated.name, stated.text, graph, depth, len(search.visits))
+        return self._bounded(stated.name, stated.text, graph, depth, states)
 
-    def _violated(self, name: str, text: str, example: Scenario, search: Search, clear: int) -> Verdict:
-        return Verdict(name, text, Status.VIOLATED, counterexample=example, depth=clear, states=len(search.visits))
+    def _violated(self, name: str, text: str, example: Scenario, search: Search, clear: int) -> PropertyVerdict:
+        return PropertyVerdict(
+            name, text, Status.VIOLATED, counterexample=example, depth=clear, states=len(search.visits)
+        )
 
-    def _bounded(self, name: str, text: str, graph: Graph, depth: int, states: int) -> Verdict:
+    def _bounded(self, name: str, text: str, graph: Graph, depth: int, states: int) -> PropertyVerdict:
         if graph.stepper.failures:
             reason = ", ".join(graph.stepper.failures)
-            return Verdict(name, text, Status.UNDECIDED, reason=reason, depth=depth, states=states)
+            return PropertyVerdict(name, text, Status.UNDECIDED, reason=reason, depth=depth, states=states)
         reason = "as asked" if self._depth is not None else f"{states} states, and there are more"
-        return Verdict(name, text, Status.BOUNDED, reason=reason, depth=depth, states=states)
+        return PropertyVerdict(name, text, Status.BOUNDED, reason=reason, depth=depth, states=states)
 
-    def _no_fault(self, graph: Graph, budget: Budget) -> Verdict:
+    def _no_fault(self, graph: Graph, budget: Budget) -> PropertyVerdict:
         """Whether a guard fails or transitions follow one another without end anywhere."""
         if graph.faults:
             example = next(self._faults(graph, budget), None)
             if example is not None:
-                return Verdict(
+                return PropertyVerdict(
                     NO_FAULT, _NO_FAULT_TEXT, Status.VIOLATED, counterexample=example, states=len(graph.locations)
                 )
-            reason = "a guard may fail, or transitions may follow one another without end" + self._inexact(graph)
-            return Verdict(NO_FAULT, _NO_FAULT_TEXT, Status.UNDECIDED, reason=reason, states=len(graph.locations))
+            reason = "a step may fail" + self._inexact(graph)
+            return PropertyVerdict(
+                NO_FAULT, _NO_FAULT_TEXT, Status.UNDECIDED, reason=reason, states=len(graph.locations)
+            )
         if graph.complete and not graph.stepper.failures:
-            return Verdict(NO_FAULT, _NO_FAULT_TEXT, Status.PROVED, Method.REACHABILITY, states=len(graph.locations))
+            return PropertyVerdict(
+                NO_FAULT, _NO_FAULT_TEXT, Status.PROVED, Method.REACHABILITY, states=len(graph.locations)
+            )
         return self._bounded(NO_FAULT, _NO_FAULT_TEXT, graph, graph.depth, len(graph.locations))
 
     def _faults(self, graph: Graph, budget: Budget) -> Iterator[Scenario]:
@@ -179,10 +190,10 @@ class _Proof:
         search = Search(graph, Property("", nothing, ""), timed=True, longest_tick=self._longest, budget=budget)
         next(search.violations(), None)
         replayer = Replayer(graph, self._parameters, self._conditions, self._longest)
-        for number, due, place, among in graph.faults[:CANDIDATES]:
+        for number, due, failure in graph.faults[:CANDIDATES]:
             visits = (one for one in search.visits if one.location == number)
             for visit in islice(visits, CANDIDATES):
-                example = replayer.fault(search.path(visit), due, place, among, NO_FAULT)
+                example = replayer.fault(search.path(visit), due, failure, NO_FAULT)
                 if example is not None:
                     yield example
 

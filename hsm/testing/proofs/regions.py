@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from hsm.model.expressions import Binary, Expression, VariableValue
+from hsm.model.rewriting import parts_of
 from hsm.model.types import Boolean, Enumeration, Integer, Type
-from hsm.testing.mutation.rewriting import parts_of
 from hsm.testing.proofs.conditions import COMPARISONS, Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
-from hsm.testing.proofs.ordinals import NOT_A_NUMBER, domain, ordinal, value_at
+from hsm.testing.proofs.ordinals import held, ordinal, value_at
 from hsm.testing.proofs.values import Derived, Exact, Region, Symbols, Truth, Undecided, Value
 
 MARGIN = 3
@@ -160,11 +160,7 @@ class Regions:
     def _inside(self, value: Derived, least: int, most: int, kind: Type) -> Diagram:
         """Where a derived value is between two ordinals of a variable's type."""
         compared, diagrams = self._symbols.compared, self._symbols.diagrams
-        if least == most == NOT_A_NUMBER:
-            return diagrams.complement(
-                diagrams.either(compared("<", value, Exact.of(0.0)).true, compared(">=", value, Exact.of(0.0)).true)
-            )
-        first, last = domain(kind)
+        first, last = held(kind)
         found = TRUE
         if least > first:
             found = diagrams.both(found, compared(">=", value, Exact.of(value_at(least, kind))).true)
@@ -190,7 +186,7 @@ class Regions:
         return self._single(next(Region(*one) for one in self._cells(slot) if one[0] <= number <= one[1]), kind)
 
     def _cells(self, slot: int) -> Iterator[tuple[int, int]]:
-        first, last = domain(self._types[slot])
+        first, last = held(self._types[slot])
         least = first
         for cut in self._limits(slot):
             if least < cut <= last:
@@ -209,7 +205,5 @@ class Regions:
                     cuts.update(range(low, high + 1))
                 elif self._precision.whole:
                     cuts.update(one + step for one in tuple(cuts) for step in range(-MARGIN, MARGIN + 1))
-            else:
-                cuts.add(NOT_A_NUMBER)
             found = self._cuts[slot] = sorted(cuts)
         return found

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.model.expressions import Expression
 from hsm.model.properties import Property
 from hsm.testing.proofs.automata import Automaton, Branch, Memory
@@ -21,7 +21,7 @@ from hsm.testing.proofs.values import Truth, Value
 from hsm.testing.proofs.zones import PROMISE, Clock, Zone, at_most, less
 
 ROUNDING = 2
-"""In nanoseconds: so far around a deadline it is left open on which side of it a float falls."""
+"""In nanoseconds: the engine takes a deadline as reached one nanosecond early, and times are rounded to one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +58,7 @@ class Search:
         stated: the property.
         timed: whether time counts.
         longest_tick: in nanoseconds.
+        rounding: in nanoseconds: so far around a deadline it is left open on which side of it a time falls.
         visits: all places, in the order in which they were found.
         depth: after so many steps no violation was found.
         complete: whether all places were looked at.
@@ -68,6 +69,7 @@ class Search:
     timed: bool
     longest_tick: int
     budget: Budget
+    rounding: int = ROUNDING
     visits: list[Visit] = field(default_factory=list)
     depth: int = 0
     complete: bool = False
@@ -133,8 +135,8 @@ class Search:
     def _taken(self, visit: Visit, number: int, edge: Edge, branch: Branch, zone: Zone | None) -> Visit | None:
         if zone is not None:
             if PROMISE in zone.clocks and (branch.least is not None or branch.most is not None):
-                least = None if branch.least is None else at_most(ROUNDING - branch.least)
-                most = None if branch.most is None else at_most(branch.most + ROUNDING)
+                least = None if branch.least is None else at_most(self.rounding - branch.least)
+                most = None if branch.most is None else at_most(branch.most + self.rounding)
                 limited = zone.limited(PROMISE, least, most)
                 if limited is None:
                     return None
@@ -179,7 +181,7 @@ class Search:
                 if branch.memory is visit.memory and not (branch.restarts or branch.violated):
                     later = self._at(visit.zone.later(), visit.location, frozenset())
                     if later is not None and PROMISE in later.clocks and branch.most is not None:
-                        later = later.limited(PROMISE, None, at_most(branch.most + ROUNDING))
+                        later = later.limited(PROMISE, None, at_most(branch.most + self.rounding))
                     if later is not None:
                         return Visit(
                             visit.location, visit.memory, later, visit.before, visit.edge, visit.branch,
@@ -195,7 +197,7 @@ class Search:
             if found is None:
                 return None
             if timer.transition in due:
-                found = found.limited(clock, at_most(ROUNDING - timer.least), None)
+                found = found.limited(clock, at_most(self.rounding - timer.least), None)
             else:
                 found = found.limited(clock, None, less(timer.most))
         return found

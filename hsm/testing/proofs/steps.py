@@ -9,18 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Any
 
-from hsm.engine.compiled import Machine
-from hsm.engine.configuration import Selector
+from hsm.engine.configuration import Picked, Plan, Selector
 from hsm.engine.decisions import Condition, Constant, Negation, Tree
 from hsm.engine.execution import fault_event
-from hsm.engine.plans import Plan
+from hsm.engine.limits import within_limits
+from hsm.engine.machine import Machine
 from hsm.model.chart import Action, After, Assign, Call, On, Raise
-from hsm.model.events import Event, Scoped
+from hsm.model.events import Event, StateEvent
+from hsm.model.types import Quantity, Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
-from hsm.testing.proofs.values import NO, UNKNOWN, YES, Truth, Undecided, Value
+from hsm.testing.proofs.values import NO, UNKNOWN, YES, Derived, Exact, Truth, Undecided, Value
 from hsm.testing.scenarios.script import FAULT
 
 NANOSECOND = 1e-9
@@ -91,6 +93,22 @@ Place = tuple[Stage, Point, tuple[Event, ...]]
 Label = tuple[str, str, str] | None
 """An outcome (``report``, state, outcome) or an event (``event``, name, empty) that was heard, or None."""
 
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A step that cannot be done.
+
+    Attributes:
+        place: within the step.
+        among: the signals for which it fails.
+        label: the outcome or event that is heard there.
+    """
+
+    place: Place
+    among: Diagram
+    label: Label
+
+
 ENDED = Stage(4)
 
 SETTLING = Stage(5)
@@ -125,6 +143,8 @@ class Stepper:
         self._evaluator = evaluator
         self._diagrams = evaluator.symbols.diagrams
         self._events = events
+        model = machine.model
+        self._types: list[Type] = [one.type for one in model.parameters] + [one.type for one in model.variables]
         self._scopes = frozenset(scopes)
         self._duration = duration
         self._guards: dict[tuple[int, tuple[Value, ...], frozenset[int]], Truth] = {}
@@ -136,8 +156,8 @@ class Stepper:
         self._handled = any(
             isinstance(one.trigger, On) and "fault" in one.trigger.names for one in machine.model.transitions
         )
-        self.faults: list[tuple[Place, Diagram]] = []
-        self._failed: list[Diagram] = []
+        self.faults: list[Failure] = []
+        self._failed: list[tuple[Diagram, Label]] = []
 
     def start(self) -> Iterator[tuple[Point, Diagram]]:
         """Entering the machine and the first step, which comes at the same time."""
@@ -145,8 +165,8 @@ class Stepper:
         plan = machine.planner.start()
         parameters = tuple(self._evaluator.values)
         nowhere = Point((), (), frozenset(), (), parameters)
-        first, queue = self._planned(nowhere, plan)
-        settled = self._run({(SETTLING, first, queue): TRUE}, heard=())
+        first, queue, possible = self._planned(nowhere, plan)
+        settled = self._run({(SETTLING, first, queue): possible}, heard=())
         begun: dict[Place, Diagram] = {}
         for point, among in settled:
             due = frozenset(one.transition for one in point.timers if one.most <= 1)
@@ -204,7 +224,7 @@ class Stepper:
                     onward = ways.setdefault(place, {})
                     onward[following] = either(onward.get(following, FALSE), further)
                 pending[following] = either(pending.get(following, FALSE), further)
-            self.faults += [(place, one) for one in self._failed]
+            self.faults += [Failure(place, among, label) for among, label in self._failed]
             self._failed.clear()
         self._look_for_spins(ways)
         return list(ends.items())
@@ -227,7 +247,7 @@ class Stepper:
                 left = both(left, alive[place])
                 if left != alive[place]:
                     alive[place], changed = left, True
-        self.faults += [(place, among) for place, among in alive.items() if among != FALSE]
+        self.faults += [Failure(place, among, None) for place, among in alive.items() if among != FALSE]
 
     def _onward(self, place: Place, among: Diagram, heard: Sequence[str]) -> Iterator[tuple[Place, Diagram, Label]]:
         """What a place leads to: first what follows by itself, then what comes next."""
@@ -238,9 +258,9 @@ class Stepper:
         configuration = self._machine.configuration(point.leaves)
         rest = among
         if configuration.always is not None:
-            for picked, further in self._picked(configuration.always, point, among, None):
+            for picked, further in self._picked(configuration.always, point, among):
                 if picked is not None:
-                    yield self._fired(stage, point, queue, picked), further, None
+                    yield self._fired(place, picked, further)
                     rest = self._diagrams.without(rest, further)
         if rest == FALSE:
             return
@@ -283,7 +303,7 @@ class Stepper:
         configuration = self._machine.configuration(point.leaves)
         ended = replace(point, over=point.over | {state}) if state in configuration.active else point
         events = {
-            outcome: Scoped((outcome,), state, f"done.invoke.{declared.name}")
+            outcome: StateEvent((outcome,), state, f"done.invoke.{declared.name}")
             for outcome in declared.activity.activity.outcomes
         }
         if self._handled:
@@ -296,13 +316,13 @@ class Stepper:
         self, place: Place, event: Event, among: Diagram, label: Label
     ) -> Iterator[tuple[Place, Diagram, Label]]:
         """What an event leads to."""
-        stage, point, queue = place
+        point = place[1]
         selector = self._machine.configuration(point.leaves).on(event)
         if selector is None:
             yield place, among, label
             return
-        for picked, further in self._picked(selector, point, among, None):
-            yield (place if picked is None else self._fired(stage, point, queue, picked)), further, label
+        for picked, further in self._picked(selector, point, among, label=label):
+            yield (place, further, label) if picked is None else self._fired(place, picked, further, label)
 
     def _time_outs(self, stage: Stage, point: Point, among: Diagram) -> Iterator[tuple[Place, Diagram, Label]]:
         configuration = self._machine.configuration(point.leaves)
@@ -313,22 +333,23 @@ class Stepper:
             if picked is None:
                 yield (Stage(3), point, ()), further, None
             else:
-                plan = configuration.plan(picked, dict(point.history))
+                plan = self._machine.planner.plan(configuration, picked, dict(point.history))
                 left = Stage(2, due=stage.due.difference(plan.disarmed))
-                yield self._fired(left, point, (), picked), further, None
+                yield self._fired((left, point, ()), picked, further)
 
     def _conditions(self, stage: Stage, point: Point, among: Diagram) -> Iterator[tuple[Place, Diagram, Label]]:
         when = self._machine.configuration(point.leaves).when
         if when is None:
             yield (ENDED, point, ()), among, None
             return
-        for picked, further in self._picked(when, point, among, None):
-            yield ((ENDED, point, ()) if picked is None else self._fired(stage, point, (), picked)), further, None
+        for picked, further in self._picked(when, point, among):
+            ended = ((ENDED, point, ()), further, None)
+            yield ended if picked is None else self._fired((stage, point, ()), picked, further)
 
     # What fires.
 
     def _picked(
-        self, selector: Selector, point: Point, among: Diagram, due: frozenset[int] | None
+        self, selector: Selector, point: Point, among: Diagram, due: frozenset[int] | None = None, label: Label = None
     ) -> Iterator[tuple[Any, Diagram]]:
         """What a selector can pick, None for nothing, each with the signals for which it does."""
         if due is not None:
@@ -343,7 +364,7 @@ class Stepper:
                 among = self._diagrams.without(among, condition)
                 yield picked, further
         if among != FALSE:
-            self._failed.append(among)
+            self._failed.append((among, label))
 
     def _all_choices(self, selector: Selector, point: Point, due: frozenset[int] | None) -> list[tuple[Any, Diagram]]:
         both, either = self._diagrams.both, self._diagrams.either
@@ -403,62 +424,106 @@ class Stepper:
 
     # What is done.
 
-    def _fired(self, stage: Stage, point: Point, queue: tuple[Event, ...], picked: Any) -> Place:
-        plan = self._machine.configuration(point.leaves).plan(picked, dict(point.history))
-        following, raised = self._planned(point, plan)
-        return stage, following, (*queue, *raised)
+    def _fired(self, place: Place, picked: Picked, among: Diagram, label: Label = None) -> tuple[Place, Diagram, Label]:
+        """What a selector picked is done: where it leads, and the signals for which nothing in it fails."""
+        stage, point, queue = place
+        configuration = self._machine.configuration(point.leaves)
+        plan = self._machine.planner.plan(configuration, picked, dict(point.history))
+        following, raised, possible = self._planned(point, plan)
+        further = self._diagrams.both(among, possible)
+        if further != among:
+            self._failed.append((self._diagrams.without(among, possible), label))
+        return (stage, following, (*queue, *raised)), further, label
 
-    def _planned(self, point: Point, plan: Plan) -> tuple[Point, tuple[Event, ...]]:
-        """A microstep: where it leads, and the events that it raises."""
+    def _planned(self, point: Point, plan: Plan) -> tuple[Point, tuple[Event, ...], Diagram]:
+        """A microstep: where it leads, the events that it raises, and the signals for which nothing in it fails."""
         timers = [one for one in point.timers if one.transition not in plan.disarmed]
         values = list(point.values)
         raised: list[Event] = []
+        possible = TRUE
         for item in plan.work:
-            if isinstance(item, Scoped):
+            if isinstance(item, StateEvent):
                 raised.append(item)
                 continue
             block, active = item
             if block.enters:
-                self._enter(block.state, values, timers, active)
+                possible = self._diagrams.both(possible, self._enter(block.state, values, timers, active))
             for action in block.actions:
-                self._act(action, values, raised, active)
+                possible = self._diagrams.both(possible, self._act(action, values, raised, active))
         history = dict(point.history)
         history.update(plan.remembered)
-        return Point(
-            plan.target.leaves,
-            tuple(sorted(history.items())),
-            point.over.difference(plan.exited, plan.entered),
-            tuple(sorted(timers, key=lambda one: one.transition)),
-            tuple(values),
-            point.entered | self._scopes.intersection(plan.entered),
-            plan.outcome or point.outcome,
-        ), tuple(raised)
+        return (
+            Point(
+                plan.target.leaves,
+                tuple(sorted(history.items())),
+                point.over.difference(plan.exited, plan.entered),
+                tuple(sorted(timers, key=lambda one: one.transition)),
+                tuple(values),
+                point.entered | self._scopes.intersection(plan.entered),
+                plan.outcome or point.outcome,
+            ),
+            tuple(raised),
+            possible,
+        )
 
-    def _enter(self, state: int, values: list[Value], timers: list[Timer], active: frozenset[int]) -> None:
-        model = self._machine.model
+    def _enter(self, state: int, values: list[Value], timers: list[Timer], active: frozenset[int]) -> Diagram:
+        """Enter a state: its variables are set, its time-outs begin."""
+        model, possible = self._machine.model, TRUE
         for slot in self._machine.generator.opened(state):
             variable = model.variables[slot - len(model.parameters)]
             values[slot] = self._evaluator.at(values, active).value(variable.initial)
+            possible = self._diagrams.both(possible, self._held(values[slot], variable.type))
         for index in model.states[state].transitions:
             trigger = model.transitions[index].trigger
             if isinstance(trigger, After):
                 duration = self._evaluator.at(values, active).value(trigger.duration)
+                possible = self._diagrams.both(possible, self._lasting(duration))
                 timers[:] = [one for one in timers if one.transition != index]
                 timers.append(Timer(index, *self._duration(duration), fresh=True))
+        return possible
 
-    def _act(self, action: Action, values: list[Value], raised: list[Event], active: frozenset[int]) -> None:
+    def _act(self, action: Action, values: list[Value], raised: list[Event], active: frozenset[int]) -> Diagram:
+        """Do one action; the signals for which it does not fail."""
         match action:
             case Assign(variable, expression):
-                value = self._evaluator.at(values, active).value(expression)
-                if value == UNKNOWN:
-                    raise Undecided(f"an assignment to `{variable}` that may fail")
-                values[self._evaluator.slots[variable]] = value
+                slot = self._evaluator.slots[variable]
+                values[slot] = self._evaluator.at(values, active).value(expression)
+                return self._held(values[slot], self._types[slot])
             case Call():
                 pass
             case Raise(event):
                 raised.append(event)
             case _:
                 raise Undecided(f"an action of a kind that proofs do not know: {type(action).__name__}")
+        return TRUE
+
+    def _held(self, value: Value, kind: Type) -> Diagram:
+        """Where a variable can hold a value: whole numbers of 63 bits are taken to be enough, floats are finite."""
+        if value == UNKNOWN:
+            return FALSE
+        if not isinstance(kind, Quantity):
+            return TRUE
+        match value:
+            case Exact(content):
+                return TRUE if content is None or within_limits(content, kind) else FALSE
+            case Derived():
+                return self._between(value, -inf, inf)
+        return TRUE
+
+    def _lasting(self, duration: Value) -> Diagram:
+        """Where a time-out can have a duration."""
+        match duration:
+            case Exact(content):
+                return TRUE if content is not None and 0 <= content < inf else FALSE
+            case Derived():
+                least = self._evaluator.symbols.compared(">=", duration, Exact.of(0.0)).true
+                return self._diagrams.both(least, self._between(duration, -inf, inf))
+        return FALSE
+
+    def _between(self, value: Derived, low: float, high: float) -> Diagram:
+        compared = self._evaluator.symbols.compared
+        above, below = compared(">", value, Exact.of(low)).true, compared("<", value, Exact.of(high)).true
+        return self._diagrams.both(above, below)
 
 
 def _on_cycles(ways: Mapping[Place, Mapping[Place, Diagram]]) -> set[Place]:

@@ -16,7 +16,7 @@ from typing import Any
 from hsm.engine.evaluation import BINARY, UNARY
 from hsm.model.types import Enumeration, Type
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram, Diagrams
-from hsm.testing.proofs.ordinals import NOT_A_NUMBER, domain, value_at
+from hsm.testing.proofs.ordinals import NOT_A_NUMBER, domain, held, value_at
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +169,8 @@ class Symbols:
     def domain(self, number: int) -> tuple[int, int]:
         """The least and the greatest ordinal of a symbol."""
         symbol = self._symbols[number]
+        if symbol.what == "variable":
+            return held(symbol.type)
         return domain(symbol.type, not_a_number=self._not_a_number or symbol.what != "signal")
 
     def between(self, number: int, least: int, most: int) -> Diagram:

@@ -76,7 +76,7 @@ class Assumptions:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class PropertyVerdict:
     """What is known of one property.
 
     Attributes:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.model.expressions import Expression
 from hsm.model.faults import MachineFault
 from hsm.testing.proofs.automata import Branch
@@ -18,7 +18,7 @@ from hsm.testing.proofs.diagrams import FALSE, Diagram
 from hsm.testing.proofs.graph import FREE, Edge, Graph
 from hsm.testing.proofs.ordinals import ordinal
 from hsm.testing.proofs.search import Visit
-from hsm.testing.proofs.steps import ENDED, Label, Place
+from hsm.testing.proofs.steps import ENDED, Failure, Label, Place
 from hsm.testing.proofs.timing import MARGIN, Schedule, first_solved
 from hsm.testing.proofs.valuations import Valuations, readable
 from hsm.testing.proofs.values import Exact
@@ -43,12 +43,14 @@ class Tick:
         edge: the step of the graph.
         among: the signals that are possible.
         end: what the step comes to, within the graph.
+        label: an outcome or event that is heard there.
     """
 
     time: int
     edge: Edge
     among: Diagram
     end: Place
+    label: Label = None
 
 
 class Replayer:
@@ -81,25 +83,23 @@ class Replayer:
         ticks = self._planned(way)
         return None if ticks is None else self._tried(ticks, name, self._chosen(way[-1].location))
 
-    def fault(
-        self, way: Sequence[Visit], due: frozenset[int], place: Place, among: Diagram, name: str
-    ) -> Scenario | None:
+    def fault(self, way: Sequence[Visit], due: frozenset[int], failure: Failure, name: str) -> Scenario | None:
         """A run on the engine that fails in the step after a way; None where none was found.
 
         Args:
             way: to the location in which the step begins.
             due: the time-outs that come due in the step.
-            place: within the step.
-            among: the signals for which it fails.
+            failure: the step.
             name: title of the scenario.
         """
         last = way[-1]
-        edge = Edge(last.location, last.location, due, frozenset(), among, place[1])
-        more = Visit(last.location, last.memory, None, -1, edge, Branch(last.memory, among))
-        ticks = self._planned([*way, more])
+        edge = Edge(last.location, last.location, due, frozenset(), failure.among, failure.place[1])
+        ticks = self._planned(
+            [*way, Visit(last.location, last.memory, None, -1, edge, Branch(last.memory, edge.among))]
+        )
         if ticks is None:
             return None
-        ticks[-1] = Tick(ticks[-1].time, edge, among, place)
+        ticks[-1] = Tick(ticks[-1].time, edge, edge.among, failure.place, failure.label)
         return self._tried(ticks, name, self._chosen(last.location), failing=True)
 
     def _chosen(self, location: int) -> dict[str, Any]:
@@ -253,13 +253,14 @@ class Replayer:
         reports = {one[1]: one[2] for one in labels if one is not None and one[0] == "report"}
         events = tuple(one[1] for one in labels if one is not None and one[0] == "event")
         signals = _spoken(valuations.signals(chosen), driver.signals)
-        after = tick.time / _NANOSECONDS - driver.time
-        teller.steps.append(Stimulus(round(after, 9), signals, reports, events=events))
+        after = max(0.0, round(tick.time / _NANOSECONDS - driver.time, 9))
+        teller.steps.append(Stimulus(after, signals, reports, events=events))
         try:
-            driver.step(signals, reports, events, after=round(after, 9))
+            driver.step(signals, reports, events, after=after)
         except LookupError:
             return False
-        teller.expect()
+        if not tick.edge.idle:
+            teller.expect()
         return True
 
     def _labels(self, tick: Tick, cube: Diagram) -> list[Label] | None:
@@ -270,9 +271,9 @@ class Replayer:
             return None
         parents: dict[Place, tuple[Place, Label]] = {}
         self._graph.stepper.step(point, among, parents)
-        labels: list[Label] = []
+        labels: list[Label] = [tick.label]
         place = tick.end
-        if place not in parents:
+        if place not in parents and place[0].number:
             return None
         while place in parents:
             place, label = parents[place]

@@ -10,7 +10,7 @@ Bryant, "Graph-based algorithms for Boolean function manipulation" (1986).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 FALSE = 0
 TRUE = 1
@@ -35,6 +35,7 @@ class Diagrams:
         self._above = [0, 1]
         self._unique: dict[tuple[int, int, int, int], Diagram] = {}
         self._both: dict[tuple[Diagram, Diagram], Diagram] = {}
+        self._left_out: dict[tuple[Diagram, frozenset[int]], Diagram] = {}
         self._complement: dict[Diagram, Diagram] = {FALSE: TRUE, TRUE: FALSE}
 
     def __len__(self) -> int:
@@ -81,23 +82,17 @@ class Diagrams:
         """What is in the first of two sets alone."""
         return self.both(one, self.complement(other))
 
-    def without_symbols(self, one: Diagram, gone: Callable[[int], bool], known: dict[Diagram, Diagram]) -> Diagram:
-        """The set of what remains of its elements when some symbols are left out.
-
-        Args:
-            one: the set.
-            gone: which symbols.
-            known: results for the same symbols; it is added to.
-        """
+    def without_symbols(self, one: Diagram, gone: frozenset[int]) -> Diagram:
+        """The set of what remains of its elements when some symbols are left out."""
         if one in (FALSE, TRUE):
             return one
-        found = known.get(one)
+        key = (one, gone)
+        found = self._left_out.get(key)
         if found is None:
-            below = self.without_symbols(self._below[one], gone, known)
-            above = self.without_symbols(self._above[one], gone, known)
+            below, above = (self.without_symbols(each, gone) for each in (self._below[one], self._above[one]))
             symbol = self._symbol[one]
-            found = self.either(below, above) if gone(symbol) else self._node(symbol, self._bound[one], below, above)
-            known[one] = found
+            found = self.either(below, above) if symbol in gone else self._node(symbol, self._bound[one], below, above)
+            self._left_out[key] = found
         return found
 
     def symbols(self, one: Diagram) -> frozenset[int]:

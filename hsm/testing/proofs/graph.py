@@ -148,7 +148,9 @@ class Graph:
             self.symbols, machine.generator.variables, machine.indices, values, compared=self.regions.compared
         )
         self.regions.look_ahead(self.evaluator, [*expressions_of(model), *stated], values)
-        self.stepper = Stepper(machine, self.evaluator, events, scopes, self._duration)
+        self.stepper = Stepper(
+            machine, self.evaluator, events, scopes, duration=self._duration, settled=self.regions.settled
+        )
         self.locations: list[Location] = []
         self.edges: list[list[Edge]] = []
         self.initial: list[Edge] = []

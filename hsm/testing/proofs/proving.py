@@ -15,7 +15,7 @@ from hsm.model.types import BOOLEAN
 from hsm.testing.proofs.graph import Budget, Graph, events_of, unsupported
 from hsm.testing.proofs.regions import FINEST
 from hsm.testing.proofs.search import Search
-from hsm.testing.proofs.values import Undecided
+from hsm.testing.proofs.values import TooMany, Undecided
 from hsm.testing.proofs.verdicts import NO_FAULT, Assumptions, Method, PropertyVerdict, Status
 from hsm.testing.proofs.witness import Replayer
 from hsm.testing.scenarios.scenarios import Scenario
@@ -94,11 +94,10 @@ class _Proof:
         return [*found, *(self._decided(built.graph, one, budget) for one in self._stated)]
 
     def _graph(self) -> _Built:
-        """The graph with the finest regions that can be had."""
-        obstacle = ""
-        built = None
+        """The graph with the finest regions with which it can be had whole; else the one with the finest of all."""
+        scopes = [self._machine.indices[one.scope] for one in self._stated if one.scope is not None]
+        built, obstacle = None, ""
         for precision in FINEST:
-            scopes = [self._machine.indices[one.scope] for one in self._stated if one.scope is not None]
             graph = Graph(
                 self._machine,
                 list(self._parameters.values()),
@@ -109,9 +108,12 @@ class _Proof:
                 not_a_number=self._assumed.not_a_number,
             )
             try:
-                graph.build(Budget(self._seconds / len(FINEST), LOCATIONS // len(FINEST)), self._depth)
+                graph.build(Budget(self._seconds / len(FINEST), LOCATIONS), self._depth)
             except Undecided as error:
                 return _Built(None, str(error))
+            except TooMany as error:
+                obstacle = str(error)
+                continue
             if graph.complete or self._depth is not None:
                 return _Built(graph)
             built = built or graph

@@ -23,6 +23,9 @@ from hsm.testing.proofs.values import Derived, Exact, Region, Symbols, Truth, Un
 MARGIN = 3
 """So far around the outermost thresholds whole numbers are kept as they are."""
 
+MOST_OPERATIONS = 3
+"""So many operations on a symbol are followed within one step."""
+
 MOST_THRESHOLDS = 40
 """So many thresholds of one variable are told apart."""
 
@@ -44,7 +47,7 @@ class Precision:
     floats: int
 
 
-FINEST = (Precision(400, 200), Precision(24, 12), Precision(0, 1))
+FINEST = (Precision(64, 24), Precision(12, 12), Precision(0, 1))
 
 
 class Regions:
@@ -71,6 +74,7 @@ class Regions:
         self._floats: list[set[int]] = [set() for _ in types]
         self._cuts: list[list[int] | None] = [None for _ in types]
         self._precision = precision
+        self._growing: dict[tuple[Value, ...], list[int]] = {}
         self.grown = False
 
     def symbol(self, slot: int) -> int:
@@ -134,6 +138,44 @@ class Regions:
                 if (further := both(condition, added)) != FALSE
             ]
         return iter(ways)
+
+    def settled(self, values: tuple[Value, ...], among: Diagram) -> list[tuple[tuple[Value, ...], Diagram]]:
+        """Values within a step, those that would grow without end replaced by symbols for their regions."""
+        growing = self._growing.get(values)
+        if growing is None:
+            growing = [slot for slot, value in enumerate(values) if self._grows(slot, value)]
+            self._growing[values] = growing
+        if not growing:
+            return [(values, among)]
+        both, diagrams = self._symbols.diagrams.both, self._symbols.diagrams
+        ways: list[tuple[list[Value], Diagram]] = [(list(values), among)]
+        for slot in growing:
+            parted: list[tuple[list[Value], Diagram]] = []
+            for chosen, condition in ways:
+                number = self._spare(slot, chosen)
+                for kept, added in self._options(slot, values[slot]):
+                    further = diagrams.without_symbols(both(condition, added), frozenset((number,)))
+                    if isinstance(kept, Region):
+                        further = both(further, self._symbols.between(number, kept.least, kept.most))
+                    if further != FALSE:
+                        value: Value = kept if isinstance(kept, Exact) else Derived(number)
+                        parted.append(([*chosen[:slot], value, *chosen[slot + 1 :]], further))
+            ways = parted
+        return [(tuple(chosen), condition) for chosen, condition in ways]
+
+    def _grows(self, slot: int, value: Value) -> bool:
+        if isinstance(value, Derived):
+            return len(value.steps) > MOST_OPERATIONS
+        return isinstance(value, Exact) and not isinstance(self._options(slot, value)[0][0], Exact)
+
+    def _spare(self, slot: int, values: Sequence[Value]) -> int:
+        """The number of a symbol for a variable that none of the values depends on."""
+        used = {one.symbol for one in values if isinstance(one, Derived)}
+        name = self._symbols[self._numbers[slot]].key
+        spares = (
+            self._symbols.number("variable", (name, count), self._types[slot]) for count in range(len(values) + 1)
+        )
+        return next(one for one in spares if one not in used)
 
     def _options(self, slot: int, value: Value) -> list[tuple[Kept, Diagram]]:
         kind = self._types[slot]

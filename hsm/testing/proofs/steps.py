@@ -22,11 +22,11 @@ from hsm.model.events import Event, StateEvent
 from hsm.model.types import Quantity, Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
-from hsm.testing.proofs.values import NO, UNKNOWN, YES, Derived, Exact, Truth, Undecided, Value
+from hsm.testing.proofs.values import NO, UNKNOWN, YES, Derived, Exact, TooMany, Truth, Undecided, Value
 from hsm.testing.scenarios.script import FAULT
 
 NANOSECOND = 1e-9
-MOST_POINTS = 20_000
+MOST_POINTS = 4_000
 """So many points are looked at within one step at most."""
 
 
@@ -124,6 +124,7 @@ class Stepper:
         events: names that may come from outside.
         scopes: states of which it matters whether they were entered.
         duration: the least and the greatest duration that a value stands for, in nanoseconds.
+        settled: replaces values that would grow without end.
 
     Attributes:
         failures: why some steps cannot be followed to their end, by reason.
@@ -137,7 +138,9 @@ class Stepper:
         evaluator: Evaluator,
         events: Sequence[str],
         scopes: Collection[int],
+        *,
         duration: Callable[[Value], tuple[int, int]],
+        settled: Callable[[tuple[Value, ...], Diagram], list[tuple[tuple[Value, ...], Diagram]]],
     ) -> None:
         self._machine = machine
         self._evaluator = evaluator
@@ -147,6 +150,7 @@ class Stepper:
         self._types: list[Type] = [one.type for one in model.parameters] + [one.type for one in model.variables]
         self._scopes = frozenset(scopes)
         self._duration = duration
+        self._settled = settled
         self._guards: dict[tuple[int, tuple[Value, ...], frozenset[int]], Truth] = {}
         self._choices: dict[
             tuple[Selector, frozenset[int] | None, tuple[Value, ...]],
@@ -213,11 +217,11 @@ class Stepper:
             seen[place] = either(seen.get(place, FALSE), fresh)
             rounds += 1
             if rounds > MOST_POINTS:
-                raise Undecided(f"one step with more than {MOST_POINTS} ways to go")
+                raise TooMany(f"one step with more than {MOST_POINTS} ways to go")
             if place[0] == ENDED:
                 ends[place[1]] = either(ends.get(place[1], FALSE), fresh)
                 continue
-            for following, further, label in self._onward(place, fresh, heard):
+            for following, further, label in self._all_onward(place, fresh, heard):
                 if parents is not None and following not in parents and following not in begin:
                     parents[following] = (place, label)
                 if label is None:
@@ -248,6 +252,13 @@ class Stepper:
                 if left != alive[place]:
                     alive[place], changed = left, True
         self.faults += [Failure(place, among, None) for place, among in alive.items() if among != FALSE]
+
+    def _all_onward(self, place: Place, among: Diagram, heard: Sequence[str]) -> Iterator[tuple[Place, Diagram, Label]]:
+        """What a place leads to, values that would grow without end replaced."""
+        for (stage, point, queue), further, label in self._onward(place, among, heard):
+            for values, part in self._settled(point.values, further):
+                settled = point if values is point.values else replace(point, values=values)
+                yield (stage, settled, queue), part, label
 
     def _onward(self, place: Place, among: Diagram, heard: Sequence[str]) -> Iterator[tuple[Place, Diagram, Label]]:
         """What a place leads to: first what follows by itself, then what comes next."""

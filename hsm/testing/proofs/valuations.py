@@ -81,6 +81,8 @@ class Valuations:
         for number in sorted(self._needed(box), key=lambda one: self._symbols[one].what == "signal"):
             symbol = self._symbols[number]
             least, most = self._limits(number, box)
+            if symbol.what == "variable" and not isinstance(symbol.key, str):
+                continue  # a region that a variable was in within the step
             if symbol.what == "variable":
                 value = variables.get(str(symbol.key))
                 if value is None:

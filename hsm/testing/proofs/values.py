@@ -343,5 +343,9 @@ class Arithmetic:
         return Derived(self._symbols.number("arithmetic", (operator, operands), kind))
 
 
+class TooMany(Exception):  # noqa: N818 - how a proof ends early
+    """More ways to go than are followed; with coarser regions there may be fewer."""
+
+
 class Undecided(Exception):  # noqa: N818 - an answer, not an error
     """Something that proofs do not follow; the message says what stands in the way."""

@@ -160,7 +160,8 @@ class Replayer:
                 schedule.at_least(before, moment, apart)
                 if not visit.repeated:
                     schedule.at_most(before, moment, self._longest)
-                self._bound(schedule, since, moment, (way[number - 1].location, visit.edge, visit.branch))
+                branch = Branch(visit.memory, FALSE) if visit.repeated else visit.branch
+                self._bound(schedule, since, moment, (way[number - 1].location, visit.edge, branch))
             since.update(dict.fromkeys(visit.edge.fresh, moment))
             if visit.branch.restarts or not number:
                 since[PROMISE] = moment

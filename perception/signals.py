@@ -403,7 +403,16 @@ def link_reconnects(facts: Facts) -> int:
     return facts.observation.link.reconnects
 
 
+@LIBRARY.signal("link.blind")
+def link_blind(facts: Facts) -> bool:
+    """Whether the base is kept standing because scan or odometry is too old, refused, or has only just come back."""
+    return bool(facts.observation.link.blind)
+
+
 @LIBRARY.signal("link.stopped")
 def link_stopped(facts: Facts) -> bool:
     """Whether the robot's dead man has stopped it."""
     return facts.observation.link.stopped
+
+
+LIBRARY.event("blinded", "the base was stopped because scan or odometry is too old or was refused; see link.blind")

@@ -17,6 +17,8 @@ STANDOFF = 0.2
 """Free way ahead of the robot's centre at which it has no speed left, m."""
 PATIENCE = 2.0
 """After so long without headway the way is blocked, s."""
+PAUSE = 4.0
+"""An activity that was not asked for so many periods has been kept waiting: that time is not its own."""
 
 
 class Skill:
@@ -92,22 +94,44 @@ MOVED = 0.05
 """A robot that has moved less has not got anywhere, m."""
 
 
+class Stopwatch:
+    """Counts the time for which an activity has been at work: while the loop keeps the robot standing, it is not asked.
+
+    Attributes:
+        elapsed: s.
+    """
+
+    def __init__(self) -> None:
+        self.elapsed = 0.0
+        self._last: float | None = None
+
+    def update(self, facts: Facts) -> float:
+        """Take in a tick and return the time so far, s; a pause counts as one period."""
+        time = facts.time
+        if self._last is not None:
+            gone = time - self._last
+            self.elapsed += gone if gone < PAUSE * facts.robot.period else facts.robot.period
+        self._last = time
+        return self.elapsed
+
+
 class Headway:
     """Notices that the robot does not get anywhere."""
 
     def __init__(self, patience: float = PATIENCE, speed: float = math.inf) -> None:
         """Args: for how long it may stand, s, and the speed that it is to have, m/s: a slow robot is given longer."""
         self._patience = max(patience, 2 * MOVED / speed)
+        self._watch = Stopwatch()
         self._since: float | None = None
         self._pose = Pose()
 
     def lost(self, facts: Facts) -> bool:
         """Whether the robot has moved less than 5 cm and turned less than 0.1 rad for the time of its patience (s)."""
-        pose = facts.observation.odometry.pose
+        time, pose = self._watch.update(facts), facts.observation.odometry.pose
         moved = math.hypot(pose.x - self._pose.x, pose.y - self._pose.y) > MOVED
         if self._since is None or moved or abs(math.remainder(pose.heading - self._pose.heading, math.tau)) > 0.1:
-            self._since, self._pose = facts.time, pose
-        return facts.time - self._since > self._patience
+            self._since, self._pose = time, pose
+        return time - self._since > self._patience
 
 
 class Progress:
@@ -116,11 +140,13 @@ class Progress:
     def __init__(self, patience: float, speed: float) -> None:
         """Args: for how long it may not shrink, s, and the speed that the robot is to have, m/s."""
         self._patience = max(patience, 2 * MOVED / speed)
+        self._watch = Stopwatch()
         self._since: float | None = None
         self._least = math.inf
 
-    def lost(self, left: float, time: float) -> bool:
+    def lost(self, left: float, facts: Facts) -> bool:
         """Whether what is left (m) has not shrunk by 5 cm for the time of its patience."""
+        time = self._watch.update(facts)
         if self._since is None or left < self._least - MOVED:
             self._since, self._least = time, left
         return time - self._since > self._patience

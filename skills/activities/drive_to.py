@@ -57,7 +57,7 @@ class DriveTo(Skill):
         distance = math.hypot(target.x, target.y)
         if distance < THERE:
             return DONE
-        if self._headway.lost(facts) or self._progress.lost(distance, facts.time):
+        if self._headway.lost(facts) or self._progress.lost(distance, facts):
             return BLOCKED
         bearing = math.atan2(target.y, target.x)
         forward, left = self._field(facts, distance, bearing)

@@ -42,7 +42,7 @@ class Move(Skill):
         left = math.hypot(here.x, here.y)
         if left < THERE:
             return DONE
-        if self._progress.lost(left, facts.time):
+        if self._progress.lost(left, facts):
             return BLOCKED
         speed = min(self._speed, max(SLOWEST, self.settings.arc.gain * left)) / left
         turn = -self.settings.motion.heading_gain * here.heading

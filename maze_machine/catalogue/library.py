@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -33,7 +34,12 @@ def robot_library(settings: SkillSettings | None = None) -> Library:
     return library
 
 
-def chosen_library(named: str | None, machine: Path | None = None, settings: SkillSettings | None = None) -> Library:
+def chosen_library(
+    named: str | None,
+    machine: Path | None = None,
+    settings: SkillSettings | None = None,
+    ask: Callable[[str], bool] | None = None,
+) -> Library:
     """The library that a machine is written against.
 
     That is the one named on the command line; else that of the project around the machine, if it names one and the
@@ -43,6 +49,7 @@ def chosen_library(named: str | None, machine: Path | None = None, settings: Ski
         named: ``MODULE:NAME``, or None.
         machine: the machine's file; None for whatever lies in the present folder.
         settings: the gains of the robot's motion skills, for the shipped library.
+        ask: asks a person whether to trust a project; by default a question on the terminal where there is one.
 
     Raises:
         UsageError: there is no such library, or its project is not trusted.
@@ -57,7 +64,7 @@ def chosen_library(named: str | None, machine: Path | None = None, settings: Ski
     if project.library is None:
         library = robot_library(settings)
     else:
-        require_trust(project)
+        require_trust(project, ask)
         library = named_library(project.library, project.folder)
     return replace(library, folders=[*project.machines, *library.folders])
 

@@ -357,8 +357,8 @@ class Document:
     def _events(self) -> Iterator[Entry]:
         for line in self.table.root.lines:
             if isinstance(line, ast.EventLine):
-                for name in line.names:
-                    yield Entry(str(name), SymbolKind.EVENT, "event", self.tree.comment_above(name.line or 1))
+                for event in line.names:
+                    yield Entry(str(event), SymbolKind.EVENT, "event", self.tree.comment_above(event.line or 1))
         yield from (Entry(one.name, SymbolKind.EVENT, "event", one.doc) for one in self.library.events.values())
         for name in dict.fromkeys((*self._outcomes(), *self._finals(), "done", "fault")):
             yield Entry(name, SymbolKind.EVENT, "outcome")

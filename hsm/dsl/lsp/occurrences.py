@@ -1,7 +1,7 @@
 """Every name in a file with its role: what references, renaming, highlighting and colours are made of.
 
-The syntax tree is walked once, whatever its nodes are; a table says which role the tokens of a node's field have. A name
-in an expression gets its role from what is declared: by the file first, then by the library.
+The syntax tree is walked once, whatever its nodes are; a table says which role the tokens of a node's field have. A
+name in an expression gets its role from what is declared: by the file first, then by the library.
 """
 
 from __future__ import annotations

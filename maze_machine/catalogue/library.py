@@ -18,10 +18,15 @@ from maze_machine.catalogue.project import find_project
 from maze_machine.catalogue.trust import require_trust
 from maze_machine.errors import UsageError
 from maze_machine.installation import HiddenPackageError, require_packages
+from perception.facts import Facts
 from skills.settings import SkillSettings
+from transport.messages import Command
+
+RobotLibrary = Library[Facts, Command]
+"""What the machines of a maze robot may name: signals of its facts, activities that give commands."""
 
 
-def robot_library(settings: SkillSettings | None = None) -> Library:
+def robot_library(settings: SkillSettings | None = None) -> RobotLibrary:
     """Everything that a maze robot's machine may name: perception's signals, motion skills, the door bell, events.
 
     What a machine imports is looked for among the shipped machines, too.
@@ -29,7 +34,7 @@ def robot_library(settings: SkillSettings | None = None) -> Library:
     Args:
         settings: the gains of the robot's motion skills; by default those of PICO.
     """
-    library = Library("maze robot", folders=[SHIPPED])
+    library: RobotLibrary = Library("maze robot", folders=[SHIPPED])
     library.include(perception.library.LIBRARY)
     library.include(skills.library.library(settings or SkillSettings()))
     return library
@@ -40,7 +45,7 @@ def chosen_library(
     machine: Path | None = None,
     settings: SkillSettings | None = None,
     ask: Callable[[str], bool] | None = None,
-) -> Library:
+) -> RobotLibrary:
     """The library that a machine is written against.
 
     That is the one named on the command line; else that of the project around the machine, if it names one and the
@@ -70,7 +75,7 @@ def chosen_library(
     return replace(library, folders=[*project.machines, *library.folders])
 
 
-def named_library(name: str, folder: Path | None = None) -> Library:
+def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
     """A library of one's own, by its name.
 
     Args:

@@ -16,7 +16,7 @@ import json
 import math
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -59,6 +59,8 @@ BEGIN = 1000.0
 STANDING = 0.001
 """A robot that moves less than this in a step stands, m."""
 
+PICO = Laser()
+
 Sent = tuple[Scan | None, Odometry | None]
 Change = Callable[[Scan, Odometry, int], Sent]
 """What a driver publishes in place of a scan and an odometry, for the k-th time since the habit began."""
@@ -79,7 +81,7 @@ class Habit:
     name: str
     change: Change
     from_start: bool = False
-    laser: Laser = field(default_factory=Laser)
+    laser: Laser = PICO
     fault: str = ""
 
 

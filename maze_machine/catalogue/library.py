@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -40,7 +41,10 @@ def robot_library(settings: SkillSettings | None = None) -> RobotLibrary:
 
 
 def chosen_library(
-    named: str | None, machine: Path | None = None, settings: SkillSettings | None = None
+    named: str | None,
+    machine: Path | None = None,
+    settings: SkillSettings | None = None,
+    ask: Callable[[str], bool] | None = None,
 ) -> RobotLibrary:
     """The library that a machine is written against.
 
@@ -51,6 +55,7 @@ def chosen_library(
         named: ``MODULE:NAME``, or None.
         machine: the machine's file; None for whatever lies in the present folder.
         settings: the gains of the robot's motion skills, for the shipped library.
+        ask: asks a person whether to trust a project; by default a question on the terminal where there is one.
 
     Raises:
         UsageError: there is no such library, or its project is not trusted.
@@ -65,7 +70,7 @@ def chosen_library(
     if project.library is None:
         library = robot_library(settings)
     else:
-        require_trust(project)
+        require_trust(project, ask)
         library = named_library(project.library, project.folder)
     return replace(library, folders=[*project.machines, *library.folders])
 

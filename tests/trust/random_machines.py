@@ -88,8 +88,7 @@ class _Writer:
     def actions(self) -> str:
         kinds = {
             "n += 1": 3, "n = 0": 1, "n = steps": 1, "n -= 1": 1, "d = ahead": 2, "d += 0.1 m": 1,
-            "seen = space.left": 1,
-            "hue = light": 1, "raise tick": 1, f"seen = {self.condition()}": 1, "log(n)": 1,
+            "seen = space.left": 1, "hue = light": 1, "raise tick": 1, f"seen = {self.condition()}": 1, "log(n)": 1,
         }  # fmt: skip
         if self.chance(0.6):
             return ""

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from hsm.model.registry import Library
 from hsm.model.types import QUANTITY_NAMES, Quantity
+from perception.facts import Facts
 from skills.settings import SkillSettings
 from transport.description import RobotDescription
+from transport.messages import Command
 
 _QUANTITIES: dict[str, Quantity] = {name: quantity for quantity, name in QUANTITY_NAMES.items()}
 
 
-def robot_constants(robot: RobotDescription, settings: SkillSettings) -> Library:
+def robot_constants(robot: RobotDescription, settings: SkillSettings) -> Library[Facts, Command]:
     """The constants of a robot."""
-    library = Library("robot")
+    library: Library[Facts, Command] = Library("robot")
     length, speed, turn_rate = (_QUANTITIES[name] for name in ("length", "speed", "turn_rate"))
     library.constant("robot.radius", length, robot.radius, "Radius of the circle that the robot sweeps when it turns.")
     library.constant("robot.half_width", length, robot.half_width, "Largest extent of the robot to a side.")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
-import perception.library
 import perception.signals
-import skills.library
+import skills.catalogue
 from hsm.model.registry import Library
 from maze_machine.catalogue.constants import robot_constants
 from maze_machine.catalogue.machines import SHIPPED
@@ -18,11 +18,16 @@ from maze_machine.catalogue.project import find_project
 from maze_machine.catalogue.trust import require_trust
 from maze_machine.errors import UsageError
 from maze_machine.installation import HiddenPackageError, require_packages
+from perception.facts import Facts
 from skills.settings import SkillSettings
 from transport.description import RobotDescription
+from transport.messages import Command
+
+RobotLibrary = Library[Facts, Command]
+"""What the machines of a maze robot may name: signals of its facts, activities that give commands."""
 
 
-def robot_library(settings: SkillSettings | None = None, robot: RobotDescription | None = None) -> Library:
+def robot_library(settings: SkillSettings | None = None, robot: RobotDescription | None = None) -> RobotLibrary:
     """Everything that a maze robot's machine may name: perception's signals, motion skills, the robot's constants.
 
     What a machine imports is looked for among the shipped machines, too.
@@ -32,9 +37,9 @@ def robot_library(settings: SkillSettings | None = None, robot: RobotDescription
         robot: the robot; by default PICO.
     """
     settings, robot = settings or SkillSettings(), robot or RobotDescription()
-    library = Library("maze robot", folders=[SHIPPED])
-    library.include(perception.library.LIBRARY)
-    library.include(skills.library.library(settings, robot))
+    library: RobotLibrary = Library("maze robot", folders=[SHIPPED])
+    library.include(perception.signals.LIBRARY)
+    library.include(skills.catalogue.library(settings, robot))
     library.include(robot_constants(robot, settings))
     return library
 
@@ -44,7 +49,8 @@ def chosen_library(
     machine: Path | None = None,
     settings: SkillSettings | None = None,
     robot: RobotDescription | None = None,
-) -> Library:
+    ask: Callable[[str], bool] | None = None,
+) -> RobotLibrary:
     """The library that a machine is written against.
 
     That is the one named on the command line; else that of the project around the machine, if it names one and the
@@ -55,6 +61,7 @@ def chosen_library(
         machine: the machine's file; None for whatever lies in the present folder.
         settings: the gains of the robot's motion skills, for the shipped library.
         robot: the robot, for the shipped library.
+        ask: asks a person whether to trust a project; by default a question on the terminal where there is one.
 
     Raises:
         UsageError: there is no such library, or its project is not trusted.
@@ -69,12 +76,12 @@ def chosen_library(
     if project.library is None:
         library = robot_library(settings, robot)
     else:
-        require_trust(project)
+        require_trust(project, ask)
         library = named_library(project.library, project.folder)
     return replace(library, folders=[*project.machines, *library.folders])
 
 
-def named_library(name: str, folder: Path | None = None) -> Library:
+def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
     """A library of one's own, by its name.
 
     Args:

@@ -8,6 +8,7 @@ from perception.facts import Facts
 from skills.settings import PassageSettings
 from skills.sides import Side
 from skills.surroundings import Points
+from transport.arithmetic import norms
 from transport.description import RobotDescription
 
 
@@ -36,7 +37,7 @@ def shorter_way(facts: Facts, points: Points, nearest: int, settings: PassageSet
         nearest: which of them is the obstacle's.
         settings: what a gap must leave.
     """
-    gaps = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > 2 * (facts.robot.half_width + settings.spare))
+    gaps = np.flatnonzero(norms(*np.diff(points, axis=0).T) > 2 * (facts.robot.half_width + settings.spare))
     first = int(gaps[gaps < nearest].max(initial=-1)) + 1
     last = int(gaps[gaps >= nearest].min(initial=len(points) - 1))
     y = points[first : last + 1, 1]

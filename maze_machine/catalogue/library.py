@@ -9,9 +9,8 @@ from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
-import perception.library
 import perception.signals
-import skills.library
+import skills.catalogue
 from hsm.model.registry import Library
 from maze_machine.catalogue.machines import SHIPPED
 from maze_machine.catalogue.project import find_project
@@ -35,8 +34,8 @@ def robot_library(settings: SkillSettings | None = None) -> RobotLibrary:
         settings: the gains of the robot's motion skills; by default those of PICO.
     """
     library: RobotLibrary = Library("maze robot", folders=[SHIPPED])
-    library.include(perception.library.LIBRARY)
-    library.include(skills.library.library(settings or SkillSettings()))
+    library.include(perception.signals.LIBRARY)
+    library.include(skills.catalogue.library(settings or SkillSettings()))
     return library
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
@@ -15,7 +15,10 @@ __all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription"]
 
 
 class Laser(Settings):
-    """The laser range finder and where it is mounted."""
+    """The laser range finder and where it is mounted.
+
+    A laser that turns clockwise is described by the same two angles, in either order: its scans are turned round.
+    """
 
     beams: Annotated[int, Field(ge=2)] = 1000
     """Number of beams."""
@@ -33,6 +36,31 @@ class Laser(Settings):
     """Position of the sensor in the robot's frame, m to the left."""
     mount_heading: float = 0.0
     """Direction of the sensor's zero angle in the robot's frame, rad."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _counter_clockwise(cls, values: object) -> object:
+        """The two ends of the fan in counter-clockwise order."""
+        if isinstance(values, dict):
+            first, last = values.get("angle_min"), values.get("angle_max")
+            if isinstance(first, int | float) and isinstance(last, int | float) and first > last:
+                return values | {"angle_min": last, "angle_max": first}
+        return values
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        span, furthest = self.angle_max - self.angle_min, max(abs(self.angle_min), abs(self.angle_max))
+        if not span > 0:
+            raise ValueError(f"must have `angle_min` ({self.angle_min:g}) below `angle_max` ({self.angle_max:g})")
+        if furthest > math.tau + 0.1:
+            raise ValueError(f"has its angles in radians: {furthest:g} degrees are {math.radians(furthest):.4f} rad")
+        if not span <= math.tau + 1.5 * span / (self.beams - 1):
+            raise ValueError(f"cannot look at more than a full turn: it is {math.tau:.4f} rad, not {span:g}")
+        if self.range_min >= self.range_max:
+            raise ValueError(f"must have `range_min` ({self.range_min:g}) below `range_max` ({self.range_max:g})")
+        if not math.isfinite(self.mount_x + self.mount_y + self.mount_heading):
+            raise ValueError("must be mounted at a finite place")
+        return self
 
     def geometry(self) -> ScanGeometry:
         """The beams as a scan describes them."""

@@ -47,8 +47,16 @@ class LinkSettings(Settings):
     connect: Positive = 5.0
     """How long a robot is looked for, s."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _bare(cls, values: object) -> object:
+        """Programs of rmw_zenoh know no gate, so none is asked for where nothing is said of one."""
+        if isinstance(values, dict) and values.get("keys") == "rmw_zenoh":
+            return {"gate": False} | values
+        return values
+
     @model_validator(mode="after")
     def _goes_together(self) -> Self:
         if self.keys == "rmw_zenoh" and self.gate:
-            raise ValueError('keys = "rmw_zenoh" is for bare drivers: gate = false')
+            raise ValueError('must have `gate = false` with `keys = "rmw_zenoh"`: its programs know no gate')
         return self

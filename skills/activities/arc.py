@@ -11,7 +11,7 @@ from skills.activities.to_opening import ToOpening
 from skills.course import TRUSTED
 from skills.frames import Frame, Turned, rotated
 from skills.library import LIBRARY
-from skills.motion import BLOCKED, DONE
+from skills.motion import BLOCKED, DONE, Headway
 from skills.sides import Side
 from transport.messages import Command, Pose, Twist
 
@@ -28,7 +28,7 @@ class Arc(ToOpening):
     in wide ones as far from the corner as a wall is kept off. At its beginning a local frame is set in the odometry.
     Along the circle the path's speed is fed forward; the deviations in x and y from where the robot should be for the
     angle that it has turned are fed back. A turn once begun is ended, if need be on the spot. Outcomes: `done`,
-    `blocked` when the robot does not get to where the circle begins.
+    `blocked` when the robot does not get to where the circle begins, or cannot turn there.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5) -> None:
@@ -39,9 +39,9 @@ class Arc(ToOpening):
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
         if self._headway.lost(facts):
-            if self._circle is None:
+            if self._circle is None or self._on_the_spot:
                 return BLOCKED
-            self._on_the_spot = True
+            self._on_the_spot, self._headway = True, Headway()
         if self._circle is not None:
             return self._along_the_circle(facts, self._circle)
         return self._to_the_circle(facts)

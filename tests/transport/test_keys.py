@@ -42,8 +42,9 @@ def test_a_name_that_is_no_key_is_refused(name: str) -> None:
 
 
 def test_rmw_zenoh_goes_with_bare_drivers_only() -> None:
-    with pytest.raises(ValidationError, match="bare drivers"):
-        LinkSettings(keys="rmw_zenoh")
+    assert not LinkSettings(keys="rmw_zenoh").gate
+    with pytest.raises(ValidationError, match="`gate = false`"):
+        LinkSettings(keys="rmw_zenoh", gate=True)
 
 
 def test_the_door_is_a_service_under_the_hash_that_ros_computes_for_it() -> None:

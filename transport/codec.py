@@ -28,6 +28,7 @@ from transport.messages import NANOSECONDS, DoorReply, Odometry, Scan, ScanGeome
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
 TWIST = "geometry_msgs/msg/Twist"
+TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
 CLOCK = "rosgraph_msgs/msg/Clock"
 EMPTY = "std_msgs/msg/Empty"
 STRING = "std_msgs/msg/String"
@@ -251,6 +252,23 @@ def decode_twist(payload: bytes) -> Twist:
         return Twist(forward, left, turn)
     message = _decode(payload, TWIST)
     return Twist(float(message.linear.x), float(message.linear.y), float(message.angular.z))
+
+
+def encode_twist_stamped(twist: Twist, stamp: int) -> bytes:
+    """A velocity as ``geometry_msgs/TwistStamped`` in the frame ``base_link``; a stamp that ROS cannot say is 0."""
+    said = stamp if 0 <= stamp < _MAX_SECONDS * NANOSECONDS else 0
+    velocity = _MESSAGES[TWIST](_vector(twist.forward, twist.left, 0.0), _vector(0.0, 0.0, twist.turn))
+    return _encode(_MESSAGES[TWIST_STAMPED](_header(said, BASE_FRAME), velocity), TWIST_STAMPED)
+
+
+def decode_twist_stamped(payload: bytes) -> Twist:
+    """The planar part of a ``geometry_msgs/TwistStamped``.
+
+    Raises:
+        CodecError: the payload is not such a message.
+    """
+    twist = _decode(payload, TWIST_STAMPED).twist
+    return Twist(float(twist.linear.x), float(twist.linear.y), float(twist.angular.z))
 
 
 def encode_clock(stamp: int) -> bytes:

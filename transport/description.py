@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
-from transport.section import Point, Positive, Settings
+from transport.section import Point, Positive, Settings, is_network_name
 
 __all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription"]
 
@@ -89,7 +89,9 @@ class RobotDescription(Settings):
     """One robot's body: by default PICO's."""
 
     name: str = "pico"
-    """The robot's name, which is also its namespace on a network."""
+    """The robot's name, under which a gate or a simulator shows it on a network."""
+    namespace: str = "{name}"
+    """Namespace of the topics of a bare ROS 2 robot; `{name}` stands for its name. Empty for a robot without one."""
     footprint: tuple[Point, ...] = PICO_FOOTPRINT
     """Outline seen from above in the robot's frame, m, counter-clockwise."""
     limits: Limits = Limits()
@@ -113,6 +115,19 @@ class RobotDescription(Settings):
         track = named.get("track", width)
         rim = limits.speed + limits.turn_rate * (track if isinstance(track, float) else width) / 2
         return {"track": width, "wheel_speed": rim} | named
+
+    @field_validator("name", "namespace")
+    @classmethod
+    def _sayable(cls, value: str, info: ValidationInfo) -> str:
+        spelt = value.replace("{name}", "name").strip("/")
+        if not is_network_name(spelt) and (spelt or info.field_name == "name"):
+            raise ValueError(f"must be letters, digits, - and _, a letter first, not {value!r}")
+        return value
+
+    @property
+    def topics_below(self) -> str:
+        """The namespace of its topics as a bare ROS 2 robot; empty where they have none."""
+        return self.namespace.replace("{name}", self.name).strip("/")
 
     @property
     def radius(self) -> float:

@@ -1,4 +1,4 @@
-"""What driving skills share: forward at a speed that the way ahead allows, sideways to where the robot should be."""
+"""What driving skills share: their robot's steering, the check of their arguments, and when they give up."""
 
 from __future__ import annotations
 
@@ -7,14 +7,11 @@ from typing import ClassVar
 
 from hsm.model.registry import Outcome
 from perception.facts import Facts
-from skills.frames import rotated
-from skills.passage import Passage
-from skills.settings import MotionSettings, SkillSettings
-from transport.messages import Command, Pose, Twist
+from skills.settings import SkillSettings
+from skills.steering import Steering, steering_of
+from transport.messages import Pose
 
 DONE, BLOCKED = Outcome("done"), Outcome("blocked")
-STANDOFF = 0.2
-"""Free way ahead of the robot's centre at which it has no speed left, m."""
 PATIENCE = 2.0
 """After so long without headway the way is blocked, s."""
 PAUSE = 4.0
@@ -25,6 +22,10 @@ class Skill:
     """An activity with the gains of its robot."""
 
     settings: ClassVar[SkillSettings] = SkillSettings()
+
+    def steering(self, facts: Facts) -> Steering:
+        """The law of the robot's base."""
+        return steering_of(facts.robot, self.settings)
 
 
 def above_zero(name: str, value: float) -> float:
@@ -58,36 +59,6 @@ def finite(name: str, value: float) -> float:
     if not math.isfinite(value):
         raise ValueError(f"`{name}` must be a number, not {value:g}")
     return value
-
-
-def along(course_error: float, speed: float, aside: float, ahead: float, settings: MotionSettings) -> Command:
-    """Drive along the course.
-
-    Args:
-        course_error: how far to turn to be on course, rad.
-        speed: wanted speed, m/s.
-        aside: how far to the left the robot should be, m.
-        ahead: free way in front of the robot's centre, m.
-        settings: gains.
-    """
-    forward = max(0.0, min(speed, settings.slow_gain * (ahead - STANDOFF)))
-    forward *= max(0.0, math.cos(2 * course_error))  # turn first when far off course
-    left = 0.0
-    if abs(aside) > settings.dead_zone:
-        left = max(-settings.lateral_speed, min(settings.lateral_speed, settings.lateral_gain * aside))
-    return Command(Twist(*rotated(forward, left, course_error), settings.heading_gain * course_error))
-
-
-def off_the_walls(passage: Passage, settings: SkillSettings) -> float:
-    """How far to the left of the robot the line lies that keeps off the walls of a passage, m.
-
-    The middle of a corridor; in a wider space the robot's own line, unless a wall is too near.
-    """
-    keep_off = settings.wall.keep_off
-    if passage.width < settings.wall.corridor:
-        return (passage.left + passage.right) / 2
-    room_left, room_right = passage.left - keep_off, -passage.right - keep_off
-    return min(room_left, 0.0) - min(room_right, 0.0)
 
 
 MOVED = 0.05

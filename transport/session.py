@@ -69,7 +69,9 @@ Report = Annotated[dict[str, JsonValue], AfterValidator(_printable_report)]
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    """A question or an answer; fields that are not known, of a later version or somebody's own, are ignored."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", strict=True)
 
 
 class Open(_Part):

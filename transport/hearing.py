@@ -7,7 +7,7 @@ from typing import NamedTuple
 from transport.bus import Bus
 from transport.keys import RobotKeys
 
-LISTENED = 0.5
+LISTENED = 1.0
 """How long to listen, s: a sensor speaks several times in that time."""
 SHOWN = 8
 """So many keys are named at most."""
@@ -50,7 +50,7 @@ def heard_instead(bus: Bus, keys: RobotKeys) -> str:
     """One sentence on where a robot's scan was listened for and what is on the network instead, with a way out.
 
     Args:
-        bus: the network; it is listened to for half a second.
+        bus: the network; it is listened to for a second.
         keys: where the robot was expected.
     """
     topics = sorted({topic for key in bus.survey(LISTENED) if (topic := topic_of(key)) is not None})

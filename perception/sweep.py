@@ -18,6 +18,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from transport.arithmetic import cosines, sines
 from transport.messages import ALL_ROUND, Pose, Scan, ScanGeometry
 
 Floats = NDArray[np.float64]
@@ -62,16 +63,14 @@ class Fan:
         Args:
             points: in the robot's frame, m, shape (n, 2).
         """
-        if not len(self.angles):
-            return np.ones(len(points), np.bool_)
-        direction = np.arctan2(points[:, 1] - self.mount.y, points[:, 0] - self.mount.x)
-        span = min((len(self.angles) - 1) * self.step, math.tau)
-        beyond = (direction - self.angles[0]) % math.tau - span
-        # Just before the first beam is just short of a whole turn.
-        blind: Mask = (
-            (beyond > _BESIDE) & (beyond < math.tau - span - _BESIDE) & (math.tau - span > ALL_ROUND * self.step)
-        )
-        return blind
+        span = (len(self.angles) - 1) * self.step
+        if not len(self.angles) or math.tau - span <= ALL_ROUND * self.step:
+            return np.full(len(points), not len(self.angles))
+        x, y = points[:, 0] - self.mount.x, points[:, 1] - self.mount.y
+        after_first = self.cosines[0] * y - self.sines[0] * x >= -_BESIDE
+        before_last = self.sines[-1] * x - self.cosines[-1] * y >= -_BESIDE
+        seen: Mask = after_first & before_last if span <= math.pi else after_first | before_last
+        return ~seen
 
     def sector(self, centre: float, width: float) -> Indices:
         """The beams whose direction is within ``width / 2`` of ``centre`` (both in rad), shape (k,)."""
@@ -92,7 +91,7 @@ def fan_of(geometry: ScanGeometry, mount: Pose) -> Fan:
     counted = np.arange(geometry.beams) if order is None else order
     directions = geometry.angle_min + geometry.angle_increment * counted.astype(np.float64) + mount.heading
     angles = (directions + math.pi) % math.tau - math.pi
-    return Fan(angles, np.cos(angles), np.sin(angles), mount, step)
+    return Fan(angles, cosines(angles), sines(angles), mount, step)
 
 
 @lru_cache(maxsize=8)

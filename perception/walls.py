@@ -12,6 +12,7 @@ from perception.extremes import lowest
 from perception.lines import Lines
 from perception.settings import CentreSettings, WallSettings
 from perception.sweep import Floats, Mask, Sweep
+from transport.arithmetic import distance_between, norm
 from transport.description import Point
 
 
@@ -48,7 +49,7 @@ def nearest_wall(lines: Lines, side: float, settings: WallSettings) -> Wall:
         settings: how far to the front and back the wall may be.
     """
     walls = [
-        Wall(math.hypot(x, y), math.remainder(line.alpha + math.pi / 2, math.pi))
+        Wall(norm(x, y), math.remainder(line.alpha + math.pi / 2, math.pi))
         for line in lines
         if line.length >= settings.min_length
         for x, y in [line.nearest]
@@ -155,7 +156,7 @@ def without_own_body(sweep: Sweep, footprint: tuple[Point, ...]) -> Sweep:
 @lru_cache(maxsize=8)
 def _reach_of(footprint: tuple[Point, ...], place: Point) -> float:
     """From a place to the farthest corner of a footprint, m."""
-    return max(math.dist(corner, place) for corner in footprint)
+    return max(distance_between(corner, place) for corner in footprint)
 
 
 @dataclass(frozen=True, eq=False)

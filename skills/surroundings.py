@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from perception.facts import Facts
 from perception.sweep import Sweep
 from skills.frames import Frame
+from transport.arithmetic import norms
 from transport.messages import Pose
 
 Points = NDArray[np.float64]
@@ -42,9 +43,11 @@ class Surroundings:
         if self._last is None:
             return np.empty((0, 2))
         before, points = self._last
-        matrix = Frame(Frame(before).local(pose)).matrix()
-        moved = points @ matrix[:2, :2].T + matrix[:2, 2]
-        near = np.hypot(moved[:, 0], moved[:, 1]) < self._reach
+        motion = Frame(before).local(pose)
+        cos, sin = math.cos(motion.heading), math.sin(motion.heading)
+        dx, dy = points[:, 0] - motion.x, points[:, 1] - motion.y
+        moved = np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
+        near = norms(moved[:, 0], moved[:, 1]) < self._reach
         return np.asarray(moved[sweep.fan.blind(moved) & near][-REMEMBERED:])
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from transport.arithmetic import norm
 from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
 from transport.section import Point, Positive, Settings, is_network_name
@@ -132,7 +133,7 @@ class RobotDescription(Settings):
     @property
     def radius(self) -> float:
         """Radius of the circle about the robot's origin that its footprint sweeps when it rotates, m."""
-        return max(math.hypot(x, y) for x, y in self.footprint)
+        return max(norm(x, y) for x, y in self.footprint)
 
     @property
     def half_width(self) -> float:

@@ -14,8 +14,8 @@ import perception.signals  # noqa: F401 - fills the library
 from hsm.model.registry import Outcome
 from perception import Perception
 from perception.library import LIBRARY
+from skills.catalogue import library
 from skills.chain import MotionChain
-from skills.library import library
 from skills.settings import SkillSettings
 from skills.surroundings import Surroundings
 from tests.perception.scenes import cells, observation_of, scan_of

@@ -53,7 +53,7 @@ class Laser(Settings):
         span, furthest = self.angle_max - self.angle_min, max(abs(self.angle_min), abs(self.angle_max))
         if not span > 0:
             raise ValueError(f"must have `angle_min` ({self.angle_min:g}) below `angle_max` ({self.angle_max:g})")
-        if furthest > math.tau + 0.1:
+        if furthest > 2 * math.tau:
             raise ValueError(f"has its angles in radians: {furthest:g} degrees are {math.radians(furthest):.4f} rad")
         if not span <= math.tau + 1.5 * span / (self.beams - 1):
             raise ValueError(f"cannot look at more than a full turn: it is {math.tau:.4f} rad, not {span:g}")

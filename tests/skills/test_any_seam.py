@@ -10,10 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import perception.signals  # noqa: F401 - fills the library
 from hsm.model.registry import Outcome
 from perception import Perception
-from perception.library import LIBRARY
+from perception.signals import LIBRARY
 from skills.catalogue import library
 from skills.chain import MotionChain
 from skills.settings import SkillSettings

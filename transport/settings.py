@@ -26,8 +26,8 @@ class LinkSettings(Settings):
     command: str = "cmd_vel"
     """Name of the velocity command's topic."""
     command_type: Literal["Twist", "TwistStamped"] = "Twist"
-    """Type of the velocity command that a bare driver takes, of geometry_msgs: TwistStamped since ROS 2 Kilted in many
-    robots. Its stamp is that of the observation which the command answers."""
+    """Type of the velocity command that a bare driver takes, of geometry_msgs: newer ones want TwistStamped. Its stamp
+    is that of the observation which the command answers."""
     door: str = "open_door"
     """Name of the door bell: a service or a topic."""
     door_call: Literal["service", "message"] = "service"

@@ -86,6 +86,10 @@ PICO_FOOTPRINT: tuple[Point, ...] = (
 )
 
 
+SMALLEST = 1e-4
+"""A footprint covers at least so much, m^2: a square centimetre."""
+
+
 class RobotDescription(Settings):
     """One robot's body: by default PICO's."""
 
@@ -103,6 +107,16 @@ class RobotDescription(Settings):
     """The laser range finder."""
     period: Positive = 0.1
     """Time from one command to the next, s."""
+
+    @field_validator("footprint")
+    @classmethod
+    def _has_an_area(cls, footprint: tuple[Point, ...]) -> tuple[Point, ...]:
+        """The corners counter-clockwise, whichever way they are given."""
+        after = (*footprint[1:], *footprint[:1])
+        area = math.fsum(x * next_y - next_x * y for (x, y), (next_x, next_y) in zip(footprint, after, strict=True)) / 2
+        if not SMALLEST <= abs(area) < math.inf:
+            raise ValueError(f"must be an outline with an area, not {len(footprint)} corners around {abs(area):g} m^2")
+        return footprint if area > 0 else footprint[::-1]
 
     @field_validator("base", mode="before")
     @classmethod

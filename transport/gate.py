@@ -224,7 +224,11 @@ class Gate:
 
     def _move(self) -> None:
         """Tell the base what holds now: at once where it changed, and again every period in case that got lost."""
-        blind = self.trust.look(self._base.status(), self._clock.now())
+        before, blind = self.trust.reason, self.trust.look(self._base.status(), self._clock.now())
+        if bool(before) != bool(blind):
+            _LOG.warning(
+                "the base was stopped: %s" if blind else "the base may move again", *([blind] if blind else [])
+            )
         twist = self.guard.twist()
         if blind:
             twist = STOP

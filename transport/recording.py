@@ -189,21 +189,22 @@ class _TickWriter:
                 "/tf": codec.TRANSFORMS,
             }.items()
         }
-        self._scan = self._odometry = -1
+        self._scan: Scan | None = None
+        self._odometry: Odometry | None = None
 
     def write(self, tick: RecordedTick) -> None:
         """One tick: its messages, sensors first."""
         observation, command, name = tick.observation, tick.command, self._robot
         at = observation.stamp
         self._add("/clock", at, codec.encode_clock(at))
-        # In real time a tick may see the data of the last one again: those are in the file already.
-        if observation.odometry.stamp != self._odometry:
-            odometry = observation.odometry
-            self._odometry = odometry.stamp
+        # A tick may see the data of the last one again: those are in the file already. Stamps do not tell, as a robot's
+        # clock may stand still.
+        if observation.odometry is not self._odometry:
+            self._odometry = odometry = observation.odometry
             self._add(f"/{name}/odom", at, codec.encode_odometry(odometry))
             self._add("/tf", at, codec.encode_transforms(self._transform(odometry)))
-        if observation.scan.stamp != self._scan:
-            self._scan = observation.scan.stamp
+        if observation.scan is not self._scan:
+            self._scan = observation.scan
             self._add(f"/{name}/scan", at, codec.encode_scan(observation.scan))
         self._add(f"/{name}/cmd_vel", at, codec.encode_twist(command.twist))
         door = None if observation.door is None else asdict(observation.door)

@@ -126,3 +126,16 @@ def test_a_laser_that_turns_clockwise_is_the_same_fan(tmp_path):
 @pytest.mark.parametrize("ends", [(0.0, math.tau), (-math.pi, math.pi), (0.0, 6.26573), (-2.0, 2.0)])
 def test_lasers_as_they_are_sold_are_possible(ends):
     Laser(beams=360, angle_min=ends[0], angle_max=ends[1])
+
+
+@pytest.mark.parametrize(
+    "footprint", ["[[0,0],[1,0],[2,0]]", "[]", "[[0,0]]", "[[0,0],[1,1]]", "[[nan,0],[1,0],[0,1]]"]
+)
+def test_a_footprint_without_an_area_is_refused(footprint):
+    with pytest.raises(UsageError, match="must be an outline with an area"):
+        load_profile("pico", [f"robot.footprint={footprint}"])
+
+
+def test_the_corners_of_a_footprint_may_be_given_clockwise():
+    robot = load_profile("pico", ["robot.footprint=[[-0.1,-0.1],[-0.1,0.1],[0.1,0.1],[0.1,-0.1]]"]).robot
+    assert robot.footprint == ((0.1, -0.1), (0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1))

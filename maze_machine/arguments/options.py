@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -23,6 +23,47 @@ ChartArgument = Annotated[
 MazeArgument = Annotated[
     str,
     typer.Argument(help="A maze file of any format, or the name of a shipped maze.", autocompletion=complete_maze),
+]
+StartOption = Annotated[
+    str | None,
+    typer.Option(metavar='"X Y DEGREES"', help="Where the robot is put down in the maze. Default: what its file says."),
+]
+ExitsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--exit",
+        metavar='"X Y X Y"',
+        help="A way out of the maze, by its two ends; walls along it are opened. May be repeated.",
+    ),
+]
+GoalOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="GOAL",
+        help='What is to be done: "exit", a place to reach and how near ("X Y [RADIUS]"), "survive SECONDS" or "none". '
+        "Default: what the file says.",
+    ),
+]
+PixelOption = Annotated[
+    float | None,
+    typer.Option(
+        "--metres-a-pixel", min=0.001, max=10, metavar="METRES", help="Scale of images. Default: what the file says."
+    ),
+]
+CellOption = Annotated[
+    float,
+    typer.Option("--metres-a-cell", min=0.1, max=10, metavar="METRES", help="Scale of micromouse and mms mazes."),
+]
+GreyOption = Annotated[
+    Literal["door", "unknown", "split"] | None,
+    typer.Option(
+        help="What grey pixels of an image are; `split` takes the darker half for walls. "
+        "Default: unknown in maps of mapping tools, doors in other images."
+    ),
+]
+ObjectsOption = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Moving objects for the maze: the course simulator's config.json."),
 ]
 RecordingArgument = Annotated[Path, typer.Argument(help="A file that `maze-machine run --record` wrote.")]
 

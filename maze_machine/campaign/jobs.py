@@ -20,6 +20,7 @@ from maze_machine.catalogue.machines import find_machine
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import Mission, drive, prepare
 from maze_machine.errors import FileError
+from maze_machine.simulated.choices import AS_THE_FILE_SAYS, MazeWords
 from maze_machine.simulated.world import SimulatedWorld, find_maze, maze_file
 from sim.maze import Maze, MazeError
 from transport.world import LockstepRobot
@@ -27,7 +28,7 @@ from transport.world import LockstepRobot
 Record = Mapping[str, Any]
 """The result of one job, of JSON values: lengths in m, times in s."""
 
-SUFFIXES = {".maze", ".txt", ".num", ".pgm", ".png"}
+SUFFIXES = {".maze", ".txt", ".num", ".pgm", ".png", ".yaml"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +39,13 @@ class Setup:
         robot: the robot's profile, a file or a shipped one's name.
         settings: what overrides the profile, each ``section.key=value``.
         time_limit: s on the robot's clock after which a run is given up; None for no limit but the maze's own.
+        maze: what is chosen of all mazes.
     """
 
     robot: str = "pico"
     settings: tuple[str, ...] = ()
     time_limit: float | None = None
+    maze: MazeWords = AS_THE_FILE_SAYS
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -77,7 +80,10 @@ def _mazes(name: str) -> list[str]:
     if not path.is_dir():
         maze_file(name)
         return [name]
-    found = sorted(str(file) for file in path.rglob("*") if file.suffix in SUFFIXES)
+    files = {file for file in path.rglob("*") if file.suffix in SUFFIXES}
+    # A map's description stands for its image.
+    images = {file.with_suffix(suffix) for file in files if file.suffix == ".yaml" for suffix in (".pgm", ".png")}
+    found = sorted(str(file) for file in files - images)
     if not found:
         raise FileError(f"no maze in the folder {name}", f"mazes are files {', '.join(sorted(SUFFIXES))}")
     return found
@@ -96,14 +102,14 @@ def run_job(setup: Setup, job: Job) -> Record:
 
 def _drive(setup: Setup, job: Job) -> dict[str, Any]:
     mission = _mission(setup, job.machine)
-    world = SimulatedWorld(_maze(job.maze), mission.profile.robot, job.seed)
+    world = SimulatedWorld(_maze(setup, job.maze), mission.profile.robot, job.seed)
     robot = LockstepRobot(world)
     ending = drive(mission, robot, robot)
     report = ending.report
     return {
-        "solved": report["escaped"],
+        "solved": report["solved"],
         "outcome": report["outcome"],
-        "reason": report["reason"] if report["escaped"] or ending.outcome is None else f"ended in {ending.outcome}",
+        "reason": report["reason"] if report["solved"] or ending.outcome is None else f"ended in {ending.outcome}",
         "time": report["time"],
         "path_length": report["path_length"],
         "clearance": report["clearance"],
@@ -118,8 +124,9 @@ def _mission(setup: Setup, machine: str) -> Mission:
 
 
 @lru_cache(maxsize=16)
-def _maze(name: str) -> Maze:
-    return find_maze(name)
+def _maze(setup: Setup, name: str) -> Maze:
+    robot = load_profile(setup.robot, setup.settings).robot
+    return find_maze(name, setup.maze.choices(), robot=robot)
 
 
 class Results:

@@ -11,13 +11,20 @@ import typer
 
 from maze_machine.arguments.completion import complete_machine, complete_maze
 from maze_machine.arguments.options import (
+    CellOption,
+    ExitsOption,
     FaultOption,
+    GoalOption,
+    GreyOption,
     IdentityOption,
     JsonOption,
+    ObjectsOption,
+    PixelOption,
     RobotOption,
     SettingsOption,
     SimulateOption,
     SpeedOption,
+    StartOption,
     TimeLimitOption,
     TraceOption,
 )
@@ -49,6 +56,13 @@ def run(
             autocompletion=complete_maze,
         ),
     ] = None,
+    start: StartOption = None,
+    exits: ExitsOption = None,
+    goal: GoalOption = None,
+    metres_a_pixel: PixelOption = None,
+    metres_a_cell: CellOption = 1.0,
+    grey: GreyOption = None,
+    objects: ObjectsOption = None,
     seed: Annotated[
         int | None, typer.Option(min=0, help="Which run: all that is random is drawn from it. Default: 0.")
     ] = None,
@@ -130,25 +144,24 @@ def run(
     from maze_machine.drive.mission import prepare
     from maze_machine.report.outputs import Outputs, numbered
     from maze_machine.report.result import Result
+    from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.settings import pace, simulator_settings
     from maze_machine.simulated.world import SimulatedWorld, find_maze
     from transport.world import LockstepRobot
 
+    words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     if connect is not None:
-        refuse_with_connect({"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed})
-    if practice and record is not None:
-        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
-    if picture is not None and picture.suffix not in PICTURES:
-        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
+        chosen = {"what a maze is given (--start, --goal and the like)": words != MazeWords()}
+        refuse_with_connect({"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed, **chosen})
+    refuse_files(record, picture, practice=practice)
     profile = load_profile(robot, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit)
     world = None
     if connect is None:
         rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
         simulator = simulator_settings(rules, fault or ())
-        world = SimulatedWorld(
-            find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0, simulator, pace(profile.robot.period, speed)
-        )
+        drawn = find_maze(maze or DEFAULT_MAZE, words.choices(), robot=profile.robot)
+        world = SimulatedWorld(drawn, profile.robot, seed or 0, simulator, pace(profile.robot.period, speed))
     outputs, most = Outputs(trace, record, live), 2 if practice else attempts
     files: dict[str, Path] = {}
     with ExitStack() as stack:
@@ -180,6 +193,18 @@ def run(
                 files["picture" + nth] = shown
     print(dumps(result.as_json()) if json else "\n".join(result.lines()))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
+
+
+def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -> None:
+    """Refuse files that cannot be written of such a run.
+
+    Raises:
+        UsageError: a recording of practice, or a picture of no known format, was asked for.
+    """
+    if practice and record is not None:
+        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
+    if picture is not None and picture.suffix not in PICTURES:
+        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
 
 
 def refuse_with_connect(embedded: Mapping[str, object]) -> None:

@@ -7,7 +7,19 @@ from typing import Annotated
 
 import typer
 
-from maze_machine.arguments.options import JsonOption, RobotOption, SettingsOption, TimeLimitOption
+from maze_machine.arguments.options import (
+    CellOption,
+    ExitsOption,
+    GoalOption,
+    GreyOption,
+    JsonOption,
+    ObjectsOption,
+    PixelOption,
+    RobotOption,
+    SettingsOption,
+    StartOption,
+    TimeLimitOption,
+)
 from maze_machine.errors import ExitStatus, UsageError
 
 
@@ -20,6 +32,13 @@ def sweep(
         typer.Option(metavar="A,B,...", help="Mazes: files, folders of files or names, with commas; may be repeated."),
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="The results, one JSON line a run; taken up if it exists.")],
+    start: StartOption = None,
+    exits: ExitsOption = None,
+    goal: GoalOption = None,
+    metres_a_pixel: PixelOption = None,
+    metres_a_cell: CellOption = 1.0,
+    grey: GreyOption = None,
+    objects: ObjectsOption = None,
     seeds: Annotated[int, typer.Option(min=1, help="How many seeds for each machine and maze, from 0.")] = 1,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes. Default: one a core.")] = None,
     scheduler: Annotated[
@@ -47,10 +66,13 @@ def sweep(
     from maze_machine.campaign.jobs import Results, Setup, jobs_of
     from maze_machine.campaign.summary import failures, summary, table
     from maze_machine.campaign.workers import on_cluster, on_cores
+    from maze_machine.simulated.choices import MazeWords
 
     if scheduler is not None and workers is not None:
         raise UsageError("--workers does not go with --scheduler", "the cluster has its own workers")
-    setup = Setup(robot, tuple(settings or ()), time_limit)
+    words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
+    words.choices()
+    setup = Setup(robot, tuple(settings or ()), time_limit, words)
     results = Results(out, setup, jobs_of(_each(machines), _each(mazes), seeds))
     todo = results.open_jobs
     bar = Progress(

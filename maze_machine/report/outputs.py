@@ -103,7 +103,7 @@ def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Ite
     if world is not None:
         maze = world.maze
         doors = [[*one, *other] for one, other in (door.leaf for door in maze.doors)]
-        scene = {"walls": maze.walls.tolist(), "exits": maze.exits.tolist(), "doors": doors}
+        scene = {"walls": maze.barriers.tolist(), "exits": maze.exits.tolist(), "doors": doors}
     try:
         page = LivePage(head(mission.machine.name, mission.profile.robot, scene), port)
     except OSError as error:

@@ -20,6 +20,7 @@ from maze_machine.commands import (
     gate,
     lsp,
     maze,
+    new,
     profile,
     replay,
     router,
@@ -27,6 +28,7 @@ from maze_machine.commands import (
     sim,
     sweep,
     test,
+    trust,
     view,
 )
 from maze_machine.commands import list as list_
@@ -80,6 +82,7 @@ app.command("replay", rich_help_panel=DRIVE)(replay.replay)
 app.command("view", rich_help_panel=DRIVE)(view.view)
 app.command("sweep", rich_help_panel=DRIVE)(sweep.sweep)
 app.command("profile", rich_help_panel=DRIVE)(profile.profile)
+app.command("new", rich_help_panel=WRITE)(new.new)
 app.command("check", rich_help_panel=WRITE)(check.check)
 app.command("fmt", rich_help_panel=WRITE)(fmt.fmt)
 app.command("test", rich_help_panel=WRITE)(test.test)
@@ -88,6 +91,7 @@ app.command("import", rich_help_panel=WRITE)(exchange.import_chart)
 app.command("export", rich_help_panel=WRITE)(exchange.export)
 app.command("list", rich_help_panel=WRITE)(list_.listing)
 app.command("lsp", rich_help_panel=WRITE)(lsp.lsp)
+app.command("trust", rich_help_panel=WRITE)(trust.trust)
 app.add_typer(maze.app, name="maze", rich_help_panel=WORLD)
 app.command("sim", rich_help_panel=LINK)(sim.sim)
 app.command("gate", rich_help_panel=LINK)(gate.gate)

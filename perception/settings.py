@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from transport.description import Positive, Settings
+from transport.section import Positive, Settings
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Count = Annotated[int, Field(ge=1)]

@@ -1,4 +1,4 @@
-"""A robot's base: a body that takes a velocity within its limits and goes where nothing solid is in the way."""
+"""A robot's body and base: it takes a velocity within its limits and goes where nothing solid is in the way."""
 
 from __future__ import annotations
 
@@ -10,36 +10,8 @@ import pymunk
 from pymunk.autogeometry import convex_decomposition
 
 from sim.maze import Point
-from transport.description import Limits, RobotDescription
+from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist, wrap_angle
-
-
-def limited(twist: Twist, limits: Limits) -> Twist:
-    """The twist that the base makes of a command: within its speed limits, as the profile says by norm or by axis."""
-    forward, left = twist.forward, twist.left
-    if limits.translation == "axis":
-        forward = min(max(forward, -limits.speed), limits.speed)
-        left = min(max(left, -limits.speed), limits.speed)
-    else:
-        speed = math.hypot(forward, left)
-        if speed > limits.speed:
-            forward, left = forward * limits.speed / speed, left * limits.speed / speed
-    return Twist(forward, left, min(max(twist.turn, -limits.turn_rate), limits.turn_rate))
-
-
-def approach(twist: Twist, target: Twist, limits: Limits, duration: float) -> Twist:
-    """The twist after a while of getting from one velocity to another within the acceleration limits."""
-    dx, dy, dw = target.forward - twist.forward, target.left - twist.left, target.turn - twist.turn
-    change, most = math.hypot(dx, dy), limits.acceleration * duration
-    turn_most = limits.turn_acceleration * duration
-    if change <= most and abs(dw) <= turn_most:
-        return target
-    share = 1.0 if change <= most else most / change
-    return Twist(
-        twist.forward + share * dx if share < 1.0 else target.forward,
-        twist.left + share * dy if share < 1.0 else target.left,
-        twist.turn + math.copysign(turn_most, dw) if abs(dw) > turn_most else target.turn,
-    )
 
 
 class Base:
@@ -83,7 +55,7 @@ class Base:
             touching: whether the robot is in contact with something.
         """
         if self.twist is not target:
-            self.twist = approach(self.twist, target, self.description.limits, duration)
+            self.twist = self.description.towards(self.twist, target, duration)
             self._steady = False
         if self._steady and not touching:
             return

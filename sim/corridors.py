@@ -10,8 +10,8 @@ from pydantic import Field
 
 from sim.maze import Maze, Start
 from sim.solvability import checked
-from transport.description import Positive, Settings
 from transport.messages import Pose
+from transport.section import Positive, Settings
 
 START = 0.5
 """From the wall behind the start to the robot, m."""

@@ -8,8 +8,8 @@ from typing import Annotated, Literal, get_args
 from pydantic import Field, TypeAdapter, ValidationError
 
 from sim.maze import Point
-from transport.description import Settings
 from transport.messages import Pose
+from transport.section import Settings
 from transport.wording import in_words
 
 Seconds = Annotated[float, Field(ge=0)]

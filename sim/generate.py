@@ -13,8 +13,8 @@ from sim.formats.grid import HEADINGS, SIDES, Cell
 from sim.layout import Layout, NoRoomError
 from sim.maze import Door, Maze, MazeError, Point, Start, merge_collinear
 from sim.solvability import LARGEST, UnsolvableError, checked
-from transport.description import Settings
 from transport.messages import Pose
+from transport.section import Settings
 
 Count = Annotated[int, Field(ge=0)]
 Posts = NDArray[np.float64]

@@ -41,7 +41,7 @@ class Member:
         self._maze, self._settings, self._index = maze, settings, index
         self._noise, odometry, self._placing = (_stream(seed, index, purpose) for purpose in range(3))
         self._lidar = Lidar(description.laser.geometry(), description.laser.mount)
-        self._odometry = WheelOdometry(settings.odometry, odometry)
+        self._odometry = WheelOdometry(description.base, settings.odometry, odometry)
         self._watches = [Watch(fault) for fault in settings.faults if fault.concerns(description.name)]
         self._pending: deque[Command] = deque()
         self._obeyed = Command(STOP)

@@ -1,26 +1,56 @@
-"""The odometry of a base with three omnidirectional wheels that miscount a little."""
+"""The odometry of a base whose wheels miscount a little and may slip: three omnidirectional ones, or two on an axle."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim.settings import OdometryNoise
+from transport.base import Base, Differential, Holonomic, integrate
 from transport.messages import STOP, Odometry, Pose, Twist, wrap_angle
+
+Floats = NDArray[np.float64]
 
 WHEEL_DIRECTIONS = (0.0, math.tau / 3, 2 * math.tau / 3)
 """Where the wheels stand about the robot's origin, rad."""
 
 
-def wheel_matrix(lever: float) -> NDArray[np.float64]:
-    """From forward, left and turning motion to the motion of the three wheels' rims, shape (3, 3).
+@dataclass(frozen=True, slots=True)
+class Wheels:
+    """What a base's wheels count.
+
+    Attributes:
+        rims: from forward, left and turning motion to the motion of the wheels' rims, shape (wheels, 3).
+        motion: from the rims' motion to that of the robot, shape (3, wheels).
+    """
+
+    rims: Floats
+    motion: Floats
+
+    def counted(self, factors: Floats) -> list[list[float]]:
+        """The map from true to counted motion: through the wheels, each by its own factor, and back."""
+        counted: list[list[float]] = (self.motion[:, :, None] * (factors[:, None] * self.rims)).sum(axis=1).tolist()
+        return counted
+
+
+def wheels_of(base: Base, lever: float) -> Wheels:
+    """The wheels of a base.
 
     Args:
-        lever: distance of the wheels from the robot's origin, m.
+        base: a holonomic base stands on three omnidirectional wheels; a differential one rolls on two and does not
+            notice what moves it sideways.
+        lever: distance of the three wheels from the robot's origin, m.
     """
-    return np.array([[-math.sin(a), math.cos(a), lever] for a in WHEEL_DIRECTIONS])
+    match base:
+        case Holonomic():
+            rims = np.array([[-math.sin(a), math.cos(a), lever] for a in WHEEL_DIRECTIONS])
+            return Wheels(rims, np.linalg.inv(rims))
+        case Differential(track=track):
+            rims = np.array([[1.0, 0.0, -track / 2], [1.0, 0.0, track / 2]])
+            return Wheels(rims, np.array([[0.5, 0.5], [0.0, 0.0], [-1.0 / track, 1.0 / track]]))
 
 
 def displacement(before: Pose, after: Pose) -> Twist:
@@ -38,36 +68,28 @@ def displacement(before: Pose, after: Pose) -> Twist:
 
 
 def moved(pose: Pose, motion: Twist) -> Pose:
-    """The pose after a constant motion in the robot's own frame; the inverse of `displacement`."""
-    half = motion.turn / 2
-    shrink = 1.0 if abs(half) < 1e-9 else math.sin(half) / half
-    cos, sin = math.cos(pose.heading + half) * shrink, math.sin(pose.heading + half) * shrink
-    return Pose(
-        pose.x + cos * motion.forward - sin * motion.left,
-        pose.y + sin * motion.forward + cos * motion.left,
-        wrap_angle(pose.heading + motion.turn),
-    )
+    """The pose after a constant motion in the robot's own frame, metres and radians; the inverse of `displacement`."""
+    return integrate(pose, motion, 1.0)
 
 
 class WheelOdometry:
     """Adds up what the wheels count; its frame is placed at random and drifts."""
 
-    def __init__(self, noise: OdometryNoise, generator: np.random.Generator) -> None:
+    def __init__(self, base: Base, noise: OdometryNoise, generator: np.random.Generator) -> None:
         self._noise, self._generator = noise, generator
-        self._wheels = wheel_matrix(noise.lever)
-        self._inverse = np.linalg.inv(self._wheels)
+        self._wheels = wheels_of(base, noise.lever)
         spread = noise.start_spread
         x, y, heading = generator.uniform((-spread, -spread, -math.pi), (spread, spread, math.pi)).tolist()
         self._pose = Pose(x, y, heading)
         self._twist = STOP
-        self._counted = self._draw()
+        self._factors = self._draw()
+        self._counted = self._wheels.counted(self._factors)
         self._next_draw = noise.redraw
 
-    def _draw(self) -> list[list[float]]:
-        """The map from true to counted motion: through the wheels, each by its own factor, and back."""
-        factors = 1.0 + self._generator.uniform(-self._noise.scale, self._noise.scale, 3)
-        counted: list[list[float]] = (self._inverse @ (factors[:, None] * self._wheels)).tolist()
-        return counted
+    def _draw(self) -> Floats:
+        """By how much each wheel miscounts."""
+        scale = self._noise.scale
+        return 1.0 + self._generator.uniform(-scale, scale, len(self._wheels.rims))
 
     def reading(self, stamp: int) -> Odometry:
         """What the odometry says now.
@@ -93,12 +115,14 @@ class WheelOdometry:
             duration: how long it took, s.
             time: simulated time at its end, s.
         """
+        counted = self._counted
         if self._noise.slip:
-            forward, left, turn = (1.0 + self._noise.slip * self._generator.standard_normal(3)).tolist()
-            motion = Twist(forward * motion.forward, left * motion.left, turn * motion.turn)
-        forward, left, turn = (a * motion.forward + b * motion.left + c * motion.turn for a, b, c in self._counted)
+            slips = 1.0 + self._noise.slip * self._generator.standard_normal(len(self._factors))
+            counted = self._wheels.counted(slips * self._factors)
+        forward, left, turn = (a * motion.forward + b * motion.left + c * motion.turn for a, b, c in counted)
         self._pose = moved(self._pose, Twist(forward, left, turn))
         self._twist = Twist(forward / duration, left / duration, turn / duration)
         if time >= self._next_draw - 1e-9:
-            self._counted = self._draw()
+            self._factors = self._draw()
+            self._counted = self._wheels.counted(self._factors)
             self._next_draw += self._noise.redraw

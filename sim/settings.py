@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from sim.faults import Fault
-from transport.description import Settings
+from transport.section import Settings
 
 NotNegative = Annotated[float, Field(ge=0)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
@@ -27,18 +27,18 @@ class LaserNoise(Settings):
 
 
 class OdometryNoise(Settings):
-    """How the three wheels miscount."""
+    """How the wheels miscount: three of a holonomic base, two of a differential one."""
 
     scale: NotNegative = 0.002
     """Each wheel's speed is multiplied by 1 + U(-scale, scale)."""
     redraw: Annotated[float, Field(gt=0)] = 6.0
     """Time after which the factors are drawn anew, s."""
     lever: Annotated[float, Field(gt=0)] = 0.1
-    """Distance of the wheels from the robot's origin, m."""
+    """Distance of a holonomic base's wheels from the robot's origin, m."""
     start_spread: NotNegative = 2.0
     """Half the width of the uniform distribution of the first position, m; the first heading is any."""
     slip: NotNegative = 0.0
-    """Standard deviation of the part of each step's motion that the wheels do not notice."""
+    """Standard deviation of the part of each step's motion by which each wheel slips, so that it counts wrong."""
 
 
 class Rules(Settings):

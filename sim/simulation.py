@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sim.base import limited
 from sim.faults import DoorStuck, ObjectStops
 from sim.maze import Maze
 from sim.member import Member
@@ -125,7 +124,7 @@ class Simulation:
         if self.settings.faults:
             self._apply_world_faults()
         targets = {
-            name: limited(member.obey(commands.get(name, Command(STOP)), time, self.world), member.description.limits)
+            name: member.description.limited(member.obey(commands.get(name, Command(STOP)), time, self.world))
             for name, member in self._members.items()
         }
         contacts_before = len(self.world.contacts)

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from skills.limits import within_acceleration, within_speed
 from skills.settings import SafetySettings
 from skills.surroundings import Points
 from transport.description import RobotDescription
@@ -55,8 +54,7 @@ class Guard:
             wanted: what a skill asks for.
             points: what is near, in the robot's frame, m, shape (n, 2).
         """
-        limits, period = self._robot.limits, self._robot.period
-        reachable = within_acceleration(before, within_speed(wanted, limits), limits, period)
+        reachable = self._reachable(before, wanted)
         if not len(points):
             return reachable
         apart = self._apart(points)
@@ -71,14 +69,18 @@ class Guard:
         keep = min(margin, now if now > 0 else self.clearance(points, STANDING))
         pressed = min(HARDEST, max(0.0, margin - now) / SOFT)
         for other in self._alternatives(wanted, (x, y), pressed):
-            reachable = within_acceleration(before, within_speed(other, limits), limits, period)
+            reachable = self._reachable(before, other)
             if self.clearance(points, self._stop(reachable)) >= keep:
                 return reachable
         return self.brake(before)
 
     def brake(self, before: Twist) -> Twist:
         """The command nearest to standing still that is within the robot's limits."""
-        return within_acceleration(before, STOP, self._robot.limits, self._robot.period)
+        return self._robot.towards(before, STOP, self._robot.period)
+
+    def _reachable(self, before: Twist, wanted: Twist) -> Twist:
+        """The command nearest to a wanted one that is within the robot's limits."""
+        return self._robot.towards(before, self._robot.limited(wanted), self._robot.period)
 
     def margin(self, points: Points) -> float:
         """The distance to keep from the walls, m: less where they leave less room."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from transport.description import Positive, Settings
+from transport.section import Positive, Settings
 
 
 class MotionSettings(Settings):

@@ -17,10 +17,11 @@ from transport.leased import LeasedDriver
 from transport.lockstep import RemoteLockstep
 from transport.realtime import RealtimeRobot
 from transport.robot import LinkError
-from transport.session import Open, open_session
+from transport.session import Granted, Open, open_session
 from transport.settings import LinkSettings
 from transport.zenoh_bus import ZenohBus, session_settings
 
+_SAME = 1e-6
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 
 
@@ -140,6 +141,7 @@ def open_robot(
         if settings.gate:
             question = Open(request=secrets.token_hex(8), controller=controller_name(), seed=seed)
             granted = open_session(bus, keys.namespace, question, settings.connect, clock)
+            _check_period(granted, description)
             if granted.mode == "lockstep":
                 return RemoteLockstep(bus, granted, limit=settings.step)
             driver = LeasedDriver(bus, keys, question, granted, clock)
@@ -155,3 +157,16 @@ def open_robot(
         robot.close()
         raise
     return robot
+
+
+def _check_period(granted: Granted, description: RobotDescription) -> None:
+    """Refuse a robot whose commands follow one another in another time than its controller believes.
+
+    Raises:
+        LinkError: the periods differ.
+    """
+    if abs(granted.period - description.period) > _SAME * description.period:
+        raise LinkError(
+            f"the robot's side has a period of {granted.period:g} s, the profile says {description.period:g} s: "
+            "give both the same profile"
+        )

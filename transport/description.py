@@ -3,44 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field, ValidationInfo, field_validator
 
+from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
+from transport.section import Point, Positive, Settings
 
-Point = tuple[float, float]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-
-
-class Settings(BaseModel):
-    """A section of a robot profile: immutable, every key documented, an unknown key refused."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
-
-
-class Limits(Settings):
-    """What the base may be asked for."""
-
-    speed: Positive = 0.5
-    """Largest translational speed, m/s."""
-    turn_rate: Positive = 1.2
-    """Largest rate of rotation, rad/s."""
-    acceleration: Positive = 1.5
-    """Largest change of the translational speed, m/s^2."""
-    turn_acceleration: Positive = 6.0
-    """Largest change of the rate of rotation, rad/s^2."""
-    translation: Literal["norm", "axis"] = "norm"
-    """Whether the speed limit holds for the norm of the translational velocity or for each of its axes."""
-
-    def clamp(self, twist: Twist) -> Twist:
-        """A twist within the speed limits; where they hold for the norm, it points the same way."""
-        turn = min(max(twist.turn, -self.turn_rate), self.turn_rate)
-        if self.translation == "axis":
-            forward = min(max(twist.forward, -self.speed), self.speed)
-            return Twist(forward, min(max(twist.left, -self.speed), self.speed), turn)
-        share = self.speed / max(twist.speed, self.speed)
-        return Twist(twist.forward * share, twist.left * share, turn)
+__all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription"]
 
 
 class Laser(Settings):
@@ -95,10 +66,25 @@ class RobotDescription(Settings):
     """Outline seen from above in the robot's frame, m, counter-clockwise."""
     limits: Limits = Limits()
     """Velocity and acceleration limits."""
+    base: Base = Holonomic()
+    """How it moves: `holonomic`, or `differential` with the wheels' track and speed."""
     laser: Laser = Laser()
     """The laser range finder."""
     period: Positive = 0.1
     """Time from one command to the next, s."""
+
+    @field_validator("base", mode="before")
+    @classmethod
+    def _with_wheels(cls, base: object, info: ValidationInfo) -> object:
+        """A base that is only named, or says only some of its wheels: at the robot's sides, as fast as its limits."""
+        named = {"kind": base} if isinstance(base, str) else base
+        footprint, limits = info.data.get("footprint"), info.data.get("limits")
+        if not isinstance(named, dict) or named.get("kind") != "differential" or footprint is None or limits is None:
+            return named
+        width = max(y for _, y in footprint) - min(y for _, y in footprint)
+        track = named.get("track", width)
+        rim = limits.speed + limits.turn_rate * (track if isinstance(track, float) else width) / 2
+        return {"track": width, "wheel_speed": rim} | named
 
     @property
     def radius(self) -> float:
@@ -109,3 +95,11 @@ class RobotDescription(Settings):
     def half_width(self) -> float:
         """Largest extent to a side, m."""
         return max(abs(y) for _, y in self.footprint)
+
+    def limited(self, twist: Twist) -> Twist:
+        """The velocity that the base makes of a command."""
+        return self.base.limited(twist, self.limits)
+
+    def towards(self, before: Twist, wanted: Twist, duration: float) -> Twist:
+        """The velocity that the base has after a while (s) of getting from one to another."""
+        return self.base.towards(before, wanted, self.limits, duration)

@@ -1,25 +1,29 @@
 """What ROS 2 messages cannot carry, as the attachment of the Zenoh message that carries them.
 
 Both attachments are little-endian and begin with a version; both bear a CRC-32 of themselves and of the payload, so
-that a message that was damaged anywhere between the two programs is never taken for a good one.
+that a message that was damaged anywhere between the two programs is never taken for a good one. A command is
+signed with the secret of its lease, so that nobody commands a robot who has only read what others send.
 ``docs/reference/link.md`` lists them field by field.
 """
 
 from __future__ import annotations
 
+import hmac
 import struct
 import zlib
+from hashlib import blake2s
 from typing import NamedTuple
 
 from transport.codec import CodecError
 from transport.messages import DoorReply
 
-VERSION = 1
+VERSION = 2
 MAX_REASON = 200
 """Longest reason of a door's answer, bytes of UTF-8; a longer one is cut."""
 
 # version, flags, two bytes of nothing, CRC-32, then what the class lists
 _COMMAND = struct.Struct("<BBxxIQQq")
+_SIGNATURE = 8
 _OBSERVATION = struct.Struct("<BBxxIIIQQQq")
 _SEAL, _SEALED = struct.calcsize("<BBxx"), struct.calcsize("<BBxxI")
 _NO_CHECKSUM = bytes(_SEALED - _SEAL)
@@ -45,22 +49,35 @@ class CommandTag(NamedTuple):
     ring: bool = False
     again: bool = False
 
-    def encode(self, payload: bytes) -> bytes:
-        """The attachment's bytes for a payload."""
+    def encode(self, payload: bytes, secret: str) -> bytes:
+        """The attachment's bytes for a payload, signed with the secret of the lease."""
         flags = _RING * self.ring | _AGAIN * self.again
-        return sealed(_COMMAND.pack(VERSION, flags, 0, self.epoch, self.sequence, self.answers), payload)
+        attachment = _COMMAND.pack(VERSION, flags, 0, self.epoch, self.sequence, self.answers)
+        return sealed(attachment + _signature(attachment, payload, secret), payload)
 
     @classmethod
     def decode(cls, attachment: bytes, payload: bytes) -> CommandTag:
-        """Read an attachment.
+        """Read an attachment; see :func:`is_signed` for whether the holder of the lease has sent it.
 
         Raises:
             CodecError: it is not one of a command, of another version, or damaged.
         """
         flags, epoch, sequence, answers = _opened(_COMMAND, attachment, payload)
-        if len(attachment) > _COMMAND.size:
-            raise CodecError("the attachment of a command is too long")
+        if len(attachment) != _COMMAND.size + _SIGNATURE:
+            raise CodecError("the attachment of a command has another length")
         return cls(epoch, sequence, answers, bool(flags & _RING), bool(flags & _AGAIN))
+
+
+def is_signed(attachment: bytes, payload: bytes, secret: str) -> bool:
+    """Whether a command was signed with this secret."""
+    unsigned = attachment[: _COMMAND.size]
+    return hmac.compare_digest(attachment[_COMMAND.size :], _signature(unsigned, payload, secret))
+
+
+def _signature(attachment: bytes, payload: bytes, secret: str) -> bytes:
+    """Keyed BLAKE2s (RFC 7693) of an attachment but for its checksum, and of a payload; eight bytes."""
+    signed = attachment[:_SEAL] + attachment[_SEALED:] + payload
+    return blake2s(signed, digest_size=_SIGNATURE, key=secret.encode()[: blake2s.MAX_KEY_SIZE]).digest()
 
 
 class ObservationTag(NamedTuple):

@@ -5,6 +5,7 @@ It stands in front of a simulator, or, as ``maze-machine gate``, in front of a d
 
 from __future__ import annotations
 
+import logging
 import math
 import secrets
 from collections.abc import Callable, Iterator, Mapping
@@ -18,11 +19,13 @@ from transport.envelope import ObservationTag
 from transport.guard import Guard
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply, Observation, Odometry, Scan, Twist
-from transport.session import Again, Ask, Close, Granted, Open, Refused, State
+from transport.session import Again, Ask, Close, Granted, Lease, Open, Refused, State
 from transport.settings import LinkSettings
 from transport.side import Order, RobotSide
+from transport.wording import printable
 from transport.world import MakeWorld, World
 
+_LOG = logging.getLogger(__name__)
 _LOOK = 0.005
 """Between two looks at a driver's sensors, s."""
 
@@ -81,7 +84,7 @@ class Gate:
         clock: Clock | None = None,
     ) -> None:
         settings, self._clock = settings or LinkSettings(), clock or MonotonicClock()
-        self.guard = Guard(description.limits, settings, self._clock.now)
+        self.guard = Guard(description, settings, self._clock.now)
         self._base, self._name, self._period = base, description.name, description.period
         self._granted: Granted | None = None
         self._reports: list[Mapping[str, object]] = []
@@ -111,7 +114,7 @@ class Gate:
             order: Order | None = None
             while not stop():
                 order = self._side.take(min(self.pump(order), heartbeat))
-                if order is None and self._granted is not None and self.guard.lease.idle > forsaken:
+                if order is None and self._granted is not None and self.lease.idle > forsaken:
                     self._give_up()
                 while self._reports:
                     yield self._reports.pop(0)
@@ -131,35 +134,55 @@ class Gate:
                 self._base.ring()
             order = self._side.take()
         self._move()
-        if (observation := self._base.sense()) is not None:
-            self._show(observation)
+        try:
+            if (observation := self._base.sense()) is not None:
+                self._show(observation)
+        except Exception as error:
+            self._fail(error)
         return max(0.0, min(self._base.due(), self._repeat.due(), self.guard.due()))
+
+    @property
+    def lease(self) -> Lease:
+        """Who may command the base."""
+        return self.guard.lease
 
     def open(self, question: Open) -> Granted | Refused:
         """A controller takes the robot."""
-        if self._granted is not None and self.guard.lease.repeats(question):
+        if self._granted is not None and self.lease.repeats(question):
             return self._granted
+        goes_on = self.lease.proves(question.previous)
         if not self.guard.grant(question):
-            return self.guard.lease.refusal()
-        if not question.previous:
+            return self.lease.refusal()
+        if not goes_on:
             self._end()
-        if reason := self._base.begin(question):
+        try:
+            reason = self._base.begin(question)
+        except Exception:
+            self.guard.release()
+            raise
+        if reason:
             self.guard.release()
             return Refused(reason=reason)
-        self.guard.lease.heard()
-        self._granted = Granted(epoch=self.guard.lease.epoch, robot=self._name, mode="realtime", period=self._period)
+        self.lease.heard()
+        self._granted = Granted(
+            epoch=self.lease.epoch,
+            secret=self.lease.secret,
+            robot=self._name,
+            mode="realtime",
+            period=self._period,
+        )
         return self._granted
 
     def close(self, question: Close) -> State:
         """A controller gives the robot back."""
-        if question.epoch != self.guard.lease.epoch:
+        if not self.lease.proves(question.secret):
             return State(held=False, reason="another controller took the robot")
         self._give_up()
         return State(held=False, reason="given back")
 
     def state(self, question: Ask) -> State:
         """A controller asks how things stand."""
-        if question.epoch != self.guard.lease.epoch:
+        if not self.lease.proves(question.secret):
             return State(held=False, reason="the robot's side was restarted, or another controller took the robot")
         report = self._base.report()
         parts = {"held": True, "sequence": self._sequence, "report": None if report is None else dict(report)}
@@ -167,13 +190,23 @@ class Gate:
 
     def again(self, question: Again) -> State:
         """A controller wants another attempt: where time does not wait, somebody must put the robot back."""
-        return self.state(Ask(epoch=question.epoch))
+        return self.state(Ask(secret=question.secret))
 
     def _give_up(self) -> None:
         self.guard.release()
         self._granted = None
         self._move()
         self._end()
+
+    def _fail(self, error: Exception) -> None:
+        """The base cannot go on: it is stopped and the lease is over, but questions are still answered."""
+        self.dropped["failed step"] += 1
+        _LOG.error("the robot failed: %s", printable(f"{type(error).__name__}: {error}"[:500]))
+        _LOG.debug("where it failed", exc_info=True)
+        self.guard.release()
+        self._granted = None
+        self._base.end()
+        self._move()
 
     def _end(self) -> None:
         if (report := self._base.report()) is not None:
@@ -194,7 +227,7 @@ class Gate:
         if observation.door is not None:
             self._door, self._rings = observation.door, self._rings + 1
         tag = ObservationTag(
-            self.guard.lease.epoch,
+            self.lease.epoch,
             self._sequence,
             observation.stamp,
             self._instance,

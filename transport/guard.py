@@ -9,7 +9,7 @@ import math
 from collections import Counter, deque
 from collections.abc import Callable
 
-from transport.description import Limits
+from transport.description import RobotDescription
 from transport.envelope import CommandTag
 from transport.messages import STOP, Twist
 from transport.session import Lease, Open
@@ -31,12 +31,12 @@ class Guard:
         stops: how often the dead man stopped the base.
     """
 
-    def __init__(self, limits: Limits, settings: LinkSettings, clock: Callable[[], float]) -> None:
+    def __init__(self, robot: RobotDescription, settings: LinkSettings, clock: Callable[[], float]) -> None:
         self.lease = Lease(settings.patience, clock)
         self.stopped = False
         self.rejected: Counter[str] = Counter()
         self.stops = 0
-        self._limits, self._settings, self._clock = limits, settings, clock
+        self._robot, self._settings, self._clock = robot, settings, clock
         self._shown: deque[tuple[int, float]] = deque(maxlen=_REMEMBERED)
         self._sequence = -1
         self._twist = STOP
@@ -67,7 +67,7 @@ class Guard:
             self.rejected[reason] += 1
             return False
         self._sequence = tag.sequence
-        self._twist = self._limits.clamp(twist)
+        self._twist = self._robot.limited(twist)
         self._accepted = self._clock()
         return True
 

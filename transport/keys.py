@@ -12,7 +12,9 @@ from dataclasses import dataclass, field
 from transport import codec
 from transport.settings import LinkSettings
 
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*(/[A-Za-z][A-Za-z0-9_-]*)*")
+ROBOT_NAME = r"^[A-Za-z][A-Za-z0-9_-]*(/[A-Za-z][A-Za-z0-9_-]*)*$"
+"""What a robot may be called on a network, as a regular expression."""
+_NAME = re.compile(ROBOT_NAME)
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,7 +41,8 @@ class LeasedDriver:
         self.stopped = False
         self.refusal = ""
         self.finished = False
-        self._bus, self._keys, self._question, self._epoch = bus, keys, question, granted.epoch
+        self._bus, self._keys, self._question = bus, keys, question
+        self._epoch, self._secret = granted.epoch, granted.secret
         self._clock = clock or MonotonicClock()
         self._sequence = 0
         self._closed = False
@@ -66,7 +67,7 @@ class LeasedDriver:
         payload = encode_twist(command.twist)
         self._sequence += 1
         tag = CommandTag(self._epoch, self._sequence, command.answers, command.ring)
-        self._publisher.put(payload, tag.encode(payload))
+        self._publisher.put(payload, tag.encode(payload, self._secret))
 
     def report(self) -> Mapping[str, object]:
         """The referee's verdict so far; empty on hardware.
@@ -74,7 +75,7 @@ class LeasedDriver:
         Raises:
             LinkError: the robot's side no longer answers, or has given the lease up.
         """
-        state = ask_state(self._bus, self._keys.namespace, self._epoch, 2.0, self._clock)
+        state = ask_state(self._bus, self._keys.namespace, self._secret, 2.0, self._clock)
         if not state.held:
             raise LinkError(f"{self._keys.namespace!r} gave up the episode: {state.reason}")
         return state.report or {}
@@ -87,15 +88,15 @@ class LeasedDriver:
         try:
             # Giving the lease back stops the base; should that not arrive, the dead man does.
             with suppress(LinkError):
-                close_session(self._bus, self._keys.namespace, self._epoch, 1.0, self._clock)
+                close_session(self._bus, self._keys.namespace, self._secret, 1.0, self._clock)
         finally:
             self._bus.close()
 
     def _retake(self) -> None:
         # Where only the answer was lost, the same question is answered alike.
-        if self._question.previous != self._epoch:
+        if self._question.previous != self._secret:
             self._question = self._question.model_copy(
-                update={"request": secrets.token_hex(8), "previous": self._epoch}
+                update={"request": secrets.token_hex(8), "previous": self._secret}
             )
         # One short try a tick: a loop that waits for a lease does not watch its sensors.
         payload = self._bus.ask(self._keys.session, written(self._question), 0.05)
@@ -104,7 +105,8 @@ class LeasedDriver:
         with suppress(CodecError):
             answer = read_answer(payload)
             if isinstance(answer, Granted):
-                self._epoch, self._sequence, self.stopped, self.refusal = answer.epoch, 0, False, ""
+                self._epoch, self._secret = answer.epoch, answer.secret
+                self._sequence, self.stopped, self.refusal = 0, False, ""
             elif isinstance(answer, Refused):
                 self.refusal = answer.reason
 

@@ -6,6 +6,7 @@ a repeat from what it sent before and drops the rest; the controller asks again 
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections import Counter
@@ -32,6 +33,7 @@ from transport.session import (
     close_session,
 )
 from transport.side import RobotSide
+from transport.wording import printable
 from transport.world import MakeWorld, Repeatable, World
 
 T = TypeVar("T")
@@ -39,7 +41,8 @@ T = TypeVar("T")
 PATIENCE = 2.0
 """After how long without a word from its holder a lease is free, s."""
 
-_NOT_HELD = State(held=False, reason="the simulator was restarted, or another controller took the robot")
+_LOG = logging.getLogger(__name__)
+_NOT_HELD = "the simulator was restarted, or another controller took the robot"
 # A step is sent again after four times as long as answers usually take, then after twice as long each time, within
 # these limits, s; where it takes more than the doubtful time, the simulator is asked whether it knows the lease.
 _SHORTEST_RESEND, _DOUBTFUL, _LONGEST_RESEND = 0.02, 0.1, 1.0
@@ -49,6 +52,7 @@ class LockstepServer:
     """Shows a world to one controller after the other.
 
     Attributes:
+        lease: who drives now.
         dropped: how many messages were dropped, by reason.
     """
 
@@ -57,10 +61,11 @@ class LockstepServer:
     ) -> None:
         self._reports: list[Mapping[str, object]] = []
         self._robot, self._period, self._make_world = robot, period, make_world
-        self._lease = Lease(patience)
+        self.lease = Lease(patience)
         self._world: World | None = None
         self._granted: Granted | None = None
         self._sequence, self._attempt = 0, 1
+        self._failure = ""
         self._side = RobotSide(bus, RobotKeys(robot), self)
         self.dropped = self._side.dropped
 
@@ -78,49 +83,60 @@ class LockstepServer:
         while not stop():
             if (order := self._side.take(heartbeat)) is not None:
                 self._obey(*order)
-            elif self._world is not None and self._lease.idle > forsaken:
-                self._lease.release()
+            elif self._world is not None and self.lease.idle > forsaken:
+                self.lease.release()
                 self._end()
             while self._reports:
                 yield self._reports.pop(0)
 
     def open(self, question: Open) -> Granted | Refused:
         """Begin an episode for a controller."""
-        if self._granted is not None and self._lease.repeats(question):
+        if self._granted is not None and self.lease.repeats(question):
             return self._granted
-        if not self._lease.grant(question):
-            return self._lease.refusal()
+        if not self.lease.grant(question):
+            return self.lease.refusal()
         self._end()
-        self._world = self._make_world(question.seed)
-        self._granted = Granted(epoch=self._lease.epoch, robot=self._robot, mode="lockstep", period=self._period)
+        self._failure = ""
+        try:
+            self._world = self._make_world(question.seed)
+        except Exception:
+            self.lease.release()
+            raise
+        self._granted = Granted(
+            epoch=self.lease.epoch,
+            secret=self.lease.secret,
+            robot=self._robot,
+            mode="lockstep",
+            period=self._period,
+        )
         self._sequence, self._attempt = 0, 1
-        self._lease.heard()
+        self.lease.heard()
         self._show(self._world)
         return self._granted
 
     def close(self, question: Close) -> State:
         """End the episode of a controller."""
-        if question.epoch != self._lease.epoch:
-            return _NOT_HELD
-        self._lease.release()
+        if not self.lease.proves(question.secret):
+            return self._not_held()
+        self.lease.release()
         self._end()
         return State(held=False, reason="given back")
 
     def state(self, question: Ask) -> State:
         """How the episode of a controller stands."""
-        if question.epoch != self._lease.epoch or self._world is None:
-            return _NOT_HELD
-        self._lease.heard()
+        if not self.lease.proves(question.secret) or self._world is None:
+            return self._not_held()
+        self.lease.heard()
         attempts = self._world.attempts() if isinstance(self._world, Repeatable) else []
         parts = {"sequence": self._sequence, "report": dict(self._world.report()), "attempt": self._attempt}
         return State.model_validate({"held": True, **parts, "attempts": [dict(verdict) for verdict in attempts]})
 
     def again(self, question: Again) -> State:
         """Begin another attempt in the episode of a controller, if its world grants one."""
-        held = self._world is not None and question.epoch == self._lease.epoch
+        held = self._world is not None and self.lease.proves(question.secret)
         if held and question.attempt == self._attempt + 1 and self._begin_again():
             self._attempt += 1
-        return self.state(Ask(epoch=question.epoch))
+        return self.state(Ask(secret=question.secret))
 
     def _begin_again(self) -> bool:
         if not isinstance(self._world, Repeatable) or not self._world.try_again():
@@ -129,30 +145,48 @@ class LockstepServer:
         self._show(self._world)
         return True
 
+    def _not_held(self) -> State:
+        return State(held=False, reason=self._failure or _NOT_HELD)
+
     def _end(self) -> None:
-        if self._world is not None:
-            self._reports.append(self._world.report())
+        world, self._world, self._granted = self._world, None, None
+        self._side.forget()
+        if world is not None:
+            self._reports.append(world.report())
+
+    def _fail(self, error: Exception) -> None:
+        """The world cannot go on: the episode is over, and the next controller begins another."""
+        self.dropped["failed step"] += 1
+        self._failure = printable(f"the simulation failed: {type(error).__name__}: {error}"[:500])
+        _LOG.error("%s", self._failure)
+        _LOG.debug("where it failed", exc_info=True)
+        self.lease.release()
         self._world, self._granted = None, None
         self._side.forget()
 
     def _obey(self, tag: CommandTag, twist: Twist) -> None:
-        if self._world is None or tag.epoch != self._lease.epoch:
+        if self._world is None or tag.epoch != self.lease.epoch:
             self.dropped["foreign"] += 1
             return
-        self._lease.heard()
+        self.lease.heard()
         if tag.again or tag.sequence == self._sequence - 1:
             self._side.repeat()
+        elif not all(map(math.isfinite, (twist.forward, twist.left, twist.turn))):
+            self.dropped["not finite"] += 1
         elif tag.sequence == self._sequence:
             self._sequence += 1
-            self._world.step(Command(twist, tag.ring, tag.answers))
-            self._show(self._world)
+            try:
+                self._world.step(Command(twist, tag.ring, tag.answers))
+                self._show(self._world)
+            except Exception as error:
+                self._fail(error)
         else:
             self.dropped["out of order"] += 1
 
     def _show(self, world: World) -> None:
         observation = world.observation
         tag = ObservationTag(
-            self._lease.epoch,
+            self.lease.epoch,
             self._sequence,
             observation.stamp,
             rejected=self.dropped.total(),
@@ -173,7 +207,8 @@ class RemoteLockstep:
     def __init__(self, bus: Bus, granted: Granted, *, limit: float = 10.0) -> None:
         self.dropped: Counter[str] = Counter()
         self.resent = 0
-        self._bus, self._robot, self._epoch, self._limit = bus, granted.robot, granted.epoch, limit
+        self._bus, self._robot, self._limit = bus, granted.robot, limit
+        self._epoch, self._secret = granted.epoch, granted.secret
         self._sequence, self._attempt = 0, 1
         self._usual = _DOUBTFUL / 4
         self._finished = False
@@ -204,7 +239,7 @@ class RemoteLockstep:
             LinkError: the simulator no longer answers, or holds no such episode any more.
         """
         self.observe()
-        return self._held(ask_state(self._bus, self._robot, self._epoch, self._limit)).report or {}
+        return self._held(ask_state(self._bus, self._robot, self._secret, self._limit)).report or {}
 
     def attempts(self) -> Sequence[Mapping[str, object]]:
         """The referee's verdict on each attempt so far.
@@ -212,7 +247,7 @@ class RemoteLockstep:
         Raises:
             LinkError: as :meth:`report`.
         """
-        return self._held(ask_state(self._bus, self._robot, self._epoch, self._limit)).attempts
+        return self._held(ask_state(self._bus, self._robot, self._secret, self._limit)).attempts
 
     def try_again(self) -> bool:
         """Have the robot put back to the start, if the simulator grants another attempt; whether it does.
@@ -221,7 +256,7 @@ class RemoteLockstep:
             LinkError: as :meth:`report`.
         """
         self.observe()
-        question = Again(epoch=self._epoch, attempt=self._attempt + 1)
+        question = Again(secret=self._secret, attempt=self._attempt + 1)
         state = self._held(begin_again(self._bus, self._robot, question, self._limit))
         if state.attempt == self._attempt:
             return False
@@ -244,7 +279,7 @@ class RemoteLockstep:
         self.observe()
         payload = encode_twist(command.twist)
         tag = CommandTag(self._epoch, self._sequence, command.answers, command.ring)
-        self._step = payload, tag.encode(payload)
+        self._step = payload, tag.encode(payload, self._secret)
         self._sequence += 1
         self._observation = None
         self._publisher.put(*self._step)
@@ -254,7 +289,7 @@ class RemoteLockstep:
         if not self._closed:
             self._closed = True
             try:
-                close_session(self._bus, self._robot, self._epoch, 1.0)
+                close_session(self._bus, self._robot, self._secret, 1.0)
             except LinkError:
                 pass
             finally:
@@ -262,7 +297,7 @@ class RemoteLockstep:
 
     def _say_again(self) -> tuple[bytes, bytes]:
         nothing = encode_twist(STOP)
-        return nothing, CommandTag(self._epoch, 0, 0, again=True).encode(nothing)
+        return nothing, CommandTag(self._epoch, 0, 0, again=True).encode(nothing, self._secret)
 
     # The two are read where they come in, in the network's thread: one while the other is still on its way.
 
@@ -329,7 +364,7 @@ class RemoteLockstep:
         """Tell a simulator that was restarted from one that is only slow or gone."""
         left = max(0.05, min(0.3, deadline - time.monotonic()))
         try:
-            state = ask_state(self._bus, self._robot, self._epoch, left)
+            state = ask_state(self._bus, self._robot, self._secret, left)
         except LinkError:
             return
         self._held(state)

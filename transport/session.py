@@ -1,11 +1,15 @@
 """How a controller takes and gives back a robot: questions and answers in JSON on ``<robot>/session``.
 
-Behind the JSON stands a line with its CRC-32 in eight hexadecimal digits, so that one that was damaged is never taken
-for a good one: whoever cannot read a question says so, and it is asked again.
+The JSON is followed by a line with its CRC-32 in eight hexadecimal digits, so that a damaged question is never taken
+for a good one: the robot's side answers that it could not read it, and the controller asks again. Every field is
+bounded by its type; a whole question with a value out of bounds is refused, and the refusal names the field.
 """
 
 from __future__ import annotations
 
+import hmac
+import json
+import logging
 import secrets
 import time
 import zlib
@@ -13,67 +17,101 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Literal, Protocol
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
 
 from transport.bus import Bus, ask_until
 from transport.clock import Clock, MonotonicClock
 from transport.codec import CodecError
-from transport.keys import RobotKeys
+from transport.keys import ROBOT_NAME, RobotKeys
 from transport.robot import LinkError
+from transport.wording import in_words, printable
 
-PROTOCOL = 1
+PROTOCOL = 2
 """Version of the whole conversation; both sides must speak the same."""
 
 MAX_QUESTION = 4096
 _PAUSE, _AGAIN, _NEIGHBOUR = 0.2, 0.02, 0.5
 _MONOTONIC = MonotonicClock()
+_OTHER_VERSION = f"the robot's side speaks protocol version {PROTOCOL}, not {{}}"
 _MISUNDERSTANDING = f"the robot's side speaks {{}}, this program speaks version {PROTOCOL}"
+
+_LOG = logging.getLogger(__name__)
 
 Mode = Literal["lockstep", "realtime"]
 
 
+def _printable_values(value: JsonValue) -> JsonValue:
+    if isinstance(value, str):
+        return printable(value)
+    if isinstance(value, list):
+        return [_printable_values(one) for one in value]
+    if isinstance(value, dict):
+        return {printable(key): _printable_values(one) for key, one in value.items()}
+    return value
+
+
+def _printable_report(report: dict[str, JsonValue]) -> dict[str, JsonValue]:
+    return {printable(key): _printable_values(value) for key, value in report.items()}
+
+
+Number = Annotated[int, Field(ge=0, lt=2**63)]
+"""A lease's number, an observation's number, a seed."""
+Count = Annotated[int, Field(ge=0, lt=2**31)]
+Seconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
+Label = Annotated[str, Field(max_length=200), AfterValidator(printable)]
+"""A short text for people; what would steer a terminal is replaced."""
+Text = Annotated[str, Field(max_length=1000), AfterValidator(printable)]
+RobotName = Annotated[str, Field(max_length=200, pattern=ROBOT_NAME)]
+Secret = Annotated[str, Field(max_length=64, pattern="^[0-9a-f]*$")]
+"""What the holder of a lease knows and nobody else; empty where there is none."""
+Report = Annotated[dict[str, JsonValue], AfterValidator(_printable_report)]
+
+
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
 class Open(_Part):
     """Take the robot; in simulation, begin an episode."""
 
     kind: Literal["open"] = "open"
-    protocol: int = PROTOCOL
-    request: str
+    protocol: Count = PROTOCOL
+    request: Label
     """A name that no other request has: asked twice, the question is answered alike."""
-    controller: Annotated[str, Field(max_length=200)]
+    controller: Label
     """Who asks, for people."""
-    seed: int | None = None
+    seed: Number | None = None
     """Which run to simulate; None leaves it to the simulator."""
-    previous: int = 0
-    """The asker's last lease, if it takes the robot again: a simulator then goes on where it was."""
+    previous: Secret = ""
+    """The secret of the asker's last lease, if it takes the robot again: a simulator then goes on where it was."""
 
 
 class Close(_Part):
     """Give the robot back."""
 
     kind: Literal["close"] = "close"
-    protocol: int = PROTOCOL
-    epoch: int
+    protocol: Count = PROTOCOL
+    secret: Secret
+    """Of the asker's lease."""
 
 
 class Ask(_Part):
     """Ask for the state of a lease and for the referee's verdict."""
 
     kind: Literal["ask"] = "ask"
-    protocol: int = PROTOCOL
-    epoch: int
+    protocol: Count = PROTOCOL
+    secret: Secret
+    """Of the asker's lease."""
 
 
 class Again(_Part):
     """Have the robot put back to the start for another attempt; time runs on. In lockstep only."""
 
     kind: Literal["again"] = "again"
-    protocol: int = PROTOCOL
-    epoch: int
-    attempt: int
+    protocol: Count = PROTOCOL
+    secret: Secret
+    """Of the asker's lease."""
+    attempt: Count
     """The number of the attempt to begin, so that the question may be asked twice."""
 
 
@@ -81,14 +119,16 @@ class Granted(_Part):
     """The robot is the asker's."""
 
     kind: Literal["granted"] = "granted"
-    protocol: int = PROTOCOL
-    epoch: int
-    """The lease's number, which every command must bear."""
-    robot: str
+    protocol: Count = PROTOCOL
+    epoch: Number
+    """The lease's number, which rides in clear with every observation and every command."""
+    secret: Secret
+    """Proves that a question comes from the holder, and seals its commands; it never rides with an observation."""
+    robot: RobotName
     """Name of the robot."""
     mode: Mode
     """Whether time waits for the controller."""
-    period: float
+    period: Annotated[float, Field(gt=0, le=3600, allow_inf_nan=False)]
     """Time from one command to the next, s."""
 
 
@@ -96,13 +136,13 @@ class Refused(_Part):
     """The robot is not the asker's."""
 
     kind: Literal["refused"] = "refused"
-    protocol: int = PROTOCOL
-    reason: str
-    holder: str = ""
+    protocol: Count = PROTOCOL
+    reason: Text
+    holder: Label = ""
     """Who holds the lease."""
-    idle: float = 0.0
+    idle: Seconds = 0.0
     """How long its holder has not been heard, s."""
-    patience: float = 0.0
+    patience: Seconds = 0.0
     """After how long without a word the lease is free, s."""
 
 
@@ -110,18 +150,18 @@ class State(_Part):
     """How the lease and the episode stand."""
 
     kind: Literal["state"] = "state"
-    protocol: int = PROTOCOL
+    protocol: Count = PROTOCOL
     held: bool
     """Whether the asker's lease still holds."""
-    reason: str = ""
+    reason: Text = ""
     """Why it does not."""
-    sequence: int = 0
+    sequence: Number = 0
     """Number of the last observation."""
-    report: dict[str, JsonValue] | None = None
+    report: Report | None = None
     """The referee's verdict so far, where there is a referee."""
-    attempt: int = 1
+    attempt: Count = 1
     """Number of the present attempt."""
-    attempts: list[dict[str, JsonValue]] = []
+    attempts: Annotated[list[Report], Field(max_length=1000)] = []
     """The referee's verdict on each attempt so far, where there may be several."""
 
 
@@ -129,14 +169,18 @@ class Unread(_Part):
     """The question came damaged, or in another language."""
 
     kind: Literal["unread"] = "unread"
-    protocol: int = PROTOCOL
-    reason: str = f"the question is not one of protocol version {PROTOCOL}"
+    protocol: Count = PROTOCOL
+    reason: Text = f"the question is not one of protocol version {PROTOCOL}"
 
 
 _Question = Annotated[Open | Close | Ask | Again, Field(discriminator="kind")]
 _Answer = Annotated[Granted | Refused | State | Unread, Field(discriminator="kind")]
 _QUESTION: TypeAdapter[Open | Close | Ask | Again] = TypeAdapter(_Question)
 _ANSWER: TypeAdapter[Granted | Refused | State | Unread] = TypeAdapter(_Answer)
+
+
+class ProtocolError(CodecError):
+    """A question came whole, but it is not one that this program can answer; the message says why."""
 
 
 def written(part: BaseModel) -> bytes:
@@ -156,14 +200,33 @@ def read_question(payload: bytes) -> Open | Close | Ask | Again:
     """The question in a payload.
 
     Raises:
-        CodecError: it is none.
+        CodecError: it is none, or it was damaged on its way.
+        ProtocolError: it came whole, but it is of another version, or a value in it is out of bounds.
     """
     if len(payload) > MAX_QUESTION:
-        raise CodecError("a question is too long")
+        raise ProtocolError("the question is too long")
+    text = _text(payload)
     try:
-        return _QUESTION.validate_json(_text(payload))
+        question = _QUESTION.validate_json(text)
     except ValidationError as error:
-        raise CodecError(f"not a question: {error.error_count()} faults") from None
+        version = _version(text)
+        if version is not None and version != PROTOCOL:
+            raise ProtocolError(_OTHER_VERSION.format(version)) from None
+        fault = error.errors(include_url=False)[0]
+        raise ProtocolError(f"the question is not valid: {in_words(fault)[:200]}") from None
+    if question.protocol != PROTOCOL:
+        raise ProtocolError(_OTHER_VERSION.format(question.protocol))
+    return question
+
+
+def _version(text: bytes) -> int | None:
+    """The version that a question says it is of, whatever else is in it."""
+    try:
+        question = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    version = question.get("protocol") if isinstance(question, dict) else None
+    return version if isinstance(version, int) and 0 <= version < 2**31 else None
 
 
 def read_answer(payload: bytes) -> Granted | Refused | State | Unread:
@@ -186,25 +249,32 @@ class Lease:
         patience: a holder that was not heard for so long may be replaced, s.
         clock: monotonic time, s.
         epoch: the lease's number; 0 where none is held.
+        secret: what its holder alone has been given; empty where none is held.
         holder: who holds it, for people.
     """
 
     patience: float
     clock: Callable[[], float] = time.monotonic
     epoch: int = 0
+    secret: str = ""
     holder: str = ""
     _heard: float = 0.0
     _request: str = ""
 
     def grant(self, question: Open) -> bool:
         """Whether the asker may have the robot; if so, a new epoch has begun."""
-        if self.epoch and self.idle < self.patience and question.previous != self.epoch:
+        if self.epoch and self.idle < self.patience and not self.proves(question.previous):
             return False
         # Random, so that a robot's side that was restarted never takes an old command for one of its own.
         self.epoch = secrets.randbits(62) + 1
+        self.secret = secrets.token_hex(16)
         self.holder, self._request = question.controller, question.request
         self.heard()
         return True
+
+    def proves(self, secret: str) -> bool:
+        """Whether a secret is the holder's."""
+        return bool(self.secret) and hmac.compare_digest(secret, self.secret)
 
     def repeats(self, question: Open) -> bool:
         """Whether this request has been granted already."""
@@ -221,7 +291,7 @@ class Lease:
 
     def release(self) -> None:
         """Nobody holds it any more."""
-        self.epoch, self.holder, self._request = 0, "", ""
+        self.epoch, self.secret, self.holder, self._request = 0, "", "", ""
 
     def refusal(self) -> Refused:
         """What a second controller is told."""
@@ -235,6 +305,11 @@ class Lease:
 
 class Desk(Protocol):
     """The robot's side of a session."""
+
+    @property
+    def lease(self) -> Lease:
+        """Who may command the robot."""
+        ...
 
     def open(self, question: Open) -> Granted | Refused:
         """Somebody wants the robot."""
@@ -253,24 +328,34 @@ class Desk(Protocol):
         ...
 
 
-def respond(desk: Desk, payload: bytes) -> tuple[bytes, bool]:
-    """The answer to a question, and whether it made sense."""
-    answer: Granted | Refused | State | Unread
+def respond(desk: Desk, payload: bytes) -> tuple[bytes, str]:
+    """The answer to a question, and under which reason to count it as one that failed, or nothing.
+
+    Nothing that a question says, and nothing that goes wrong while it is answered, gets further than its answer.
+    """
     try:
         question = read_question(payload)
+    except ProtocolError as error:
+        return written(Refused(reason=str(error))), "malformed question"
     except CodecError:
-        return written(Unread()), False
-    if question.protocol != PROTOCOL:
-        answer = Refused(reason=f"the robot's side speaks protocol version {PROTOCOL}, not {question.protocol}")
-    elif isinstance(question, Close):
-        answer = desk.close(question)
-    elif isinstance(question, Ask):
-        answer = desk.state(question)
-    elif isinstance(question, Again):
-        answer = desk.again(question)
-    else:
-        answer = desk.open(question)
-    return written(answer), True
+        return written(Unread()), "malformed question"
+    try:
+        return written(_answered(desk, question)), ""
+    except Exception as error:
+        reason = f"the robot's side failed: {type(error).__name__}: {error}"[:500]
+        _LOG.error("the question `%s` of a controller: %s", question.kind, printable(reason))
+        _LOG.debug("where it failed", exc_info=True)
+        return written(Refused(reason=reason)), "failed question"
+
+
+def _answered(desk: Desk, question: Open | Close | Ask | Again) -> Granted | Refused | State:
+    if isinstance(question, Close):
+        return desk.close(question)
+    if isinstance(question, Ask):
+        return desk.state(question)
+    if isinstance(question, Again):
+        return desk.again(question)
+    return desk.open(question)
 
 
 def _converse(
@@ -317,6 +402,8 @@ def open_session(bus: Bus, robot: str, question: Open, timeout: float, clock: Cl
         if answer is None:
             raise LinkError(f"no robot named {robot!r} answered within {timeout:g} s")
         if isinstance(answer, Granted):
+            if answer.robot != robot:
+                raise LinkError(f"{robot!r} was asked for, and {answer.robot!r} was granted")
             return answer
         if not isinstance(answer, Refused):
             raise LinkError("the robot's side answered with something else than a lease")
@@ -327,13 +414,13 @@ def open_session(bus: Bus, robot: str, question: Open, timeout: float, clock: Cl
         clock.wait(_PAUSE)
 
 
-def ask_state(bus: Bus, robot: str, epoch: int, timeout: float, clock: Clock = _MONOTONIC) -> State:
+def ask_state(bus: Bus, robot: str, secret: str, timeout: float, clock: Clock = _MONOTONIC) -> State:
     """How a lease and its episode stand.
 
     Raises:
-        LinkError: nobody answers within ``timeout`` seconds.
+        LinkError: nobody answers within ``timeout`` seconds, or the robot's side cannot answer.
     """
-    return _state(bus, robot, Ask(epoch=epoch), timeout, clock)
+    return _state(bus, robot, Ask(secret=secret), timeout, clock)
 
 
 def check_name(bus: Bus, robot: str) -> None:
@@ -342,7 +429,7 @@ def check_name(bus: Bus, robot: str) -> None:
     Raises:
         LinkError: somebody does.
     """
-    if bus.ask(RobotKeys(robot).session, written(Ask(epoch=0)), _NEIGHBOUR) is not None:
+    if bus.ask(RobotKeys(robot).session, written(Ask(secret="")), _NEIGHBOUR) is not None:
         raise LinkError(f"there is a robot named {robot!r} on this network already: choose another `robot.name`")
 
 
@@ -350,18 +437,20 @@ def begin_again(bus: Bus, robot: str, question: Again, timeout: float) -> State:
     """Ask for another attempt, which has begun if the answer bears its number.
 
     Raises:
-        LinkError: nobody answers within ``timeout`` seconds.
+        LinkError: nobody answers within ``timeout`` seconds, or the robot's side cannot answer.
     """
     return _state(bus, robot, question, timeout, _MONOTONIC)
 
 
 def _state(bus: Bus, robot: str, question: Ask | Again, timeout: float, clock: Clock) -> State:
     answer = _converse(bus, robot, question, timeout, clock)
+    if isinstance(answer, Refused):
+        raise LinkError(answer.reason)
     if not isinstance(answer, State):
         raise LinkError(f"{robot!r} no longer answers: it was asked for {timeout:g} s")
     return answer
 
 
-def close_session(bus: Bus, robot: str, epoch: int, timeout: float, clock: Clock = _MONOTONIC) -> None:
+def close_session(bus: Bus, robot: str, secret: str, timeout: float, clock: Clock = _MONOTONIC) -> None:
     """Give a robot back; where nobody answers, its side frees the lease by itself."""
-    _converse(bus, robot, Close(epoch=epoch), timeout, clock)
+    _converse(bus, robot, Close(secret=secret), timeout, clock)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from transport.description import Positive, Settings
+from transport.section import Positive, Settings
 
 
 class LinkSettings(Settings):

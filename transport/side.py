@@ -6,7 +6,7 @@ from collections import Counter
 
 from transport.bus import MAX_PAYLOAD, Bus, Mailbox, Message, Publisher, Request
 from transport.codec import CodecError, decode_twist, encode_clock, encode_odometry, encode_scan
-from transport.envelope import CommandTag, ObservationTag, sealed
+from transport.envelope import CommandTag, ObservationTag, is_signed, sealed
 from transport.keys import RobotKeys
 from transport.messages import Observation, Twist
 from transport.session import Desk, check_name, respond
@@ -55,8 +55,8 @@ class RobotSide:
                 if (order := self._read(item)) is not None:
                     return order
             else:
-                answer, understood = respond(self._desk, item.payload)
-                self.dropped.update([] if understood else ["malformed question"])
+                answer, fault = respond(self._desk, item.payload)
+                self.dropped.update([fault] if fault else [])
                 item.reply(answer)
             item = self._inbox.take()
         return None
@@ -88,7 +88,12 @@ class RobotSide:
             self.dropped["oversized"] += 1
             return None
         try:
-            return CommandTag.decode(message.attachment, message.payload), decode_twist(message.payload)
+            tag, twist = CommandTag.decode(message.attachment, message.payload), decode_twist(message.payload)
         except CodecError:
             self.dropped["malformed"] += 1
             return None
+        lease = self._desk.lease
+        if tag.epoch == lease.epoch and not is_signed(message.attachment, message.payload, lease.secret):
+            self.dropped["forged"] += 1
+            return None
+        return tag, twist

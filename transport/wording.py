@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from pydantic_core import ErrorDetails
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
+from transport.base import KINDS
 
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
@@ -10,6 +15,7 @@ _BOUNDS = {
     "less_than": ("lt", "less than"),
     "less_than_equal": ("le", "at most"),
 }
+_LONGEST = 80
 _SHAPES = {
     "float_parsing": "a number",
     "float_type": "a number",
@@ -26,17 +32,44 @@ _SHAPES = {
 }
 
 
+def printable(text: str) -> str:
+    """A text that a terminal shows as it is: control characters and lone surrogates are replaced by ``?``.
+
+    Escape codes in a name that came from elsewhere would otherwise move the cursor, hide text or worse.
+    """
+    return "".join(one if one.isprintable() else "?" for one in text)
+
+
 def in_words(found: ErrorDetails) -> str:
     """One finding as a sentence: ```limits.speed` must be more than 0, not -1``."""
+    return printable(_sentence(found))
+
+
+def _sentence(found: ErrorDetails) -> str:
     kind, limits = found["type"], found.get("ctx", {})
-    subject = f"`{place}` " if (place := ".".join(str(part) for part in found["loc"])) else ""
+    subject = f"`{place}` " if (place := key_of(found["loc"])) else ""
     if kind == "extra_forbidden":
         return f"{subject}is not known"
     if kind == "missing":
         return f"{subject}is missing"
     if kind == "value_error":
         return f"{subject}{found['msg'].removeprefix('Value error, ')}"
-    return f"{subject}must be {_wanted(kind, limits)}, not {found['input']!r}"
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        return f"{subject}must have `kind`, one of {', '.join(map(repr, KINDS))}"
+    return f"{subject}must be {_wanted(kind, limits)}, not {_shortened(found['input'])}"
+
+
+def _shortened(value: object) -> str:
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # a number of too many digits, a table in a table in a table ...
+        return "this"
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def key_of(location: tuple[int | str, ...]) -> str:
+    """The key that a finding's location means, as it is written: which kind of base is meant is no part of it."""
+    return ".".join(str(part) for part in location if part not in KINDS)
 
 
 def _wanted(kind: str, limits: dict[str, object]) -> str:

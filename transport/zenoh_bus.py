@@ -147,8 +147,11 @@ class ZenohBus:
         """One question and its first answer."""
         try:
             for reply in self._session.get(key, payload=payload, attachment=attachment or None, timeout=timeout):
-                if reply.ok is not None:
+                if reply.ok is None:
+                    continue
+                if len(reply.ok.payload) <= MAX_PAYLOAD:
                     return reply.ok.payload.to_bytes()
+                self.dropped["oversized"] += 1
         except zenoh.ZError:
             pass
         return None

@@ -6,29 +6,32 @@ entered or left, or one transition is taken. All functions share the names of th
 
     f  the facts of the step          v  the values of the variables       q  the machine's own events
     m  the signals evaluated so far   c  the active states, by index       t  the deadlines of time-outs
-    h  the paths marked (coverage)    now  the time of the step
+    h  the paths marked (coverage)    now  the time of the step in nanoseconds
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import count
 from types import CodeType, TracebackType
 from typing import Any
 
-from hsm.engine.decisions import Condition, Constant, Decision, Junction, Negation, Tree, decision_of
-from hsm.engine.evaluation import all_signals, eager_signals
-from hsm.engine.probes import Marks
+from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
+from hsm.engine.evaluation import Evaluation, all_signals, eager_signals
+from hsm.engine.limits import duration, finite, whole
+from hsm.engine.probes import Probes
 from hsm.model.chart import Action, After, Assign, Call, Model, Raise, State, When
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.types import Integer, Quantity, Type
 
 NONE = -1
 """What a chain gives when no transition fires."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Chain:
+class CandidateChain:
     """Candidates in their order of precedence, and the function that picks one.
 
     Attributes:
@@ -105,32 +108,44 @@ class Generator:
     """Makes chains and blocks for one model, and gives signals, variables and foreign objects their slots.
 
     Attributes:
-        calls: the distinct signal calls, by slot.
         variables: slot of each variable and parameter, by name.
+        states: index of each state, by name.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self.calls: list[SignalValue] = []
         names = [parameter.name for parameter in model.parameters] + [variable.name for variable in model.variables]
         self.variables = {name: slot for slot, name in enumerate(names)}
+        self._types = {one.name: one.type for one in model.variables}
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
-        self._states = {state.name: state.index for state in model.states}
+        self.states = {state.name: state.index for state in model.states}
+        # Runs in several threads share the generator: a counter and ``setdefault`` keep two of them from one number.
+        self._numbers = count()
         self._slots: dict[tuple[str, str], int] = {}
         self._decisions = [decision_of(transition) for transition in model.transitions]
-        self.marks = Marks(self._decisions)
-        self._chains: dict[tuple[tuple[int, ...], bool], Chain] = {}
+        self.probes = Probes(self._decisions)
+        self._chains: dict[tuple[tuple[int, ...], bool], CandidateChain] = {}
         self._namespace: dict[str, Any] = {}
         self._objects: dict[int, str] = {}
         self._opened: dict[int, tuple[int, ...]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
 
+    def evaluation(
+        self,
+        memo: Mapping[Any, Any],
+        values: Sequence[Any],
+        active: frozenset[int],
+        ask: Callable[[SignalValue], Any],
+    ) -> Evaluation:
+        """What expressions are evaluated against at one moment of a run."""
+        return Evaluation(values, self.variables, active, self.states, memo, self.key, ask)
+
     def decision(self, transition: int) -> Decision:
         """What decides whether a transition fires."""
         return self._decisions[transition]
 
-    def chain(self, candidates: tuple[int, ...]) -> Chain:
+    def chain(self, candidates: tuple[int, ...]) -> CandidateChain:
         """The chain of some transitions, all of one kind of trigger."""
         timed = isinstance(self.model.transitions[candidates[0]].trigger, After)
         found = self._chains.get((candidates, timed))
@@ -138,10 +153,10 @@ class Generator:
             found = self._chains[candidates, timed] = self._make_chain(candidates, timed)
         return found
 
-    def _make_chain(self, candidates: tuple[int, ...], timed: bool) -> Chain:  # noqa: FBT001
+    def _make_chain(self, candidates: tuple[int, ...], timed: bool) -> CandidateChain:  # noqa: FBT001
         pick = self._pick(candidates, timed, _Writer())
         waits = isinstance(self.model.transitions[candidates[0]].trigger, When)
-        return Chain(candidates, pick, self._pick(candidates, timed, _Writer(fresh=True)) if waits else pick)
+        return CandidateChain(candidates, pick, self._pick(candidates, timed, _Writer(fresh=True)) if waits else pick)
 
     def _pick(self, candidates: tuple[int, ...], timed: bool, writer: _Writer) -> Callable[..., int]:  # noqa: FBT001
         writer.add(0, "def pick(f, m, v, c, h, due):" if timed else "def pick(f, m, v, c, h):")
@@ -160,7 +175,7 @@ class Generator:
         if not decision.conditions:
             decided = decision.follow(bool)[0]
             writer.add(depth, f"return {index}" if decided else "pass")
-        elif self.marks.single(index):
+        elif self.probes.single(index):
             self._nested(writer, index, decision, depth)
         else:
             self._flat(writer, index, decision, depth)
@@ -175,7 +190,7 @@ class Generator:
 
         def end(*, outcome: bool) -> _Continuation:
             def write(depth: int, path: int) -> None:
-                writer.add(depth, f"h[{self.marks.place(index, path)}] = 1")
+                writer.add(depth, f"h[{self.probes.place(index, path)}] = 1")
                 if outcome:
                     writer.add(depth, f"return {index}")
 
@@ -202,7 +217,7 @@ class Generator:
                     if not rest:
                         branch(first, depth, path, true, false)
                         return
-                    others = Junction(tuple(rest), conjunction=tree.conjunction)
+                    others = Connective(tuple(rest), conjunction=tree.conjunction)
 
                     def further(depth: int, path: int) -> None:
                         branch(others, depth, path, true=true, false=false)
@@ -243,7 +258,7 @@ class Generator:
 
         writer.add(depth, "p = 0")
         decide(decision.tree, depth)
-        writer.add(depth, f"h[{self.marks.first(index)}].add(p)")
+        writer.add(depth, f"h[{self.probes.first(index)}].add(p)")
         writer.add(depth, "if r:")
         writer.add(depth + 1, f"return {index}")
 
@@ -253,12 +268,11 @@ class Generator:
         writer.add(0, "def run(f, m, v, c, q, t, now):")
         for slot in self._opened.get(state.index, ()):
             variable = self.model.variables[slot - len(self.model.parameters)]
-            writer.add(1, f"v[{slot}] = {self._inline(writer, variable.initial)}", variable.place)
+            writer.add(1, f"v[{slot}] = {self._held(writer, variable.initial, variable.type)}", variable.place)
         for index in state.transitions:
             transition = self.model.transitions[index]
             if isinstance(transition.trigger, After):
-                duration = self._inline(writer, transition.trigger.duration)
-                writer.add(1, f"t[{index}] = now + {duration}", transition.place)
+                writer.add(1, f"t[{index}] = now + {self._duration(writer, transition.trigger)}", transition.place)
         return self._block(writer, state.index, state.entry)
 
     def actions(self, state: int, actions: tuple[Action, ...]) -> Block | None:
@@ -271,7 +285,8 @@ class Generator:
         for action in actions:
             match action:
                 case Assign(variable, value, place):
-                    writer.add(1, f"v[{self.variables[variable]}] = {self._inline(writer, value)}", place)
+                    held = self._held(writer, value, self._types[variable])
+                    writer.add(1, f"v[{self.variables[variable]}] = {held}", place)
                 case Call(declared, arguments, place):
                     given = "".join(f", {self._inline(writer, argument)}" for argument in arguments)
                     writer.add(1, f"{self._object(declared.function)}(f{given})", place)
@@ -297,10 +312,7 @@ class Generator:
         """The slot of a signal with these arguments."""
         key = (call.signal.name, ", ".join(map(self._code, call.arguments)))
         found = self._slots.get(key)
-        if found is None:
-            found = self._slots[key] = len(self.calls)
-            self.calls.append(call)
-        return found
+        return self._slots.setdefault(key, next(self._numbers)) if found is None else found
 
     def key(self, call: SignalValue, values: Sequence[Any]) -> Any:
         """Where the value of a call is kept within a step, as the generated code has it."""
@@ -323,7 +335,7 @@ class Generator:
         """The name under which generated code knows an object."""
         name = self._objects.get(id(value))
         if name is None:
-            name = self._objects[id(value)] = f"k{len(self._objects)}"
+            name = self._objects.setdefault(id(value), f"k{next(self._numbers)}")
             self._namespace[name] = value
         return name
 
@@ -342,6 +354,17 @@ class Generator:
                 writer.known.add(slot)
         writer.seen.update(map(self.slot, all_signals(condition)))
         return self._code(condition, writer.known)
+
+    def _held(self, writer: _Writer, expression: Expression, kind: Type) -> str:
+        """The value of an expression as a variable of a type may hold it; beyond its limits the code raises."""
+        code = self._inline(writer, expression)
+        if isinstance(expression, Literal) or not isinstance(kind, Integer | Quantity):
+            return code
+        return f"{self._object(whole if isinstance(kind, Integer) else finite)}({code})"
+
+    def _duration(self, writer: _Writer, trigger: After) -> str:
+        """The duration of a time-out in nanoseconds."""
+        return f"{self._object(duration)}({self._inline(writer, trigger.duration)})"
 
     def _inline(self, writer: _Writer, expression: Expression) -> str:
         return self._code(expression, writer.known)
@@ -370,7 +393,7 @@ class Generator:
                 key = self._key(slot, expression)
                 return f"(m[{key}] if {key} in m else m.setdefault({key}, {self._ask(expression)}))"
             case Active(state):
-                return f"({self._states[state]} in c)"
+                return f"({self.states[state]} in c)"
             case Unary("abs", operand):
                 return f"abs({self._code(operand, known)})"
             case Unary(operator, operand):

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
+from hsm.engine.clock import nanoseconds, reached
 from hsm.engine.evaluation import SignalFault
-from hsm.engine.execution import TOLERANCE
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.run import Supervisor
 from hsm.model.expressions import Active, Expression, SignalValue
@@ -71,7 +71,7 @@ def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memo
             return None, holds(condition) is False
         case Recurrence(condition, within):
             met = holds(condition) is not False
-            late = not met and memory is not None and time >= memory - TOLERANCE
+            late = not met and memory is not None and reached(nanoseconds(memory), time)
             return (time + within if met or late else memory), late
         case Response(trigger, response, within):
             due = memory
@@ -79,7 +79,7 @@ def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memo
                 due = time + within
             if due is None or holds(response) is True:
                 return None, False
-            late = time >= due - TOLERANCE
+            late = reached(nanoseconds(due), time)
             return (None if late else due), late
         case Precedence(trigger, first, then):
             armed = memory is not None or holds(trigger) is True
@@ -150,7 +150,7 @@ def holding(supervisor: Supervisor, facts: object) -> Holds:
             raise SignalFault(call, error) from error
         return memo[key]
 
-    evaluation = machine.evaluation(memo, values, active, ask)
+    evaluation = machine.generator.evaluation(memo, values, active, ask)
 
     def holds(condition: Expression) -> bool | None:
         try:

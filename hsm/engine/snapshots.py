@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hsm.engine.execution import Fault, RunState
+from hsm.engine.clock import nanoseconds
+from hsm.engine.compiled import CompiledChart
+from hsm.engine.execution import PendingFault, RunState
+from hsm.engine.limits import duration
 from hsm.model.chart import After, Send, Transition
-from hsm.model.events import Scoped
+from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
 from hsm.model.unparse import expression_text
-
-if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
 
 
 class SnapshotError(ValueError):
@@ -34,14 +34,14 @@ class Run:
 
     time: float
     state: RunState
-    pending: tuple[Scoped | Fault, ...]
+    pending: tuple[StateEvent | PendingFault, ...]
     finished: frozenset[int]
 
 
-def to_json(machine: Machine, run: Run) -> dict[str, Any]:
+def to_json(machine: CompiledChart, run: Run) -> dict[str, Any]:
     """A run in a form that JSON can carry; states and variables stand by their names."""
     state, names = run.state, [one.name for one in machine.model.states]
-    events = [(one.event, one.reason) if isinstance(one, Fault) else (one, None) for one in run.pending]
+    events = [(one.event, one.reason) if isinstance(one, PendingFault) else (one, None) for one in run.pending]
     return {
         "machine": machine.name,
         "time": run.time,
@@ -59,7 +59,7 @@ def to_json(machine: Machine, run: Run) -> dict[str, Any]:
     }
 
 
-def from_json(machine: Machine, snapshot: Mapping[str, Any]) -> Run:
+def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> Run:
     """The run that ``to_json`` wrote.
 
     Raises:
@@ -76,12 +76,12 @@ def from_json(machine: Machine, snapshot: Mapping[str, Any]) -> Run:
         if unknown:
             raise SnapshotError(f"the machine and the snapshot do not have the same variables: `{unknown[0]}`")
         values = [_typed(machine, name, given[name]) for name in machine.generator.variables]
-        timers = {_timer(machine, source, number): float(due) for source, number, due in snapshot["timers"]}
+        timers = {_timer(machine, source, number): int(due) for source, number, due in snapshot["timers"]}
         history = {
             _index(machine, name): tuple(_index(machine, one) for one in states)
             for name, states in snapshot["history"].items()
         }
-        sent = tuple((float(due), Send(event, delay, label)) for due, event, delay, label in snapshot["sent"])
+        sent = tuple((int(due), Send(event, delay, label)) for due, event, delay, label in snapshot["sent"])
         state = RunState(machine.configuration(leaves), values, timers, sent, history, snapshot["outcome"])
         pending = tuple(_pending(machine, *one) for one in snapshot["pending"])
         finished = frozenset(_index(machine, name) for name in snapshot["finished"])
@@ -92,7 +92,7 @@ def from_json(machine: Machine, snapshot: Mapping[str, Any]) -> Run:
         raise SnapshotError(f"this is no snapshot of a run: {error!r}") from error
 
 
-def carry_over(old: Machine, run: Run, new: Machine, parameters: Sequence[Any]) -> Run:
+def carry_over(old: CompiledChart, run: Run, new: CompiledChart, parameters: Sequence[Any]) -> Run:
     """A run of one machine as a run of a changed one, where every active state still exists.
 
     Variables keep their values where name and type are the same. Time-outs go on where the state still has the same
@@ -135,7 +135,7 @@ def carry_over(old: Machine, run: Run, new: Machine, parameters: Sequence[Any]) 
     return Run(run.time, state, pending, finished)
 
 
-def _leaves(machine: Machine, names: Sequence[str]) -> tuple[int, ...]:
+def _leaves(machine: CompiledChart, names: Sequence[str]) -> tuple[int, ...]:
     leaves = []
     for name in names:
         index = machine.indices.get(name, 0)
@@ -151,13 +151,13 @@ def _leaves(machine: Machine, names: Sequence[str]) -> tuple[int, ...]:
     return complete
 
 
-def _index(machine: Machine, name: str) -> int:
+def _index(machine: CompiledChart, name: str) -> int:
     if name not in machine.indices:
         raise SnapshotError(f"the machine has no state `{name}`")
     return machine.indices[name]
 
 
-def _typed(machine: Machine, name: str, value: Any) -> Any:
+def _typed(machine: CompiledChart, name: str, value: Any) -> Any:
     """A value of an enumeration comes back as the member; everything else is itself."""
     defaults: list[Any] = [one.default for one in machine.model.parameters if one.name == name]
     defaults += [
@@ -168,36 +168,38 @@ def _typed(machine: Machine, name: str, value: Any) -> Any:
     return value
 
 
-def _timer_name(machine: Machine, index: int) -> tuple[str, int]:
+def _timer_name(machine: CompiledChart, index: int) -> tuple[str, int]:
     source = machine.model.states[machine.model.transitions[index].source]
     return source.name, source.transitions.index(index)
 
 
-def _timer(machine: Machine, source: str, number: int) -> int:
+def _timer(machine: CompiledChart, source: str, number: int) -> int:
     transitions = machine.model.states[_index(machine, source)].transitions
     if number >= len(transitions):
         raise SnapshotError(f"state `{source}` has no time-out at position {number}")
     return transitions[number]
 
 
-def _pending(machine: Machine, names: Sequence[str], origin: str, standard: str, reason: str | None) -> Scoped | Fault:
-    event = Scoped(tuple(names), _index(machine, origin), standard)
+def _pending(
+    machine: CompiledChart, names: Sequence[str], origin: str, standard: str, reason: str | None
+) -> StateEvent | PendingFault:
+    event = StateEvent(tuple(names), _index(machine, origin), standard)
     if reason is None:
         return event
-    return Fault(event, reason, machine.model.states[event.origin].place, RuntimeError(reason))
+    return PendingFault(event, reason, machine.model.states[event.origin].place, RuntimeError(reason))
 
 
-def _origin(entry: Scoped | Fault) -> int:
-    return entry.event.origin if isinstance(entry, Fault) else entry.origin
+def _origin(entry: StateEvent | PendingFault) -> int:
+    return entry.event.origin if isinstance(entry, PendingFault) else entry.origin
 
 
-def _moved(entry: Scoped | Fault, origin: int) -> Scoped | Fault:
-    if isinstance(entry, Fault):
-        return Fault(Scoped(entry.event.names, origin, entry.event.standard), entry.reason, entry.place, entry.error)
-    return Scoped(entry.names, origin, entry.standard)
+def _moved(entry: StateEvent | PendingFault, origin: int) -> StateEvent | PendingFault:
+    if isinstance(entry, PendingFault):
+        return replace(entry, event=replace(entry.event, origin=origin))
+    return replace(entry, origin=origin)
 
 
-def _kept_values(old: Machine, run: Run, new: Machine) -> dict[str, Any]:
+def _kept_values(old: CompiledChart, run: Run, new: CompiledChart) -> dict[str, Any]:
     types = {one.name: one.type for one in new.model.variables}
     return {
         one.name: value
@@ -207,7 +209,7 @@ def _kept_values(old: Machine, run: Run, new: Machine) -> dict[str, Any]:
     }
 
 
-def _kept_timers(old: Machine, run: Run, new: Machine, values: Sequence[Any]) -> dict[int, float]:
+def _kept_timers(old: CompiledChart, run: Run, new: CompiledChart, values: Sequence[Any]) -> dict[int, int]:
     running = {_timer_text(old, old.model.transitions[index]): due for index, due in run.state.timers.items()}
     fired = {
         _timer_text(old, one)
@@ -221,11 +223,15 @@ def _kept_timers(old: Machine, run: Run, new: Machine, values: Sequence[Any]) ->
         text = _timer_text(new, transition)
         if not isinstance(transition.trigger, After) or not active or text in fired:
             continue
-        timers[transition.index] = running.get(text) or run.time + _value(new, transition.trigger.duration, values)
+        if text in running:
+            timers[transition.index] = running[text]
+        else:
+            length = duration(_value(new, transition.trigger.duration, values))
+            timers[transition.index] = nanoseconds(run.time) + length
     return timers
 
 
-def _timer_text(machine: Machine, transition: Transition) -> tuple[str, str, int]:
+def _timer_text(machine: CompiledChart, transition: Transition) -> tuple[str, str, int]:
     """What makes two time-outs the same: their state, their duration, and which of such they are."""
     source = machine.model.states[transition.source]
     own = [machine.model.transitions[index] for index in source.transitions]
@@ -237,5 +243,5 @@ def _duration(transition: Transition) -> str:
     return expression_text(transition.trigger.duration) if isinstance(transition.trigger, After) else ""
 
 
-def _value(machine: Machine, expression: Expression, values: Sequence[Any]) -> Any:
+def _value(machine: CompiledChart, expression: Expression, values: Sequence[Any]) -> Any:
     return machine.generator.arguments((expression,))(None, {}, values, frozenset())[0]

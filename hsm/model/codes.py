@@ -52,6 +52,7 @@ CODES: dict[str, Code] = {
         "E0304": "an assignment to what cannot change",
         "E0305": "a division by zero",
         "E0306": "a number that is too large",
+        "E0307": "a duration that is negative",
         # structure
         "E0401": "a file that does not begin with its machine",
         "E0402": "a line that stands in the wrong place",

@@ -8,44 +8,49 @@ from hsm.model.chart import On
 
 
 @dataclass(frozen=True, slots=True)
-class Scoped:
+class StateEvent:
     """An event that comes from a state: an outcome of its activity, its completion or a fault in it.
 
-    Only transitions of that state and of the states around it see it by ``names``. Transitions read from SCXML see
-    ``standard`` everywhere.
+    Transitions of that state and of the states around it see it by ``names``, those of the state alone by ``own``, too.
+    Transitions read from SCXML see ``standard`` everywhere.
 
     Attributes:
-        names: its names; a completion has two, ``done`` and the name of the final state.
+        names: the outcome, ``fault``, or the name of the final state that completes the state.
         origin: index of the state that it comes from.
         standard: its name in SCXML.
+        own: ``done`` for a completion: it belongs to the state that is complete.
     """
 
     names: tuple[str, ...]
     origin: int
     standard: str
+    own: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        return self.names[-1]
+        return (*self.own, *self.names)[-1]
 
 
-Event = str | Scoped
+Event = str | StateEvent
 """An event by its name, sent from outside or raised by the machine, or one that comes from a state."""
 
 
-def matches(trigger: On, event: Event, *, inside: bool) -> bool:
+def matches(trigger: On, event: Event, source: int, last: int) -> bool:
     """Whether a trigger names an event.
 
     Args:
         trigger: the names that a transition waits for.
         event: what happened.
-        inside: whether a scoped event comes from the transition's source or from a state inside it.
+        source: index of the transition's state.
+        last: index of the last state inside it.
     """
     if trigger.prefix:
         name = event if isinstance(event, str) else event.standard
         return any(_describes(descriptor, name) for descriptor in trigger.names)
     if isinstance(event, str):
         return event in trigger.names
-    return inside and any(name in trigger.names for name in event.names)
+    if event.origin == source and any(name in trigger.names for name in event.own):
+        return True
+    return source <= event.origin <= last and any(name in trigger.names for name in event.names)
 
 
 def _describes(descriptor: str, name: str) -> bool:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from decimal import Decimal
 from enum import StrEnum
+from fractions import Fraction
+from math import copysign, inf
 from typing import Annotated, Any, get_args, get_origin
 
 
@@ -16,9 +18,13 @@ class Boolean:
         return "bool"
 
 
+LARGEST_INTEGER = 2**63 - 1
+"""No whole number that a machine holds is larger, nor its negative smaller."""
+
+
 @dataclass(frozen=True, slots=True)
 class Integer:
-    """A whole number."""
+    """A whole number of at most 63 bits and a sign."""
 
     def __str__(self) -> str:
         return "int"
@@ -86,35 +92,75 @@ QUANTITY_NAMES: dict[Quantity, str] = {
 """The names under which the language knows its quantities."""
 
 
+_PI = Fraction("3.14159265358979323846264338327950288419716939937510")
+_DEGREE = _PI / 180
+_FAR = 400
+"""Decimal places beyond the range of floats, with room for every unit."""
+
+
 @dataclass(frozen=True, slots=True)
 class Unit:
     """A unit: the quantity it measures and how many SI units it is.
 
     Used as an annotation in the registry: ``Annotated[float, UNITS["m/s"]]``; values are handed over in SI units.
+
+    Attributes:
+        name: how it is written.
+        quantity: what it measures.
+        scale: how many SI units it is, exactly; of a degree to fifty digits.
     """
 
     name: str
     quantity: Quantity
-    factor: float
+    scale: Fraction
+
+    @property
+    def factor(self) -> float:
+        """How many SI units it is, as the nearest float."""
+        return float(self.scale)
+
+
+def si_value(number: str, unit: Unit | None = None) -> float:
+    """The float that is nearest to the exact SI value of a decimal number with a unit: ``70 cm`` is ``0.7``.
+
+    Args:
+        number: a decimal number, such as ``-0.5`` or ``1e3``.
+        unit: its unit; None for a plain number.
+
+    Returns:
+        The value, infinite where no float is that large.
+
+    Raises:
+        ValueError: it is no decimal number.
+    """
+    nearest = float(number)
+    exact = Decimal(number)
+    # Far outside the range of floats the exponent alone would make an enormous fraction.
+    if unit is None or unit.scale == 1 or not exact or abs(exact.adjusted()) > _FAR:
+        return nearest
+    try:
+        return float(Fraction(exact) * unit.scale)
+    except OverflowError:
+        return copysign(inf, nearest)
 
 
 UNITS: dict[str, Unit] = {
     unit.name: unit
     for unit in (
-        Unit("m", Quantity(length=1), 1.0),
-        Unit("cm", Quantity(length=1), 0.01),
-        Unit("mm", Quantity(length=1), 0.001),
-        Unit("s", Quantity(time=1), 1.0),
-        Unit("ms", Quantity(time=1), 0.001),
-        Unit("min", Quantity(time=1), 60.0),
-        Unit("rad", Quantity(angle=1), 1.0),
-        Unit("deg", Quantity(angle=1), math.pi / 180),
-        Unit("m/s", Quantity(length=1, time=-1), 1.0),
-        Unit("cm/s", Quantity(length=1, time=-1), 0.01),
-        Unit("rad/s", Quantity(angle=1, time=-1), 1.0),
-        Unit("deg/s", Quantity(angle=1, time=-1), math.pi / 180),
-        Unit("m/s^2", Quantity(length=1, time=-2), 1.0),
-        Unit("Hz", Quantity(time=-1), 1.0),
+        Unit("m", Quantity(length=1), Fraction(1)),
+        Unit("cm", Quantity(length=1), Fraction(1, 100)),
+        Unit("mm", Quantity(length=1), Fraction(1, 1000)),
+        Unit("s", Quantity(time=1), Fraction(1)),
+        Unit("ms", Quantity(time=1), Fraction(1, 1000)),
+        Unit("min", Quantity(time=1), Fraction(60)),
+        Unit("rad", Quantity(angle=1), Fraction(1)),
+        Unit("deg", Quantity(angle=1), _DEGREE),
+        Unit("m/s", Quantity(length=1, time=-1), Fraction(1)),
+        Unit("cm/s", Quantity(length=1, time=-1), Fraction(1, 100)),
+        Unit("rad/s", Quantity(angle=1, time=-1), Fraction(1)),
+        Unit("deg/s", Quantity(angle=1, time=-1), _DEGREE),
+        Unit("m/s^2", Quantity(length=1, time=-2), Fraction(1)),
+        Unit("Hz", Quantity(time=-1), Fraction(1)),
     )
 }
 

@@ -10,7 +10,7 @@ from typing import Any
 from hsm.model.chart import Action, ActivityCall, After, Assign, Call, Cancel, On, Raise, Send, Trigger, When
 from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.registry import Parameter
-from hsm.model.types import UNITS, Quantity, Type
+from hsm.model.types import UNITS, Quantity, Type, si_value
 
 _BINDING = {"or": 1, "and": 2, "not": 3, "==": 4, "!=": 4, "<": 4, "<=": 4, ">": 4, ">=": 4}
 _BINDING |= {"+": 5, "-": 5, "*": 6, "/": 6}
@@ -30,10 +30,25 @@ def value_text(value: Any, kind: Type | None = None) -> str:
     if isinstance(value, Enum):
         return str(value.value)
     if isinstance(kind, Quantity) and kind != Quantity():
-        unit = _DEGREES.get(kind, kind.si_unit)
-        written = f"{math.degrees(value) if kind in _DEGREES else value:.10g}"
+        written, unit = _quantity_text(value, kind)
         return f"{written} {unit}" if unit in UNITS else f"{written} ({unit})"
-    return f"{value:.10g}" if isinstance(value, float) else str(value)
+    return _number_text(value) if isinstance(value, float) else str(value)
+
+
+def _quantity_text(value: float, kind: Quantity) -> tuple[str, str]:
+    """A quantity and its unit: angles in degrees where they are written so in few digits."""
+    degrees = _DEGREES.get(kind)
+    if degrees is not None:
+        written = f"{math.degrees(value):.10g}"
+        if si_value(written, UNITS[degrees]) == value:
+            return written, degrees
+    return _number_text(value), kind.si_unit
+
+
+def _number_text(value: float) -> str:
+    """The shortest text that reads back as the same number."""
+    written = f"{value:.10g}"
+    return written if float(written) == value else repr(float(value))
 
 
 def expression_text(expression: Expression) -> str:

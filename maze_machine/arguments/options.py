@@ -102,4 +102,13 @@ IdentityOption = Annotated[
     typer.Option(metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."),
 ]
 
+LibraryOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="MODULE:NAME",
+        help="What machines may name: a Library, or a function that makes one. Default: those of the project, else "
+        "those of the maze robots.",
+    ),
+]
+
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]

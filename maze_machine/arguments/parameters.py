@@ -6,13 +6,15 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from enum import StrEnum
+from math import isfinite
 from typing import Any
 
 from hsm.model.registry import Parameter
-from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Quantity
+from hsm.model.types import LARGEST_INTEGER, UNITS, Boolean, Enumeration, Integer, Quantity, si_value
 from maze_machine.errors import UsageError
 
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S*)\s*", re.ASCII)
+_WHOLE = re.compile(r"\s*[-+]?\d{1,19}\s*", re.ASCII)
 
 
 def parameter_values(
@@ -63,10 +65,9 @@ def _value(parameter: Parameter, text: str, enumerations: Mapping[str, type[StrE
                 return text.lower() == "true"
             raise _mismatch(parameter, text, "write true or false")
         case Integer():
-            try:
-                return int(text)
-            except ValueError:
-                raise _mismatch(parameter, text, "write a whole number") from None
+            if _WHOLE.fullmatch(text) is None or abs(int(text)) > LARGEST_INTEGER:
+                raise _mismatch(parameter, text, f"write a whole number up to {LARGEST_INTEGER}")
+            return int(text)
         case Enumeration(name, members):
             if text in members:
                 return enumerations[name](text)
@@ -82,11 +83,13 @@ def _quantity(parameter: Parameter, quantity: Quantity, text: str) -> float:
     if written is None:
         raise _mismatch(parameter, text, way_out)
     number, unit = written.groups()
+    if not isfinite(float(number)):
+        raise _mismatch(parameter, text, "no number is that large")
     if not unit:
         return float(number)
     if unit not in UNITS or UNITS[unit].quantity != quantity:
         raise _mismatch(parameter, text, way_out)
-    return float(number) * UNITS[unit].factor
+    return si_value(number, UNITS[unit])
 
 
 def _mismatch(parameter: Parameter, text: str, way_out: str) -> UsageError:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+import traceback
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -11,6 +13,8 @@ import perception.signals
 import skills.library
 from hsm.model.registry import Library
 from maze_machine.catalogue.machines import SHIPPED
+from maze_machine.catalogue.project import find_project
+from maze_machine.catalogue.trust import require_trust
 from maze_machine.errors import UsageError
 from skills.settings import SkillSettings
 
@@ -27,6 +31,35 @@ def robot_library(settings: SkillSettings | None = None) -> Library:
     library.include(perception.library.LIBRARY)
     library.include(skills.library.library(settings or SkillSettings()))
     return library
+
+
+def chosen_library(named: str | None, machine: Path | None = None, settings: SkillSettings | None = None) -> Library:
+    """The library that a machine is written against.
+
+    That is the one named on the command line; else that of the project around the machine, if it names one and the
+    user trusts it; else the shipped one. A shipped machine belongs to no project.
+
+    Args:
+        named: ``MODULE:NAME``, or None.
+        machine: the machine's file; None for whatever lies in the present folder.
+        settings: the gains of the robot's motion skills, for the shipped library.
+
+    Raises:
+        UsageError: there is no such library, or its project is not trusted.
+        FileError: the project's settings are wrong.
+    """
+    if named is not None:
+        return named_library(named)
+    shipped = machine is not None and machine.resolve().parent == SHIPPED.resolve()
+    project = None if shipped else find_project(Path.cwd() if machine is None else machine.resolve().parent)
+    if project is None:
+        return robot_library(settings)
+    if project.library is None:
+        library = robot_library(settings)
+    else:
+        require_trust(project)
+        library = named_library(project.library, project.folder)
+    return replace(library, folders=[*project.machines, *library.folders])
 
 
 def named_library(name: str, folder: Path | None = None) -> Library:
@@ -49,15 +82,24 @@ def named_library(name: str, folder: Path | None = None) -> Library:
         found = getattr(import_module(module), attribute)
     except ModuleNotFoundError as error:
         if error.name != module.split(".")[0] and error.name != module:
-            raise
+            raise UsageError(f"`{name}` cannot be imported: {_fault(error)}") from None
         way_out = f"it is looked for in {place} and among what is installed"
         raise UsageError(f"there is no module `{module}`", way_out) from None
     except AttributeError:
         raise UsageError(f"module `{module}` has no `{attribute}`") from None
+    except Exception as error:  # the module is a stranger's: whatever it raises is a fault in it, not in this program
+        raise UsageError(f"`{name}` cannot be imported: {_fault(error)}") from None
     try:
         made = found if isinstance(found, Library) else found()
-    except TypeError as error:
-        raise UsageError(f"`{name}` gives no library: {error}") from None
+    except Exception as error:
+        raise UsageError(f"`{name}` gives no library: {_fault(error)}") from None
     if not isinstance(made, Library):
         raise UsageError(f"`{name}` gives no library but {made!r}")
     return made
+
+
+def _fault(error: Exception) -> str:
+    """What went wrong in somebody's module, and where."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    told = str(error) if isinstance(error, SyntaxError) else f"{error} ({Path(last.filename).name}, line {last.lineno})"
+    return f"{type(error).__name__}: {told}"

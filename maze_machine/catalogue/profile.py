@@ -15,9 +15,10 @@ from maze_machine.catalogue.shipped import find_file
 from maze_machine.errors import CommandError, FileError, UsageError
 from perception.settings import PerceptionSettings
 from skills.settings import SkillSettings
-from transport.description import RobotDescription, Settings
+from transport.description import RobotDescription
+from transport.section import Settings
 from transport.settings import LinkSettings
-from transport.wording import in_words
+from transport.wording import in_words, key_of
 
 SHIPPED = Path(__file__).parent / "profiles"
 
@@ -95,8 +96,7 @@ def _validated(table: Mapping[str, Any], source: str, kind: type[CommandError]) 
     except ValidationError as error:
         first = error.errors()[0]
         if first["type"] == "extra_forbidden":
-            key = ".".join(map(str, first["loc"]))
-            raise kind(f"{source}: unknown key `{key}`", _nearest_key(first["loc"])) from None
+            raise kind(f"{source}: unknown key `{key_of(first['loc'])}`", _nearest_key(first["loc"])) from None
         raise kind(f"{source}: {in_words(first)}") from None
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from maze_machine.arguments.completion import complete_machine
+from maze_machine.arguments.options import LibraryOption
 from maze_machine.errors import ExitStatus, UsageError
 
 if TYPE_CHECKING:
@@ -30,6 +32,7 @@ def check(
         list[str] | None,
         typer.Option(metavar="CODE", help="Leave out warnings and notes whose code begins so; may be repeated."),
     ] = None,
+    library: LibraryOption = None,
 ) -> None:
     """Check machines and all that they import: errors, likely mistakes, and notes on overlaps and gaps.
 
@@ -45,19 +48,24 @@ def check(
     from hsm.dsl import check_file
     from hsm.dsl.reporting import render
     from hsm.model.diagnostics import Severity
-    from maze_machine.catalogue.library import robot_library
+    from maze_machine.catalogue.library import chosen_library
+    from maze_machine.catalogue.project import find_project
 
     if json and sarif:
         raise UsageError("--json does not go with --sarif", "one form at a time")
-    library = robot_library()
     findings: list[Diagnostic] = []
     sources: dict[str, str] = {}
     for name in files:
-        checked = check_file(machine_path(name), library)
-        findings.extend(found for found in checked.diagnostics if found not in findings)
+        path = machine_path(name)
+        checked = check_file(path, chosen_library(library, Path(path)))
+        project = find_project(Path(path).parent)
+        unwanted = (*(ignore or ()), *(project.ignore if project is not None else ()))
+        findings.extend(
+            found
+            for found in checked.diagnostics
+            if found not in findings and (found.severity is Severity.ERROR or not found.code.startswith(unwanted))
+        )
         sources.update(checked.sources)
-    unwanted = tuple(ignore or ())
-    findings = [one for one in findings if one.severity is Severity.ERROR or not one.code.startswith(unwanted)]
     if json:
         print(render.as_json(findings))
     elif sarif:
@@ -71,10 +79,10 @@ def check(
 
 
 def machine_path(name: str) -> str:
-    """The file that is meant: a shipped machine's, or the one at this path."""
-    from maze_machine.catalogue.machines import shipped_machines
+    """The file that is meant: a shipped machine's, one of the project's, or the one at this path."""
+    from maze_machine.catalogue.machines import project_machines, shipped_machines
 
-    return str(shipped_machines().get(name, name))
+    return str((project_machines() | shipped_machines()).get(name, name))
 
 
 def print_findings(findings: Sequence[Diagnostic], sources: dict[str, str], files: Sequence[str]) -> None:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from maze_machine.arguments.options import ChartArgument
-from maze_machine.errors import FileError, UsageError
+from maze_machine.arguments.options import ChartArgument, LibraryOption
+from maze_machine.errors import UsageError
 
 if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
+    from hsm.engine.machine import Machine
 
 
 def diagram(
@@ -20,6 +20,7 @@ def diagram(
         Path,
         typer.Option("--output", "-o", help="Where to: a .svg, .png, .dot or .mmd (Mermaid) file.", metavar="FILE"),
     ],
+    library: LibraryOption = None,
 ) -> None:
     """Draw a machine: hierarchy, regions, history, guards, time-outs, activities.
 
@@ -27,24 +28,33 @@ def diagram(
 
     Example: `maze-machine diagram pledge -o pledge.svg`
     """
-    from hsm.interchange.diagrams import FORMATS, DiagramError, draw
+    from hsm.interchange.diagrams import FORMATS, DiagramError, render
+    from maze_machine.arguments.files import check_outputs
+    from transport.files import write_bytes
 
-    if output.suffix.removeprefix(".") not in FORMATS:
+    form = output.suffix.removeprefix(".")
+    if form not in FORMATS:
         raise UsageError(f"{output}: a diagram is a {', '.join(f'.{one}' for one in FORMATS)} file")
+    check_outputs({"--output": output}, [file])
     try:
-        draw(load_chart(file), output)
+        drawn = render(load_chart(file, library), form)
     except DiagramError as error:
         raise UsageError(str(error)) from None
-    except OSError as error:
-        raise FileError(f"{output} cannot be written: {error.strerror or error}") from None
+    write_bytes(output, drawn)
 
 
-def load_chart(file: str) -> Machine:
-    """The machine of a ``.maze-machine`` or ``.scxml`` file, or of a shipped machine's name."""
+def load_chart(file: str, library: str | None = None) -> Machine:
+    """The machine of a ``.maze-machine`` or ``.scxml`` file, or of a shipped machine's name.
+
+    Args:
+        file: the file or name.
+        library: what the machine may name, as ``MODULE:NAME``; by default what its project says.
+    """
     import hsm
-    from maze_machine.catalogue.library import robot_library
+    from maze_machine.catalogue.library import chosen_library
     from maze_machine.catalogue.machines import find_machine
 
     if file.endswith(".scxml"):
         return hsm.interchange.scxml.load(file)
-    return hsm.load(str(find_machine(file)), robot_library())
+    path = find_machine(file)
+    return hsm.load(str(path), chosen_library(library, path))

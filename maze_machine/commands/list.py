@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from maze_machine.arguments.options import JsonOption
+from maze_machine.arguments.options import JsonOption, LibraryOption
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -31,6 +31,7 @@ class Subject(StrEnum):
 def listing(
     subject: Annotated[Subject, typer.Argument(help="What to list.")],
     json: JsonOption = False,
+    library: LibraryOption = None,
 ) -> None:
     """List what a machine may name, with types, units and a line of documentation; or the codes of findings.
 
@@ -40,7 +41,7 @@ def listing(
     """
     from json import dumps
 
-    rows = list(_rows(subject))
+    rows = list(_rows(subject, library))
     if json:
         print(dumps(rows, indent=2, ensure_ascii=False))
         return
@@ -51,10 +52,10 @@ def listing(
         print("  ".join(cells).rstrip())
 
 
-def _rows(subject: Subject) -> Iterable[dict[str, str]]:
+def _rows(subject: Subject, library: str | None) -> Iterable[dict[str, str]]:
     from hsm.model.codes import CODES
     from hsm.model.types import UNITS
-    from maze_machine.catalogue.library import robot_library
+    from maze_machine.catalogue.library import chosen_library
 
     match subject:
         case Subject.MACHINES:
@@ -69,7 +70,7 @@ def _rows(subject: Subject) -> Iterable[dict[str, str]]:
                 {"name": one.name, "severity": one.severity.name.lower(), "about": one.title} for one in CODES.values()
             )
         case _:
-            return _declared(subject, robot_library())
+            return _declared(subject, chosen_library(library))
 
 
 def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
@@ -110,8 +111,8 @@ def _types(library: Library) -> Iterable[dict[str, str]]:
 
 
 def _machines() -> Iterable[dict[str, str]]:
+    from hsm.dsl.loading import read_text
     from hsm.dsl.lsp.describe import first_line
-    from hsm.dsl.semantics.loading import read_text
     from hsm.dsl.syntax.ast import MachineLine
     from hsm.dsl.syntax.parser import parse
     from maze_machine.catalogue.machines import shipped_machines

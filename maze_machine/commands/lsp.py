@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from maze_machine.arguments.options import LibraryOption
 from maze_machine.errors import UsageError
 
 
-def lsp() -> None:
+def lsp(library: LibraryOption = None) -> None:
     """Serve an editor over standard input and output, by the Language Server Protocol.
 
     Findings while one types, completion from the registry, documentation under the pointer, go to definition, outline,
@@ -15,11 +16,11 @@ def lsp() -> None:
     """
     from importlib.metadata import version
 
-    from maze_machine.catalogue.library import robot_library
+    from maze_machine.catalogue.library import chosen_library
 
     try:
         from hsm.dsl.lsp.server import make_server
     except ImportError as error:
         missing = f"the language server needs the package {error.name}"
         raise UsageError(missing, 'install it with: pip install "maze-machine[lsp]"') from None
-    make_server(robot_library(), version("maze-machine")).start_io()
+    make_server(chosen_library(library), version("maze-machine")).start_io()

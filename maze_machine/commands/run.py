@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -18,6 +19,7 @@ from maze_machine.arguments.options import (
     GreyOption,
     IdentityOption,
     JsonOption,
+    LibraryOption,
     ObjectsOption,
     PixelOption,
     RobotOption,
@@ -28,14 +30,16 @@ from maze_machine.arguments.options import (
     TimeLimitOption,
     TraceOption,
 )
-from maze_machine.errors import ExitStatus, UsageError
+from maze_machine.errors import ExitStatus, FileError, UsageError
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from maze_machine.catalogue.profile import Profile
-    from maze_machine.drive.attempts import RefereedRobot
+    from maze_machine.drive.attempts import Attempt, RefereedRobot
     from maze_machine.drive.mission import Watcher
+    from maze_machine.report.result import Result
+    from maze_machine.simulated.world import SimulatedWorld
     from transport.lockstep import RemoteLockstep
     from transport.realtime import RealtimeRobot
 
@@ -115,6 +119,7 @@ def run(
         typer.Option(metavar="FILE", help="Where to save the picture of the path. Default: in the folder runs/."),
     ] = None,
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
+    library: LibraryOption = None,
     json: JsonOption = False,
 ) -> None:
     """Run a machine on a robot until the machine, the referee or a limit ends it.
@@ -135,8 +140,8 @@ def run(
     Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
     """
     from contextlib import ExitStack, closing
-    from json import dumps
 
+    from maze_machine.arguments.files import check_outputs
     from maze_machine.arguments.parameters import split_setting
     from maze_machine.catalogue.profile import load_profile
     from maze_machine.drive.attempts import KeptRobot
@@ -151,20 +156,25 @@ def run(
 
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     if connect is not None:
-        chosen = {"what a maze is given (--start, --goal and the like)": words != MazeWords()}
-        refuse_with_connect({"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed, **chosen})
+        given = {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
+        refuse_with_connect({**given, "what is said of the maze (--start, --goal, ...)": words != MazeWords()})
     refuse_files(record, picture, practice=practice)
     profile = load_profile(robot, settings or ())
-    mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit)
+    mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit, library)
     world = None
     if connect is None:
-        rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
-        simulator = simulator_settings(rules, fault or ())
+        simulator = simulator_settings([*(simulate or ()), *(["rules.practice=true"] if practice else [])], fault or ())
         drawn = find_maze(maze or DEFAULT_MAZE, words.choices(), robot=profile.robot)
         world = SimulatedWorld(drawn, profile.robot, seed or 0, simulator, pace(profile.robot.period, speed))
     outputs, most = Outputs(trace, record, live), 2 if practice else attempts
+    check_outputs(
+        {"--trace": trace, "--record": record, "--picture": picture},
+        [robot, maze or "", str(objects or ""), *mission.machine.model.files],
+    )
     files: dict[str, Path] = {}
+    losses: list[str] = []
     with ExitStack() as stack:
+        stack.push(_telling(losses))
         link = None
         if connect is not None and most > 1:
             link = stack.enter_context(closing(in_lockstep(reached(connect, identity, profile, seed))))
@@ -175,7 +185,7 @@ def run(
             return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
 
         def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
-            return outputs.of_attempt(number).watchers(mission, machine, world)
+            return outputs.of_attempt(number).watchers(mission, machine, world, losses)
 
         repeated = world or link
         begin_again = (lambda: False) if repeated is None else repeated.try_again
@@ -186,12 +196,24 @@ def run(
             told = [] if repeated is None or most == 1 else repeated.attempts()
             result = Result(mission.machine.name, mission.parameters, ending, files, link_counts(attempt.robot), told)
             if not no_picture:
-                from maze_machine.report.picture import save_run
-
                 shown = numbered(picture or default_picture(mission.machine.name, ending.report), number)
-                save_run(shown, world, attempt.trail, result.line)
-                files["picture" + nth] = shown
-    print(dumps(result.as_json()) if json else "\n".join(result.lines()))
+                if has_picture(shown, world, attempt, result.line, losses):
+                    files["picture" + nth] = shown
+    end(result, losses, json)
+
+
+def end(result: Result, losses: Sequence[str], json: bool) -> NoReturn:
+    """Print the result, then say which files are not complete, and end.
+
+    Raises:
+        Exit: with the status of the run.
+        FileError: a file is not complete.
+    """
+    from json import dumps
+
+    print(dumps(result.as_json()) if json else "\n".join(result.lines()), flush=True)
+    if losses:
+        raise FileError("; ".join(losses))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
 
 
@@ -205,6 +227,29 @@ def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -
         raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
     if picture is not None and picture.suffix not in PICTURES:
         raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
+
+
+def has_picture(file: Path, world: SimulatedWorld | None, attempt: Attempt, title: str, losses: list[str]) -> bool:
+    """Save the picture of an attempt; whether the disk took it. If not, a sentence is added to the losses."""
+    from maze_machine.report.picture import save_run
+
+    try:
+        save_run(file, world, attempt.trail, title)
+    except OSError as error:
+        losses.append(f"no picture: {error.filename or file}: {error.strerror}")
+        return False
+    return True
+
+
+def _telling(losses: Sequence[str]) -> Callable[..., None]:
+    """On leaving a run that was ended by an error: say too which files lack something."""
+
+    def say(kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None:
+            for loss in losses:
+                print(f"maze-machine: {loss}", file=sys.stderr)
+
+    return say
 
 
 def refuse_with_connect(embedded: Mapping[str, object]) -> None:

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from maze_machine.arguments.completion import complete_machine
-from maze_machine.arguments.options import JsonOption
-from maze_machine.errors import ExitStatus, UsageError
+from maze_machine.arguments.options import JsonOption, LibraryOption
+from maze_machine.errors import ExitStatus, FileError, UsageError
 
 
 def test(
@@ -40,13 +40,7 @@ def test(
     html: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write a coverage report to look at.")] = None,
     lcov: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as an LCOV tracefile.")] = None,
     cobertura: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as Cobertura XML.")] = None,
-    library: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MODULE:FUNCTION",
-            help="What the machine may name, where that is not the library of the maze robots.",
-        ),
-    ] = None,
+    library: LibraryOption = None,
     json: JsonOption = False,
 ) -> None:
     """Run a machine's scenarios and check its properties on every run up to a bound.
@@ -66,7 +60,8 @@ def test(
 
     from hsm.testing.scenarios.reading import SUFFIX
     from hsm.testing.scenarios.trial import load_machine, load_trial
-    from maze_machine.catalogue.library import named_library, robot_library
+    from maze_machine.arguments.files import check_outputs
+    from maze_machine.catalogue.library import chosen_library
     from maze_machine.catalogue.machines import find_machine
     from maze_machine.report.trials import Reports, generated, mutated, run_trial
     from maze_machine.report.waiting import waiting
@@ -74,8 +69,10 @@ def test(
     if output is not None and not generate:
         raise UsageError("--output goes with --generate")
     path = Path(file)
-    names = robot_library() if library is None else named_library(library)
     meant = path if path.suffix == SUFFIX else find_machine(file)
+    outputs = {"--output": output, "--lcov": lcov, "--cobertura": cobertura}
+    check_outputs(outputs, [meant])
+    names = chosen_library(library, meant)
     if generate:
         with waiting("finding scenarios"):
             result = generated(load_machine(meant, names), steps, output)
@@ -86,4 +83,6 @@ def test(
         with waiting("running scenarios, checking properties"):
             result = run_trial(load_trial(meant, names), steps, Reports(coverage, fail_under, html, lcov, cobertura))
     print(dumps(result.as_json, indent=2) if json else "\n".join(result.lines))
+    if result.losses:
+        raise FileError("; ".join(result.losses))
     raise typer.Exit(ExitStatus.OK if result.passed else ExitStatus.FAILED)

@@ -11,7 +11,7 @@ from typing import Any
 import hsm
 from hsm import Machine
 from maze_machine.arguments.parameters import parameter_values
-from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.library import chosen_library
 from maze_machine.catalogue.machines import find_machine
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.loop import Tick, ticks
@@ -71,6 +71,7 @@ def prepare(
     profile: Profile,
     parameters: Iterable[tuple[str, str]] = (),
     time_limit: float | None = None,
+    library: str | None = None,
 ) -> Mission:
     """Load a machine for a robot.
 
@@ -79,16 +80,18 @@ def prepare(
         profile: the robot's profile; its section for the machine sets parameters too.
         parameters: names and values of parameters as a person writes them; they win over the profile's.
         time_limit: s, or None.
+        library: what the machine may name, as ``MODULE:NAME``; by default what its project says.
 
     Raises:
         FileError: there is no such machine.
         MachineError: the machine has faults.
         UsageError: a parameter is unknown or has a value that is not of its type.
     """
-    library = robot_library(profile.skills)
-    machine = hsm.load(find_machine(name), library)
+    path = find_machine(name)
+    names = chosen_library(library, path, profile.skills)
+    machine = hsm.load(path, names)
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
-    values = parameter_values(machine.model.parameters, written, library.enumerations)
+    values = parameter_values(machine.model.parameters, written, names.enumerations)
     return Mission(machine, profile, values, time_limit)
 
 

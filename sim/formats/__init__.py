@@ -10,6 +10,7 @@ from sim.formats.chosen import chosen
 from sim.formats.format import CannotHoldError, Choices, Format, Grey, Source
 from sim.maze import Maze, MazeError, Nothing
 from sim.solvability import ClosedError, UnsolvableError, checked
+from transport.files import write_bytes
 
 FORMATS: tuple[Format, ...] = (
     heightmap.FORMAT,
@@ -74,10 +75,7 @@ def write_maze(maze: Maze, path: Path | str, choices: Choices = AS_THE_FILE_SAYS
         raise MazeError(str(path), f"no maze is written as `{path.suffix}`", hint=f"one of {', '.join(writers)}")
     name, write = writers[path.suffix]
     try:
-        content = write(maze, path.suffix, choices)
-        beside = path.with_name(f".{path.name}.new")
-        beside.write_bytes(content)
-        beside.replace(path)
+        write_bytes(path, write(maze, path.suffix, choices))
     except CannotHoldError as error:
         raise MazeError(str(path), f"a {name} cannot hold this maze: {error}", hint="write a .maze file") from None
     except OSError as error:

@@ -108,12 +108,29 @@ def test_completion_is_one_event_with_two_names():
     assert by_done.configuration == {"y"}
 
 
-def test_completion_is_seen_around_but_not_beside():
+def test_completion_belongs_to_the_state_that_completed():
+    inner = state("b", state("c", on("go", "f")), final("f"), on("done", actions=[add("own")]))
     run = start(
         parallel(
             "p",
-            state("q", state("a", state("b", on("go", "f")), final("f")), on("done", actions=[add("around")])),
-            state("r", state("r1"), on("done", actions=[add("beside")])),
+            state("q", state("a", inner, on("done", actions=[add("around")]))),
+            state("r", state("r1"), on("done", "f", actions=[add("beside")])),
+            on("done", actions=[add("outside")]),
+        ),
+        on("done", actions=[add("top")]),
+        variables=dict.fromkeys(("own", "around", "outside", "top", "beside"), 0),
+    )
+    run.step(1.0, ["go"])
+    assert dict(run.variables) == {"own": 1, "around": 0, "outside": 0, "top": 0, "beside": 0}
+
+
+def test_the_name_of_a_final_state_is_seen_around_but_not_beside():
+    run = start(
+        parallel(
+            "p",
+            state("q", state("a", state("b", on("go", "f")), final("f"))),
+            state("r", state("r1"), on("f", actions=[add("beside")])),
+            on("f", actions=[add("around")]),
         ),
         variables={"around": 0, "beside": 0},
     )

@@ -1,5 +1,7 @@
 """Regions side by side: entry, preemption, snapshots, completion."""
 
+import pytest
+
 from tests.hsm.charts import (
     DONE,
     active,
@@ -118,20 +120,22 @@ def test_a_region_can_raise_an_event_for_another():
     assert run.step(1.0, ["go"]).entered == ("b2", "c2")
 
 
-def test_done_when_all_regions_are_final():
+@pytest.mark.parametrize("handles", [True, False])
+def test_done_when_all_regions_are_final(handles):
+    ways = [on("done", actions=[add("n")])] if handles else []
     run = start(
         parallel(
             "p",
-            state("b", state("b1", on("one", "bf")), final("bf"), on("done", actions=[add("n")])),
+            state("b", state("b1", on("one", "bf")), final("bf"), *ways),
             state("c", state("c1", on("two", "cf")), final("cf")),
             on("done", "x"),
         ),
         state("x"),
         variables={"n": 0},
     )
-    # The completion of one region is seen by the parallel state as well, unless the region handles it itself.
-    assert run.step(1.0, ["one"]).handled == ("one", "bf")
-    assert run.variables["n"] == 1
+    run.step(1.0, ["one"])
+    assert run.configuration == {"p", "b", "bf", "c", "c1"}
+    assert run.variables["n"] == handles
     run.step(2.0, ["two"])
     assert run.configuration == {"x"}
 

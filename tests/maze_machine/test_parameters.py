@@ -1,6 +1,7 @@
 """Parameters as a person writes them."""
 
 from enum import StrEnum
+from fractions import Fraction
 
 import pytest
 from hypothesis import given
@@ -79,7 +80,9 @@ def test_a_wrong_value_is_told_with_a_way_out(name, text, way_out):
 @given(st.floats(-1e6, 1e6), st.sampled_from(sorted(UNITS)))
 def test_every_unit_of_the_language_is_read(number, unit):
     parameter = Parameter("x", UNITS[unit].quantity)
-    assert parameter_values([parameter], {"x": f"{number!r} {unit}"}, {}) == {"x": number * UNITS[unit].factor}
+    assert parameter_values([parameter], {"x": f"{number!r} {unit}"}, {}) == {
+        "x": float(Fraction(repr(number)) * UNITS[unit].scale)
+    }
 
 
 def test_a_setting_without_a_value_is_told():

@@ -39,6 +39,10 @@ def test_the_command_line_wins_over_the_file(tmp_path):
         ("[robt]\nname = 'x'", "unknown key `robt`; did you mean `robot`?"),
         ("[robot.limits]\nspeed = -1", "`robot.limits.speed` must be more than 0, not -1"),
         ("[robot.limits]\nspeed = 'fast'", "`robot.limits.speed` must be a number, not 'fast'"),
+        ("[robot]\nbase = 'tracks'", "`robot.base` must have `kind`, one of 'holonomic', 'differential'"),
+        ("[robot.base]\ntrack = 0.3", "`robot.base` must have `kind`, one of 'holonomic', 'differential'"),
+        ("[robot.base]\nkind = 'differential'\ntrack = -1", "`robot.base.track` must be more than 0, not -1"),
+        ("[robot.base]\nkind = 'differential'\ntrak = 1", "unknown key `robot.base.trak`"),
         ("[robot\n", "line 1"),
     ],
 )

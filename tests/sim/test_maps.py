@@ -246,7 +246,7 @@ class TestWhatIsChosen:
         return tmp_path / "closed.maze"
 
     def test_a_closed_maze_is_refused_unless_another_goal_is_chosen(self, closed):
-        with pytest.raises(MazeError, match="no way leads .* choose another goal"):
+        with pytest.raises(MazeError, match=r"no way leads .* choose another goal"):
             read_maze(closed)
         for goal in (Reach((0.5, 0.5)), Survive(20.0), Nothing()):
             assert read_maze(closed, Choices(goal=goal)).goal == goal
@@ -269,7 +269,7 @@ class TestWhatIsChosen:
             assert read_maze(closed).goal == goal
 
     def test_a_goal_that_cannot_be_reached_is_refused(self, closed):
-        with pytest.raises(MazeError, match="no way leads .* to the goal"):
+        with pytest.raises(MazeError, match=r"no way leads .* to the goal"):
             read_maze(closed, Choices(goal=Reach((5.0, 5.0))))
         with pytest.raises(MazeError, match="the way to the goal is only about"):
             read_maze(closed, Choices(goal=Reach((1.95, 1.95), 0.1)))

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skills.limits import within_acceleration
 from skills.safety import Guard, moved
 from skills.settings import SafetySettings
 from transport.description import RobotDescription
@@ -128,7 +127,7 @@ def test_no_wish_brings_the_outline_into_the_margin(wanted, seed):
 @settings(max_examples=100, deadline=None, derandomize=True)
 def test_what_the_guard_answers_keeps_the_limits(before, wanted, distance):
     limits = ROBOT.limits
-    before = within_acceleration(STOP, before, limits, 0.1)
+    before = ROBOT.towards(STOP, ROBOT.limited(before), 0.1)
     got = Guard(ROBOT, SETTINGS).admit(before, wanted, wall_ahead(distance))
     assert got.speed <= limits.speed + 1e-9
     assert abs(got.turn) <= limits.turn_rate + 1e-9

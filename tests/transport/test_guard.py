@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from transport.description import Limits
+from transport.description import Limits, RobotDescription
 from transport.envelope import CommandTag
 from transport.guard import Guard
 from transport.messages import STOP, Twist
@@ -31,14 +31,15 @@ class Hand:
 class Driven:
     """A guard and the controller that holds its lease."""
 
-    def __init__(self, **limits: object) -> None:
+    def __init__(self, base: str = "holonomic", **limits: object) -> None:
         self.clock = Hand()
-        self.guard = Guard(Limits(**limits), LinkSettings(), self.clock)
+        robot = RobotDescription.model_validate({"limits": limits, "base": base})
+        self.guard = Guard(robot, LinkSettings(), self.clock)
         self.stamp = 0
         self.sequence = 0
         self.take()
 
-    def take(self, name: str = "first", previous: int = 0) -> bool:
+    def take(self, name: str = "first", previous: str = "") -> bool:
         question = Open(request=f"{name}{self.clock()}", controller=name, previous=previous)
         return self.guard.grant(question)
 
@@ -91,7 +92,7 @@ def test_a_stop_is_latched_until_the_lease_is_taken_anew(driven: Driven) -> None
     driven.show()
     assert not driven.send()
     assert driven.guard.twist() == STOP
-    assert driven.take(previous=driven.guard.lease.epoch)
+    assert driven.take(previous=driven.guard.lease.secret)
     assert driven.guard.twist() == STOP
     driven.show()
     assert driven.send()
@@ -193,6 +194,15 @@ def test_whatever_is_sent_the_base_keeps_its_limits(twist: Twist, translation: s
         assert held == twist
 
 
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(st.builds(Twist, finite, finite, finite))
+def test_a_base_that_cannot_move_sideways_is_never_told_to(twist: Twist) -> None:
+    driven = Driven(base="differential")
+    driven.show()
+    assert driven.send(twist)
+    assert driven.guard.twist().left == 0.0
+
+
 events = st.lists(
     st.tuples(
         st.floats(0, 0.3), st.sampled_from(["show", "good", "old", "repeat", "foreign", "retake"]), st.booleans()
@@ -211,7 +221,7 @@ def test_the_base_never_moves_longer_than_the_dead_man_allows(script: list[tuple
         if event == "show":
             driven.show()
         elif event == "retake":
-            driven.take(previous=driven.guard.lease.epoch)
+            driven.take(previous=driven.guard.lease.secret)
         else:
             changes = {"old": {"answers": 1}, "repeat": {"sequence": -1}, "foreign": {"epoch": 1}}.get(event, {})
             if driven.send(**changes):

@@ -14,9 +14,7 @@ from hsm.dsl.syntax.ast import first_token, last_token, place_of
 from hsm.model.chart import State
 from hsm.model.expressions import Active, Binary, Expression, Literal
 from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
-from hsm.model.types import BOOLEAN, Quantity
-
-_DURATION = Quantity(time=1)
+from hsm.model.types import BOOLEAN
 
 
 def compile_properties(
@@ -36,10 +34,9 @@ def compile_properties(
         states: all states, with those of instances.
         certain: whether it is known what all states do.
     """
-    inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubt, scope.used)
+    inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubtful, scope.used)
     inner.machine, inner.certain = states, certain
     found = [_property(line, source, inner, scope.report) for line in lines]
-    scope.puzzled |= inner.puzzled
     return tuple(one for one in found if one is not None)
 
 
@@ -90,7 +87,7 @@ def _property(line: ast.PropertyLine, source: Sequence[str], scope: Scope, repor
     conditions = [scope.condition(one) for one in line.conditions]
     within = None
     if line.within is not None:
-        value = scope.value(line.within, _DURATION)
+        value = scope.duration(line.within)
         if isinstance(value, Literal):
             within = float(value.value)
         elif value is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Container, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 from lark import Token
 
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.semantics.names import Names
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import DEEPEST_EXPRESSION, depth_of, first_token, last_token, place_of
 from hsm.model.diagnostics import Place, Related
@@ -20,6 +21,7 @@ from hsm.model.registry import Library, Parameter
 from hsm.model.types import (
     BOOLEAN,
     INTEGER,
+    LARGEST_INTEGER,
     NUMBER,
     QUANTITY_NAMES,
     UNITS,
@@ -28,7 +30,9 @@ from hsm.model.types import (
     Integer,
     Quantity,
     Type,
+    si_value,
 )
+from hsm.model.unparse import value_text
 
 FUNCTIONS = ("abs", "in", "max", "min")
 """The language's own functions."""
@@ -60,9 +64,10 @@ _OTHER_UNITS = {
     **dict.fromkeys(("degree", "degrees"), "deg"),
     **dict.fromkeys(("radian", "radians"), "rad"),
 }
+_DURATION = Quantity(time=1)
 _LONGEST_INTEGER = 18
 _LARGEST = 1e300
-_NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?) *(.*)")
+_NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?) *(.*)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,18 +88,16 @@ class Scope:
         report: where findings go.
         variables: variables and parameters by name.
         states: names of states, for ``in(state)``.
-        doubt: names that may be declared on lines that could not be read; nothing is said about those.
+        doubtful: names that may be declared on lines that could not be read; nothing is said about those.
         used: names of variables that something reads.
-        puzzled: some name means nothing, and it is not clear which was meant.
     """
 
     library: Library
     report: Report
     variables: dict[str, Declared] = field(default_factory=dict)
     states: Set[str] = frozenset()
-    doubt: Container[str] = frozenset()
-    used: set[str] = field(default_factory=set)
-    puzzled: bool = False
+    doubtful: Names = field(default_factory=Names)
+    used: Names = field(default_factory=Names)
 
     def type_named(self, name: Token) -> Type | None:
         """The type with a name; None, reported, where there is none."""
@@ -113,6 +116,17 @@ class Scope:
         """A typed expression of a type; None where a fault was reported."""
         found = self.expression(node, expected)
         return None if found is None else self._fit(found, expected, self._span(node))
+
+    def duration(self, node: ast.Expression) -> Expression | None:
+        """A typed expression that is a time and, where its value is known, not negative; None where it is at fault."""
+        found = self.value(node, _DURATION)
+        if isinstance(found, Literal) and found.value < 0:
+            hint = "write how long it is, without the sign"
+            self.report.add(
+                "E0307", self._span(node), f"a duration cannot be {value_text(found.value, _DURATION)}", hint
+            )
+            return None
+        return found
 
     def condition(self, node: ast.Expression) -> Expression | None:
         """A typed expression that is true or false; None where a fault was reported."""
@@ -175,11 +189,11 @@ class Scope:
                 return self._number(node)
             case Token():
                 return self._name(node, expected)
-            case ast.Chain():
+            case ast.ChainSyntax():
                 return self._chain(node)
-            case ast.Unary():
+            case ast.UnarySyntax():
                 return self._unary(node)
-            case ast.Binary():
+            case ast.BinarySyntax():
                 return self._binary(node)
             case ast.CallSyntax():
                 return self._call(node)
@@ -201,7 +215,7 @@ class Scope:
             hint = hint or _listed("the units are", UNITS)
             self.report.add_once("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
             return None
-        return self._finite(float(digits) * unit.factor, unit.quantity, token)
+        return self._finite(si_value(digits, unit), unit.quantity, token)
 
     def _finite(self, value: float, kind: Type, token: Token) -> Literal | None:
         if math.isinf(value):
@@ -232,7 +246,7 @@ class Scope:
         owners = [one for one in candidates if token.value in one._value2member_map_]
         if len(owners) == 1:
             return Literal(owners[0](token.value), _type_of_enumeration(owners[0]), self._place(token))
-        if token.value in self.doubt:
+        if token.value in self.doubtful:
             return None
         if owners:
             names = " and ".join(one.__name__ for one in owners)
@@ -250,7 +264,8 @@ class Scope:
             close = self.report.guess(token, [*self.variables, *self.library.signals])
             hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` shows what there is"
         self.used.add(close.name or "")
-        self.puzzled |= close.name is None
+        if close.name is None:
+            self.used.add_unknown()
         self.report.add_once("E0202", self._place(token), message, hint, subject=token.value)
         return None
 
@@ -265,7 +280,7 @@ class Scope:
             return f"whether a state is active: `in({name})`"
         return None
 
-    def _chain(self, node: ast.Chain) -> Expression | None:
+    def _chain(self, node: ast.ChainSyntax) -> Expression | None:
         operands = [self.value(operand, BOOLEAN) for operand in node.operands]
         known = [one for one in operands if one is not None]
         return self._balanced(node.operator, known) if len(known) == len(operands) else None
@@ -278,7 +293,7 @@ class Scope:
         left, right = self._balanced(operator, operands[:middle]), self._balanced(operator, operands[middle:])
         return Binary(operator, left, right, BOOLEAN, _joined(left, right))
 
-    def _unary(self, node: ast.Unary) -> Expression | None:
+    def _unary(self, node: ast.UnarySyntax) -> Expression | None:
         if node.operator == "not":
             operand = self.value(node.operand, BOOLEAN)
             return None if operand is None else Unary("not", operand, BOOLEAN, self._span(node))
@@ -289,7 +304,7 @@ class Scope:
             return Literal(-operand.value, operand.type, self._span(node))
         return Unary("-", operand, operand.type, self._span(node))
 
-    def _binary(self, node: ast.Binary) -> Expression | None:
+    def _binary(self, node: ast.BinarySyntax) -> Expression | None:
         if node.operator in ("==", "!="):
             return self._equality(node)
         left = self._numeric(node.left)
@@ -323,12 +338,12 @@ class Scope:
 
     def _folded(self, operator: str, left: Literal, right: Literal, kind: Type, place: Place) -> Literal | None:
         value = _ARITHMETIC[operator](left.value, right.value)
-        if abs(value) > _LARGEST:
+        if abs(value) > (LARGEST_INTEGER if kind == INTEGER else _LARGEST):
             self.report.add("E0306", place, "no number is that large")
             return None
         return Literal(value, kind, place)
 
-    def _equality(self, node: ast.Binary) -> Expression | None:
+    def _equality(self, node: ast.BinarySyntax) -> Expression | None:
         operands: tuple[Expression | None, Expression | None]
         if self._is_bare(node.left):
             right = self.expression(node.right)
@@ -364,7 +379,7 @@ class Scope:
             return self._extreme(node, place)
         signal = self.library.signals.get(name)
         if signal is None:
-            if name not in self.doubt:
+            if name not in self.doubtful:
                 hint = self.report.guess(name, [*FUNCTIONS, *self.library.signals]).text
                 message = f"there is no signal or function `{name}`"
                 self.report.add_once("E0202", self._place(node.name), message, hint)
@@ -384,7 +399,7 @@ class Scope:
             case (Token(type="NAME") as state,):
                 if state in self.states:
                     return Active(str(state), place)
-                if state not in self.doubt and state.partition(".")[0] not in self.doubt:
+                if state not in self.doubtful and state.partition(".")[0] not in self.doubtful:
                     hint = self.report.guess(state, self.states).text
                     self.report.add_once("E0201", self._place(state), f"there is no state `{state}`", hint)
             case _:

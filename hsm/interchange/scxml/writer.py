@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
-from hsm.engine.plans import own_name
 from hsm.interchange.scxml.elements import NAMESPACE
 from hsm.model.chart import (
     Action,
@@ -183,13 +182,18 @@ def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, 
     """What SCXML calls the outcomes that a trigger waits for: the state's completion, in one of its final states."""
     if trigger.prefix:
         return  # it was read from SCXML and bears its names already
-    finals = [model.states[one] for one in state.children if model.states[one].kind is StateKind.FINAL]
-    meant = [one for one in finals if own_name(one) in trigger.names]
-    if "done" in trigger.names and (finals or state.kind is StateKind.PARALLEL):
+    if "done" in trigger.names and (_finals(model, state) or state.kind is StateKind.PARALLEL):
         yield f"done.state.{state.name}", []
-    elif meant:
-        reached = " or ".join(f"In('{one.name}')" for one in meant)
-        yield f"done.state.{state.name}", [] if len(meant) == len(finals) else [reached]
+    for around in model.states[max(state.index, 1) : state.last + 1]:
+        finals = _finals(model, around)
+        meant = [one for one in finals if one.own_name in trigger.names]
+        if meant and not (around is state and "done" in trigger.names):
+            reached = " or ".join(f"In('{one.name}')" for one in meant)
+            yield f"done.state.{around.name}", [] if len(meant) == len(finals) else [reached]
+
+
+def _finals(model: Model, state: State) -> list[State]:
+    return [model.states[one] for one in state.children if model.states[one].kind is StateKind.FINAL]
 
 
 def _write_actions(element: ElementTree.Element, actions: tuple[Action, ...]) -> None:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from hsm.model.chart import After, Assign, Call, Model, When
 from hsm.model.expressions import Binary, Expression, SignalValue, VariableValue
 from hsm.model.registry import SignalDeclaration
-from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Type
+from hsm.model.rewriting import parts_of
+from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Type, si_value
 from hsm.model.unparse import value_text
-from hsm.testing.mutation.rewriting import actions_of, parts_of
 from hsm.testing.scenarios.script import default_of, member_of
 
 _BINARY: dict[str, Callable[[float, float], bool]] = {
@@ -83,31 +82,10 @@ class Domains:
         return list(distinct.values()) or [default_of(signal)]
 
 
-def expressions_of(model: Model) -> Iterator[Expression]:
-    """Everything in a machine that is evaluated."""
-    for state in model.states:
-        if state.activity is not None:
-            yield from state.activity.arguments
-    for transition in model.transitions:
-        match transition.trigger:
-            case When(condition):
-                yield condition
-            case After(duration):
-                yield duration
-        if transition.guard is not None:
-            yield transition.guard
-    for action in actions_of(model):
-        match action:
-            case Assign(value=value):
-                yield value
-            case Call(arguments=arguments):
-                yield from arguments
-
-
 def _written(value: float, kind: Type) -> float:
     """The value as it will be when it was written down in a scenario and read again."""
     number, _, unit = value_text(value, kind).partition(" ")
-    return float(number) * (UNITS[unit].factor if unit in UNITS else 1.0)
+    return si_value(number, UNITS.get(unit))
 
 
 def _truth(comparison: Binary, residue: float | None) -> bool | None:

@@ -1,0 +1,59 @@
+"""The values that variables, time-outs and parameters may have; what exceeds them is a fault of the machine."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+from hsm.engine.clock import nanoseconds
+from hsm.model.types import LARGEST_INTEGER, Integer, Quantity, Type
+
+
+class LimitError(ArithmeticError):
+    """A value that a machine cannot hold; the message says why."""
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def whole(value: int) -> int:
+    """A whole number as it is.
+
+    Raises:
+        LimitError: it has more than 63 bits.
+    """
+    if -LARGEST_INTEGER - 1 <= value <= LARGEST_INTEGER:
+        return value
+    raise LimitError("a whole number has grown beyond 63 bits")
+
+
+def finite(value: float) -> float:
+    """A number as it is.
+
+    Raises:
+        LimitError: it is infinite or no number.
+    """
+    if isfinite(value):
+        return value
+    raise LimitError(f"a variable cannot hold {value}")
+
+
+def duration(value: float) -> int:
+    """A duration in seconds as whole nanoseconds.
+
+    Raises:
+        LimitError: it is negative, infinite or no number.
+    """
+    if isfinite(value) and value >= 0:
+        return nanoseconds(value)
+    raise LimitError(f"a duration cannot be {value:.10g} s")
+
+
+def within_limits(value: float, kind: Type) -> bool:
+    """Whether a machine can hold a value of a type."""
+    match kind:
+        case Integer():
+            return -LARGEST_INTEGER - 1 <= value <= LARGEST_INTEGER
+        case Quantity():
+            return isfinite(value)
+        case _:
+            return True

@@ -1,0 +1,107 @@
+"""Which projects may run their own Python code here: a project file names code, and opening a folder must not run it.
+
+A person trusts a folder once, with ``maze-machine trust``; the decision is kept in the user's configuration folder.
+A library that is named on the command line needs no trust: whoever names it asks for it.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import typer
+
+from maze_machine.catalogue.project import Project
+from maze_machine.errors import FileError, UsageError
+
+
+def trust_file() -> Path:
+    """Where trusted folders are remembered."""
+    return Path(typer.get_app_dir("maze-machine")) / "trusted.json"
+
+
+def trusted_folders() -> frozenset[Path]:
+    """The folders that the user trusts.
+
+    Raises:
+        FileError: the file that remembers them is damaged.
+    """
+    file = trust_file()
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return frozenset()
+    except OSError as error:
+        raise FileError(f"{file} cannot be read: {error.strerror or error}") from None
+    except (ValueError, RecursionError):
+        raise FileError(f"{file} is damaged", "delete it and trust your folders again") from None
+    if not isinstance(found, list) or not all(isinstance(one, str) for one in found):
+        raise FileError(f"{file} is damaged", "delete it and trust your folders again")
+    return frozenset(map(Path, found))
+
+
+def trust(folder: Path) -> None:
+    """Remember that a folder's project may run its code.
+
+    Raises:
+        FileError: the decision cannot be written.
+    """
+    _write(trusted_folders() | {folder.resolve()})
+
+
+def distrust(folder: Path) -> None:
+    """Forget that a folder's project may run its code.
+
+    Raises:
+        FileError: the decision cannot be written.
+    """
+    _write(trusted_folders() - {folder.resolve()})
+
+
+def is_trusted(project: Project) -> bool:
+    """Whether a project's code may run."""
+    return project.library is None or project.folder in trusted_folders()
+
+
+def require_trust(project: Project, ask: Callable[[str], bool] | None = None) -> None:
+    """Let a project's code run only if the user trusts its folder.
+
+    Args:
+        project: the project.
+        ask: asks a person; by default a question on the terminal where there is one.
+
+    Raises:
+        UsageError: nobody trusts it; the message says what to do.
+    """
+    if is_trusted(project):
+        return
+    question = f"{project.file} names Python code ({project.library}). Run it, and trust this folder from now on?"
+    if ask is None and sys.stdin.isatty() and sys.stderr.isatty():
+        ask = _on_terminal
+    if ask is not None and ask(question):
+        trust(project.folder)
+        return
+    raise UsageError(
+        f"{project.file} names Python code ({project.library}), and the folder is not trusted",
+        f"look at the code, then run `maze-machine trust {project.folder}`",
+    )
+
+
+def _on_terminal(question: str) -> bool:
+    return typer.confirm(question, err=True)
+
+
+def _write(folders: frozenset[Path]) -> None:
+    file = trust_file()
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(
+            "w", encoding="utf-8", dir=file.parent, prefix=".trusted", delete=False
+        ) as beside:
+            json.dump(sorted(map(str, folders)), beside, indent=2)
+        Path(beside.name).replace(file)
+    except OSError as error:
+        raise FileError(f"{file} cannot be written: {error.strerror or error}") from None

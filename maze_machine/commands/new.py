@@ -1,0 +1,39 @@
+"""``maze-machine new``: a project to begin with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from maze_machine.arguments.options import JsonOption
+
+
+def new(
+    name: Annotated[str, typer.Argument(help="The machine's name.")],
+    folder: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Where to. Default: a new folder of that name.")
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Make a project: a machine, its tests, the library of a small robot, a loop that drives it, editor and CI files.
+
+    The project passes its checks and tests as it is; change it line by line into your own. Nothing is overwritten.
+    Its library is trusted at once, since it was written here.
+
+    Example: `maze-machine new vacuum`
+    """
+    from json import dumps
+
+    from maze_machine.catalogue.template import make_project
+    from maze_machine.catalogue.trust import trust
+
+    place = Path(name) if folder is None else folder
+    written = make_project(name, place)
+    trust(place)
+    if json:
+        print(dumps([str(path) for path in written]))
+        return
+    print("\n".join(str(path) for path in written))
+    print(f"\nNow: cd {place} && maze-machine check {name}.maze-machine && maze-machine test {name}.maze-machine")

@@ -1,0 +1,1 @@
+"""Files that `maze-machine new` fills in."""

@@ -1,0 +1,215 @@
+"""Projects: their settings, the library of one's own in every command, and whose code may run."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from maze_machine.catalogue.project import find_project
+from maze_machine.catalogue.trust import is_trusted, require_trust, trust_file, trusted_folders
+from maze_machine.cli import app
+from maze_machine.errors import FileError, UsageError
+
+
+@pytest.fixture(autouse=True)
+def _own_configuration(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "configuration"))
+
+
+@pytest.fixture
+def restored_modules(monkeypatch):
+    """What a test imports from its folder is forgotten."""
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    before = set(sys.modules)
+    yield
+    for name in set(sys.modules) - before:
+        if name.endswith("_robot") or name == "stranger":
+            del sys.modules[name]
+
+
+def run(*arguments):
+    done = CliRunner().invoke(app, list(map(str, arguments)))
+    return done.exit_code, done.stdout, done.stderr
+
+
+@pytest.fixture
+def vacuum(tmp_path, restored_modules):
+    assert run("new", "vacuum", "--folder", tmp_path / "vacuum")[0] == 0
+    return tmp_path / "vacuum"
+
+
+def test_a_new_project_passes_its_checks_and_tests(vacuum):
+    machine = vacuum / "vacuum.maze-machine"
+    status, told, _ = run("check", machine, "--json")
+    assert (status, json.loads(told)["findings"]) == (0, [])
+    status, told, _ = run("test", machine, "--coverage", "--fail-under", 90)
+    assert status == 0, told
+    assert run("fmt", "--check", machine)[0] == 0
+
+
+def test_every_command_takes_the_library_of_the_project(vacuum, tmp_path, monkeypatch):
+    machine = vacuum / "vacuum.maze-machine"
+    assert run("export", machine, "-o", tmp_path / "vacuum.scxml")[0] == 0
+    assert run("diagram", machine, "-o", tmp_path / "vacuum.mmd")[0] == 0
+    monkeypatch.chdir(vacuum)
+    assert "go_to_dock()" in run("list", "activities")[1]
+    assert run("check", "vacuum")[0] == 0  # by its name
+    (vacuum / "maze-machine.toml").unlink()
+    assert run("check", machine)[0] == 1
+    assert run("check", machine, "--library", "vacuum_robot:library")[0] == 0
+
+
+def test_the_loop_of_a_new_project_drives(vacuum):
+    done = subprocess.run(
+        [sys.executable, "drive.py"], cwd=vacuum, capture_output=True, text=True, timeout=60, check=True
+    )
+    assert "charging" in done.stdout
+
+
+def test_nothing_is_overwritten(vacuum):
+    (vacuum / "drive.py").write_text("mine", encoding="utf-8")
+    status, _, told = run("new", "vacuum", "--folder", vacuum)
+    assert status == 3
+    assert "exists already" in told
+    assert (vacuum / "drive.py").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("name", ["Vacuum", "9", "a-b", "../x", ""])
+def test_a_name_that_no_machine_can_have_is_refused(name, tmp_path):
+    assert run("new", name, "--folder", tmp_path / "there")[0] == 2
+    assert not (tmp_path / "there").exists()
+
+
+@pytest.fixture
+def stranger(tmp_path, restored_modules):
+    """A folder of somebody else's: its library leaves a mark when it is run."""
+    folder = tmp_path / "downloaded"
+    folder.mkdir()
+    (folder / "maze-machine.toml").write_text('library = "stranger:library"\n', encoding="utf-8")
+    (folder / "stranger.py").write_text(
+        "from pathlib import Path\nfrom hsm import Library\nPath(__file__).with_name('ran').touch()\n"
+        "def library(): return Library('stranger')\n",
+        encoding="utf-8",
+    )
+    (folder / "m.maze-machine").write_text("machine m\n\ninitial a\n\nfinal a\n", encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize("command", [["check"], ["test"], ["diagram", "-o", "m.mmd"], ["export"], ["run"]])
+def test_code_of_an_untrusted_folder_never_runs(stranger, command):
+    name, *rest = command
+    status, _, told = run(name, stranger / "m.maze-machine", *rest)
+    assert status == 2
+    assert "is not trusted; look at the code, then run `maze-machine trust" in told
+    assert not (stranger / "ran").exists()
+
+
+def test_a_trusted_folder_runs_its_code_until_trust_is_taken_back(stranger):
+    assert run("trust", stranger)[0] == 0
+    assert json.loads(run("trust", "--list", "--json")[1]) == [str(stranger)]
+    assert run("check", stranger / "m.maze-machine")[0] == 0
+    assert (stranger / "ran").exists()
+    assert run("trust", "--remove", stranger)[0] == 0
+    assert run("check", stranger / "m.maze-machine")[0] == 2
+
+
+def test_trust_of_a_folder_is_none_of_the_folders_in_it(stranger):
+    inner = stranger / "inner"
+    inner.mkdir()
+    (inner / "maze-machine.toml").write_text('library = "other:library"\n', encoding="utf-8")
+    assert run("trust", stranger)[0] == 0
+    project = find_project(inner)
+    assert project is not None
+    assert not is_trusted(project)
+
+
+def test_a_person_who_is_asked_may_say_yes_or_no(stranger):
+    project = find_project(stranger)
+    assert project is not None
+    asked = []
+    with pytest.raises(UsageError, match="not trusted"):
+        require_trust(project, lambda question: bool(asked.append(question)))
+    assert "stranger:library" in asked[0]
+    require_trust(project, lambda _question: True)
+    assert trusted_folders() == {stranger}
+
+
+def test_a_shipped_machine_belongs_to_no_project(stranger, monkeypatch):
+    monkeypatch.chdir(stranger)
+    assert run("check", "pledge")[0] == 0
+    assert not (stranger / "ran").exists()
+
+
+def test_settings_may_lie_in_pyproject(tmp_path):
+    (tmp_path / "pyproject.toml").write_text(
+        '[tool.maze-machine]\nmachines = ["charts"]\nignore = ["N"]\n', encoding="utf-8"
+    )
+    inner = tmp_path / "a" / "b"
+    inner.mkdir(parents=True)
+    project = find_project(inner)
+    assert project is not None
+    assert (project.folder, project.machines, project.ignore) == (tmp_path, (tmp_path / "charts",), ("N",))
+
+
+def test_a_machine_of_the_projects_folders_is_imported_by_name(tmp_path):
+    (tmp_path / "maze-machine.toml").write_text('machines = ["parts"]\n', encoding="utf-8")
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "pause.maze-machine").write_text(
+        "machine pause\n\ninitial wait\n\nstate wait\n    after 1 s -> over\n\nfinal over\n", encoding="utf-8"
+    )
+    whole = tmp_path / "whole.maze-machine"
+    whole.write_text(
+        "machine whole\n\nimport pause\n\ninitial p\n\nstate p = pause()\n    on over -> end\n\nfinal end\n",
+        encoding="utf-8",
+    )
+    status, told, _ = run("check", whole)
+    assert status == 0, told
+
+
+def test_codes_that_a_project_ignores_are_left_out(tmp_path):
+    machine = tmp_path / "m.maze-machine"
+    machine.write_text("machine m\n\nparam p : int = 1\n\ninitial a\n\nfinal a\n", encoding="utf-8")
+    found = json.loads(run("check", machine, "--json")[1])["findings"]
+    assert found
+    codes = json.dumps(sorted({one["code"] for one in found}))
+    (tmp_path / "maze-machine.toml").write_text(f"ignore = {codes}\n", encoding="utf-8")
+    assert json.loads(run("check", machine, "--json")[1])["findings"] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('libary = "a:b"', "unknown setting `libary`"),
+        ("library = 3", "`library` is a string, not 3"),
+        ('machines = "x"', "`machines` is a list of strings"),
+        ("machines = [1]", "`machines` is a list of strings"),
+        ("library = ", "is no valid TOML"),
+        ("a = " + "[" * 5000, "is no valid TOML"),
+    ],
+)
+def test_wrong_settings_end_with_one_message(tmp_path, text, message):
+    (tmp_path / "maze-machine.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(FileError, match=message):
+        find_project(tmp_path)
+
+
+@pytest.mark.parametrize("text", ["{", '{"a": 1}', "[1]", "\0"])
+def test_a_damaged_memory_of_trust_trusts_nobody(stranger, text):
+    trust_file().parent.mkdir(parents=True)
+    trust_file().write_text(text, encoding="utf-8")
+    status, _, told = run("check", stranger / "m.maze-machine")
+    assert status == 3
+    assert "is damaged" in told
+    assert not (stranger / "ran").exists()
+
+
+@pytest.mark.parametrize("fault", ["1 / 0", "import no_such_module_of_theirs", "def library(:"])
+def test_a_library_that_fails_is_reported_with_its_place(stranger, fault):
+    (stranger / "stranger.py").write_text(fault + "\n", encoding="utf-8")
+    run("trust", stranger)
+    status, _, told = run("check", stranger / "m.maze-machine")
+    assert status == 2
+    assert "cannot be imported" in told
+    assert "stranger.py" in told

@@ -65,7 +65,27 @@ ObjectsOption = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Moving objects for the maze: the course simulator's config.json."),
 ]
-RecordingArgument = Annotated[Path, typer.Argument(help="A file that `maze-machine run --record` wrote.")]
+RecordingArgument = Annotated[
+    Path,
+    typer.Argument(
+        help="What `maze-machine run --record` wrote, any MCAP file, or a rosbag2 folder or database with a laser scan "
+        "and odometry."
+    ),
+]
+RecordedRobotOption = Annotated[
+    str | None,
+    typer.Option(
+        "--robot",
+        help="Profile of the recorded robot; its laser is the recorded one. Default: what the recording says, or pico.",
+        autocompletion=complete_profile,
+    ),
+]
+ScanTopicOption = Annotated[
+    str | None, typer.Option("--scan", metavar="TOPIC", help="The laser's topic. Default: it is found.")
+]
+OdometryTopicOption = Annotated[
+    str | None, typer.Option("--odometry", metavar="TOPIC", help="The odometry's topic. Default: it is found.")
+]
 
 RobotOption = Annotated[
     str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)

@@ -110,6 +110,9 @@ def run(
         Path | None,
         typer.Option(metavar="FILE", help="Record sensors, commands and steps as MCAP, for `maze-machine replay`."),
     ] = None,
+    dated: Annotated[
+        bool, typer.Option("--dated", help="Let the recording begin at the present time of day, not in 1970.")
+    ] = False,
     live: Annotated[
         int | None,
         typer.Option(min=0, max=65535, metavar="PORT", help="Show the run on a page at this port; 0 takes any."),
@@ -166,7 +169,7 @@ def run(
         simulator = simulator_settings([*(simulate or ()), *(["rules.practice=true"] if practice else [])], fault or ())
         drawn = find_maze(maze or DEFAULT_MAZE, words.choices(), robot=profile.robot)
         world = SimulatedWorld(drawn, profile.robot, seed or 0, simulator, pace(profile.robot.period, speed))
-    outputs, most = Outputs(trace, record, live), 2 if practice else attempts
+    outputs, most = Outputs(trace, record, live, dated), 2 if practice else attempts
     check_outputs(
         {"--trace": trace, "--record": record, "--picture": picture},
         [robot, maze or "", str(objects or ""), *mission.machine.model.files],

@@ -15,6 +15,7 @@ from sim.geometry import Points, crosses, distances, outline_distance, placed
 from sim.maze import LEAVE, Goal, Leave, Maze, Nothing, Reach, Segments, Survive
 from sim.settings import Rules
 from sim.world import Contact, World
+from transport.arithmetic import distance_between, norm
 from transport.messages import Command, Pose
 
 STILL_DISTANCE = 0.01
@@ -187,14 +188,14 @@ class Referee:
         if self.finished:
             return
         before, self._pose, self._time = self._pose, pose, time
-        self._path_length += math.hypot(pose.x - before.x, pose.y - before.y)
+        self._path_length += norm(pose.x - before.x, pose.y - before.y)
         self._contacts += contacts
         base = world.bases[name]
         if contacts:
             self._clearance = 0.0
         else:
             self._clearance = min(self._clearance, self._distance_if_smaller(pose, world, base, name))
-        moved = math.hypot(pose.x - self._anchor.x, pose.y - self._anchor.y) > STILL_DISTANCE
+        moved = norm(pose.x - self._anchor.x, pose.y - self._anchor.y) > STILL_DISTANCE
         turned = abs(math.remainder(pose.heading - self._anchor.heading, math.tau)) > STILL_ANGLE
         if moved or turned:
             self._anchor, self._anchor_time = pose, time
@@ -236,7 +237,7 @@ class Referee:
         match self._goal:
             case Leave() if self._out(before, base):
                 return Outcome.ESCAPED, "the whole robot is across the exit"
-            case Reach(place, radius) if math.dist(place, (self._pose.x, self._pose.y)) <= radius:
+            case Reach(place, radius) if distance_between(place, (self._pose.x, self._pose.y)) <= radius:
                 return Outcome.REACHED, f"the robot is within {radius:g} m of the goal"
             case Survive(duration) if self._time - self._began >= duration - 1e-9:
                 if self._contacts:

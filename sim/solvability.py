@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sim.free_space import Flags, FreeSpace, flood, within
 from sim.geometry import distances
 from sim.maze import Leave, Maze, Point, Reach, Segments
+from transport.arithmetic import distance_between, norm, norms
 from transport.description import RobotDescription
 
 COARSE, STEP = 0.05, 0.025
@@ -64,7 +65,7 @@ def checked(maze: Maze, radius: float | None = None) -> Maze:
     _refuse_large(maze)
     for start in maze.starts:
         x, y = start.pose.x, start.pose.y
-        room = radius + math.hypot(start.spread.x, start.spread.y)
+        room = radius + norm(start.spread.x, start.spread.y)
         if float(distances(np.array([[x, y]]), _with_doors(maze)).min()) < room:
             raise UnsolvableError(
                 f"the robot does not fit at its start ({x:.2f}, {y:.2f}) m: a wall is nearer than {room:.2f} m",
@@ -83,7 +84,7 @@ def checked(maze: Maze, radius: float | None = None) -> Maze:
 def _refuse_large(maze: Maze) -> None:
     left, bottom, right, top = maze.bounds
     for thing in maze.objects:
-        reach = max(math.hypot(x, y) for x, y in thing.outline)
+        reach = max(norm(x, y) for x, y in thing.outline)
         for x, y in thing.path:
             left, right = min(left, x - reach), max(right, x + reach)
             bottom, top = min(bottom, y - reach), max(top, y + reach)
@@ -137,11 +138,11 @@ def _targets(maze: Maze, radius: float, space: FreeSpace) -> list[tuple[int, int
         row, column = space.cell((x, y))
         most = math.floor(maze.goal.radius / space.step)
         around = range(-most, most + 1)
-        near = [(row + i, column + j) for i in around for j in around if math.hypot(i, j) <= most]
+        near = [(row + i, column + j) for i in around for j in around if norm(i, j) <= most]
         return near or [(row, column)]
     cells = []
     for ax, ay, bx, by in maze.exits.tolist() if maze.goal == Leave() else []:
-        length = math.hypot(bx - ax, by - ay)
+        length = norm(bx - ax, by - ay)
         out_x, out_y = -radius * (by - ay) / length, radius * (bx - ax) / length
         for along in np.linspace(0.0, 1.0, 41).tolist():
             cells.append(space.cell((ax + along * (bx - ax) + out_x, ay + along * (by - ay) + out_y)))
@@ -213,7 +214,7 @@ def _turned_outwards(maze: Maze) -> Maze:
     reached = flood(free, _only(free, space.cell(maze.start_point))) >= 0
     exits = []
     for ax, ay, bx, by in maze.exits.tolist():
-        length = math.hypot(bx - ax, by - ay)
+        length = norm(bx - ax, by - ay)
         middle = ((ax + bx) / 2, (ay + by) / 2)
         left = (-(by - ay) / length * 0.1, (bx - ax) / length * 0.1)
         inner_left = reached[space.cell((middle[0] + left[0], middle[1] + left[1]))]
@@ -280,7 +281,7 @@ def _openings(space: FreeSpace, inside: Flags, outside: Flags, walls: Segments) 
         points = np.stack([space.origin[0] + space.step * columns, space.origin[1] + space.step * rows], axis=1)
         first, second = _farthest(points)
         a, b = _snapped(first, ends), _snapped(second, ends)
-        if math.dist(a, b) < 2 * COARSE:
+        if distance_between(a, b) < 2 * COARSE:
             continue
         beyond = _centre(outside & within(piece, 2), space)
         middle = points.mean(axis=0)
@@ -301,6 +302,6 @@ def _centre(mask: Flags, space: FreeSpace) -> Point:
 
 
 def _snapped(point: Point, ends: NDArray[np.float64]) -> Point:
-    away = np.hypot(ends[:, 0] - point[0], ends[:, 1] - point[1])
+    away = norms(ends[:, 0] - point[0], ends[:, 1] - point[1])
     best = int(np.argmin(away))
     return (float(ends[best, 0]), float(ends[best, 1])) if away[best] <= SNAP else point

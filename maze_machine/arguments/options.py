@@ -62,7 +62,7 @@ GreyOption = Annotated[
     ),
 ]
 ObjectsOption = Annotated[
-    Path | None,
+    str | None,
     typer.Option(metavar="FILE", help="Moving objects for the maze: the course simulator's config.json."),
 ]
 RecordingArgument = Annotated[

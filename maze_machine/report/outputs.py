@@ -16,6 +16,7 @@ from maze_machine.drive.mission import Mission, Watcher
 from maze_machine.drive.replay import described, keeper, reasoned
 from maze_machine.drive.trace import TraceWriter
 from maze_machine.errors import UsageError
+from maze_machine.report.notices import Notices
 from maze_machine.report.progress import Progress
 from maze_machine.simulated.world import SimulatedWorld
 from sim.occupancy import occupancy
@@ -85,7 +86,8 @@ class Outputs:
                 found.append(keeper(recorder, mission, world.pose if world else None))
             if self.live is not None:
                 found.append(stack.enter_context(shown_live(self.live, mission, world)))
-            found.append(stack.enter_context(Progress(Console(stderr=True))))
+            console = Console(stderr=True)
+            found += [stack.enter_context(Progress(console)), Notices(console)]
             yield found
 
 

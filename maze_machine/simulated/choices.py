@@ -36,7 +36,7 @@ class MazeWords:
     metres_a_pixel: float | None = None
     metres_a_cell: float = METRES_A_CELL
     grey: str | None = None
-    objects: Path | None = None
+    objects: str | None = None
 
     def choices(self) -> Choices:
         """What they choose.
@@ -51,7 +51,7 @@ class MazeWords:
             start=None if self.start is None else _understood(start_in, self.start),
             exits=tuple(_understood(exit_in, words) for words in self.exits),
             goal=None if self.goal is None else _understood(goal_in, self.goal),
-            objects=self.objects,
+            objects=None if self.objects is None else Path(self.objects),
         )
 
 

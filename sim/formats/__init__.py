@@ -51,6 +51,16 @@ def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: 
         raise source.error(error.reason, *sketch.locate(error.at), hint=error.hint) from None
 
 
+def files_of(path: Path) -> tuple[Path, ...]:
+    """The files that make up a maze: itself and, where it describes an image that is there, that."""
+    try:
+        source = Source.of(path)
+        image = ros_map.image_of(source) if ros_map.recognises(source) else path
+    except MazeError:
+        return (path,)
+    return (path, image) if image != path and image.is_file() else (path,)
+
+
 def _checked_or_closed(maze: Maze, radius: float | None) -> Maze:
     try:
         return checked(maze, radius)
@@ -82,4 +92,4 @@ def write_maze(maze: Maze, path: Path | str, choices: Choices = AS_THE_FILE_SAYS
         raise MazeError(str(path), f"cannot be written: {error.strerror or error}") from None
 
 
-__all__ = ["AS_THE_FILE_SAYS", "FORMATS", "Choices", "Grey", "read_maze", "write_maze"]
+__all__ = ["AS_THE_FILE_SAYS", "FORMATS", "Choices", "Grey", "files_of", "read_maze", "write_maze"]

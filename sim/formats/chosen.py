@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 
 from sim.formats.format import Choices
 from sim.maze import Leave, Maze, Point, Segments, Survive
+from transport.arithmetic import norm
 
 OPENED = 0.15
 """Where an exit is chosen, walls within this distance of it are taken away, m."""
@@ -51,7 +51,7 @@ def opened(segments: Segments, gate: tuple[Point, Point]) -> Segments:
         order.
     """
     (gx, gy), (hx, hy) = gate
-    length = math.hypot(hx - gx, hy - gy)
+    length = norm(hx - gx, hy - gy)
     ex, ey = (hx - gx) / length, (hy - gy) / length
     kept: list[tuple[float, float, float, float]] = []
     for ax, ay, bx, by in segments.tolist():

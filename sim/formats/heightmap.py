@@ -72,13 +72,11 @@ def draw(maze: Maze, metres_a_pixel: float) -> NDArray[np.uint8]:
         Grey values, shape (rows, columns).
     """
     pose = maze.start.pose
-    turn = np.array(
-        [[math.cos(pose.heading), math.sin(pose.heading)], [-math.sin(pose.heading), math.cos(pose.heading)]]
-    )
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
 
     def moved(segments: Segments) -> Segments:
-        points: Segments = (segments.reshape(-1, 2) - [pose.x, pose.y]) @ turn.T
-        return points.reshape(-1, 4)
+        x, y = (segments.reshape(-1, 2) - [pose.x, pose.y]).T
+        return np.stack([cos * x + sin * y, cos * y - sin * x], axis=1).reshape(-1, 4)
 
     walls = moved(maze.walls)
     leaves = moved(np.asarray([[*door.leaf[0], *door.leaf[1]] for door in maze.doors]).reshape(-1, 4))

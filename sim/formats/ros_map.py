@@ -83,6 +83,15 @@ def read(source: Source, choices: Choices) -> Sketch:
     return _read(image, decoded(image, description.resolution), description, choices)
 
 
+def image_of(source: Source) -> Path:
+    """The image that a description names.
+
+    Raises:
+        MazeError: the description is wrong.
+    """
+    return _image_file(source.path.parent, describe(source).image)
+
+
 def describe(source: Source) -> Description:
     """The description in a ``.yaml`` file.
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -13,6 +14,7 @@ import typer
 from maze_machine.arguments.completion import complete_machine, complete_maze
 from maze_machine.arguments.options import (
     CellOption,
+    EventAtOption,
     ExitsOption,
     FaultOption,
     GoalOption,
@@ -21,6 +23,7 @@ from maze_machine.arguments.options import (
     JsonOption,
     LibraryOption,
     ObjectsOption,
+    OpenOption,
     PixelOption,
     RobotOption,
     SettingsOption,
@@ -37,8 +40,10 @@ if TYPE_CHECKING:
 
     from maze_machine.catalogue.profile import Profile
     from maze_machine.drive.attempts import Attempt, RefereedRobot
-    from maze_machine.drive.mission import Watcher
+    from maze_machine.drive.mission import Mission, Watcher
+    from maze_machine.remote.opened import OpenRun
     from maze_machine.report.result import Result
+    from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import SimulatedWorld
     from transport.lockstep import RemoteLockstep
     from transport.realtime import RealtimeRobot
@@ -123,6 +128,8 @@ def run(
     ] = None,
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
     library: LibraryOption = None,
+    event_at: EventAtOption = None,
+    open_at: OpenOption = None,
     json: JsonOption = False,
 ) -> None:
     """Run a machine on a robot until the machine, the referee or a limit ends it.
@@ -141,6 +148,10 @@ def run(
     Example: `maze-machine run pledge --live 8000 --speed 4`
 
     Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
+
+    Example: `maze-machine run my.maze-machine --event-at 2.5:go`
+
+    Example: `maze-machine run pledge --speed 1 --open tcp/127.0.0.1:7448`
     """
     from contextlib import ExitStack, closing
 
@@ -150,11 +161,10 @@ def run(
     from maze_machine.drive.attempts import KeptRobot
     from maze_machine.drive.attempts import attempts as attempts_of
     from maze_machine.drive.mission import prepare
+    from maze_machine.drive.operation import Together, scheduled
     from maze_machine.report.outputs import Outputs, numbered
     from maze_machine.report.result import Result
     from maze_machine.simulated.choices import MazeWords
-    from maze_machine.simulated.settings import pace, simulator_settings
-    from maze_machine.simulated.world import SimulatedWorld, find_maze
     from transport.world import LockstepRobot
 
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
@@ -166,9 +176,9 @@ def run(
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit, library)
     world = None
     if connect is None:
-        simulator = simulator_settings([*(simulate or ()), *(["rules.practice=true"] if practice else [])], fault or ())
-        drawn = find_maze(maze or DEFAULT_MAZE, words.choices(), robot=profile.robot)
-        world = SimulatedWorld(drawn, profile.robot, seed or 0, simulator, pace(profile.robot.period, speed))
+        rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
+        world = embedded(maze or DEFAULT_MAZE, words, profile, seed or 0, rules, fault or (), speed)
+    script = scheduled(event_at or (), mission.machine)
     outputs, most = Outputs(trace, record, live, dated), 2 if practice else attempts
     check_outputs(
         {"--trace": trace, "--record": record, "--picture": picture},
@@ -188,11 +198,12 @@ def run(
             return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
 
         def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
-            return outputs.of_attempt(number).watchers(mission, machine, world, losses)
+            return outputs.of_attempt(number).watchers(mission, machine, world, losses, opened)
 
+        opened = stack.enter_context(open_run(open_at, identity, mission, pausable=world is not None))
         repeated = world or link
         begin_again = (lambda: False) if repeated is None else repeated.try_again
-        for attempt in attempts_of(mission, take_hold, watchers, most, begin_again):
+        for attempt in attempts_of(mission, take_hold, watchers, most, begin_again, operator=Together(script, *opened)):
             number, ending = attempt.number, attempt.ending
             nth = "" if number == 1 else f" {number}"
             files |= {kind + nth: file for kind, file in outputs.of_attempt(number).files.items()}
@@ -218,6 +229,30 @@ def end(result: Result, losses: Sequence[str], json: bool) -> NoReturn:
     if losses:
         raise FileError("; ".join(losses))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
+
+
+def embedded(
+    maze: str,
+    words: MazeWords,
+    profile: Profile,
+    seed: int,
+    settings: Sequence[str],
+    faults: Sequence[str],
+    speed: float | None,
+) -> SimulatedWorld:
+    """The world of the simulator in this process.
+
+    Raises:
+        FileError: there is no such maze.
+        MazeError: the maze cannot be used.
+        UsageError: a setting or a fault is wrong.
+    """
+    from maze_machine.simulated.settings import pace, simulator_settings
+    from maze_machine.simulated.world import SimulatedWorld, find_maze
+
+    simulator = simulator_settings(settings, faults)
+    drawn = find_maze(maze, words.choices(), robot=profile.robot)
+    return SimulatedWorld(drawn, profile.robot, seed, simulator, pace(profile.robot.period, speed))
 
 
 def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -> None:
@@ -253,6 +288,27 @@ def _telling(losses: Sequence[str]) -> Callable[..., None]:
                 print(f"maze-machine: {loss}", file=sys.stderr)
 
     return say
+
+
+@contextmanager
+def open_run(
+    endpoint: str | None, identity: Path | None, mission: Mission, *, pausable: bool
+) -> Iterator[Sequence[OpenRun]]:
+    """The run as it is open to the network, for as long as the block runs; empty where it is not to be.
+
+    Raises:
+        LinkError: the endpoint is taken.
+    """
+    if endpoint is None:
+        yield ()
+        return
+    from maze_machine.arguments.network import secured
+    from maze_machine.remote.opened import OpenRun
+    from transport.connect import listening
+
+    security = secured(endpoint, identity, mission.profile.link, listens=True)
+    with listening(endpoint, security=security) as bus, OpenRun(bus, mission, pausable=pausable) as opened:
+        yield (opened,)
 
 
 def refuse_with_connect(embedded: Mapping[str, object]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,7 +55,12 @@ class Outputs:
 
     @contextmanager
     def watchers(
-        self, mission: Mission, machine: str, world: SimulatedWorld | None, losses: list[str]
+        self,
+        mission: Mission,
+        machine: str,
+        world: SimulatedWorld | None,
+        losses: list[str],
+        more: Sequence[Watcher] = (),
     ) -> Iterator[list[Watcher]]:
         """The watchers of a run, for as long as the block runs.
 
@@ -66,6 +71,7 @@ class Outputs:
             machine: the machine's file, or the name of a shipped one.
             world: where it takes place, if that is in this process.
             losses: takes a sentence on each file that could not be completed.
+            more: watchers of all attempts.
 
         Raises:
             OSError: a file cannot be begun.
@@ -88,6 +94,7 @@ class Outputs:
                 found.append(stack.enter_context(shown_live(self.live, mission, world)))
             console = Console(stderr=True)
             found += [stack.enter_context(Progress(console)), Notices(console)]
+            found += more
             yield found
 
 

@@ -226,9 +226,7 @@ class Gate:
         """Tell the base what holds now: at once where it changed, and again every period in case that got lost."""
         before, blind = self.trust.reason, self.trust.look(self._base.status(), self._clock.now())
         if bool(before) != bool(blind):
-            _LOG.warning(
-                "the base was stopped: %s" if blind else "the base may move again", *([blind] if blind else [])
-            )
+            _LOG.warning("%s", f"the base was stopped: {printable(blind)}" if blind else "the base may move again")
         twist = self.guard.twist()
         if blind:
             twist = STOP

@@ -32,7 +32,7 @@ def replay(
     from json import dumps
 
     from maze_machine.arguments.files import check_outputs
-    from maze_machine.drive.mission import Watcher
+    from maze_machine.drive.mission import TickWatcher
     from maze_machine.drive.replay import recorded_mission
     from maze_machine.drive.replay import replay as show_again
     from maze_machine.drive.trace import TraceWriter
@@ -44,7 +44,7 @@ def replay(
     check_outputs({"--trace": trace}, [recording, *mission.machine.model.files])
     losses: list[str] = []
     with ExitStack() as stack:
-        watchers: list[Watcher] = []
+        watchers: list[TickWatcher] = []
         if trace is not None:
             watchers.append(TraceWriter(stack.enter_context(text_stream(trace, losses)), mission))
         ending, difference = show_again(recorded, mission, watchers)

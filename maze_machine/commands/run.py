@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from maze_machine.catalogue.profile import Profile
     from maze_machine.drive.attempts import Attempt, RefereedRobot
-    from maze_machine.drive.mission import Watcher
+    from maze_machine.drive.mission import TickWatcher
     from maze_machine.report.result import Result
     from maze_machine.simulated.world import SimulatedWorld
     from transport.lockstep import RemoteLockstep
@@ -171,7 +171,7 @@ def run(
                 return LockstepRobot(world)
             return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
 
-        def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
+        def watchers(number: int) -> AbstractContextManager[Sequence[TickWatcher]]:
             return outputs.of_attempt(number).watchers(mission, machine, world, losses)
 
         repeated = world or link

@@ -13,7 +13,7 @@ from hsm import Machine
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.loop import Tick
-from maze_machine.drive.mission import Ending, Mission, Watcher, drive, prepare
+from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive, prepare
 from maze_machine.drive.trace import trace_line
 from maze_machine.errors import FileError
 from transport.recording import Recorder, Recording, ReplayRobot
@@ -36,7 +36,7 @@ def described(mission: Mission, machine: str) -> dict[str, str]:
     }
 
 
-def keeper(recorder: Recorder, mission: Mission) -> Watcher:
+def keeper(recorder: Recorder, mission: Mission) -> TickWatcher:
     """A watcher of ticks that records them, with what the machine did in each and, where something fired, why."""
 
     def keep(tick: Tick) -> None:
@@ -109,7 +109,7 @@ class Difference:
 
 
 def replay(
-    recording: Recording, mission: Mission, watchers: Sequence[Watcher] = ()
+    recording: Recording, mission: Mission, watchers: Sequence[TickWatcher] = ()
 ) -> tuple[Ending, Difference | None]:
     """Show a machine the recorded sensors, whatever it does about them.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sim.maze import Maze, MazeError, Point
 
-Place = tuple[int | None, int | None]
+TextPlace = tuple[int | None, int | None]
 """Line and column in a text file, or row and column of a pixel, from 1; None where the format knows no such place."""
 
 
@@ -68,7 +68,7 @@ class Sketch:
     """
 
     maze: Maze
-    locate: Callable[[Point], Place]
+    locate: Callable[[Point], TextPlace]
 
 
 class CannotHoldError(Exception):

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from sim.formats.format import CannotHoldError, Format, Place, Scale, Sketch, Source
+from sim.formats.format import CannotHoldError, Format, Scale, Sketch, Source, TextPlace
 from sim.free_space import Flags, FreeSpace, flood
 from sim.geometry import distances
-from sim.maze import Door, Maze, Point, Segments, merge_collinear
+from sim.maze import Maze, MazeDoor, Point, Segments, merge_collinear
 
 WALL_BELOW = 50
 """Pixels darker than this are walls."""
@@ -92,7 +92,7 @@ class _Frame:
         y = (self._columns / 2 - corners[:, 0]) * self._scale
         return np.stack([x, y], axis=1)
 
-    def pixel(self, point: Point) -> Place:
+    def pixel(self, point: Point) -> TextPlace:
         row = math.floor(self._rows / 2 - point[0] / self._scale)
         column = math.floor(self._columns / 2 - point[1] / self._scale)
         return min(max(row, 0), self._rows - 1) + 1, min(max(column, 0), self._columns - 1) + 1
@@ -101,8 +101,8 @@ class _Frame:
         return np.hstack([self.points(pixels[:, :2]), self.points(pixels[:, 2:])])
 
 
-def _doors(grey: Flags, frame: _Frame, walls: Segments) -> list[Door]:
-    doors: list[Door] = []
+def _doors(grey: Flags, frame: _Frame, walls: Segments) -> list[MazeDoor]:
+    doors: list[MazeDoor] = []
     remaining = grey.copy()
     while remaining.any():
         seed = np.zeros_like(remaining)
@@ -110,7 +110,7 @@ def _doors(grey: Flags, frame: _Frame, walls: Segments) -> list[Door]:
         seed[row, column] = True
         blob = _connected(remaining, seed)
         remaining &= ~blob
-        doors.append(Door(f"door{len(doors) + 1}", _towards_wall(_axis(blob, frame), walls)))
+        doors.append(MazeDoor(f"door{len(doors) + 1}", _towards_wall(_axis(blob, frame), walls)))
     return doors
 
 

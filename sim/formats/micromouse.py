@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.formats.format import Format, Place, Scale, Sketch, Source
-from sim.formats.grid import Cell, CellMaze, as_cells, exit_maze
+from sim.formats.format import Format, Scale, Sketch, Source, TextPlace
+from sim.formats.grid import CellMaze, GridCell, as_cells, exit_maze
 from sim.maze import Maze, Point
 
 
@@ -32,8 +32,8 @@ def parse(source: Source) -> CellMaze:
     width = 4 * columns + 1
     across = np.zeros((rows + 1, columns), dtype=np.bool_)
     upright = np.zeros((rows, columns + 1), dtype=np.bool_)
-    entrances: list[Cell] = []
-    goals: list[Cell] = []
+    entrances: list[GridCell] = []
+    goals: list[GridCell] = []
     for number, text in enumerate(rows_of_text):
         if len(text) > width:
             raise source.error(
@@ -99,7 +99,7 @@ def read(source: Source, scale: Scale) -> Sketch:
     """
     cells = parse(source)
 
-    def locate(point: Point) -> Place:
+    def locate(point: Point) -> TextPlace:
         column, row = cells.at(point, scale.metres_a_cell)
         return 2 * (cells.rows - row), 4 * column + 3
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.formats.format import CannotHoldError, Format, Place, Scale, Sketch, Source
-from sim.formats.grid import Cell, CellMaze, as_cells, exit_maze
+from sim.formats.format import CannotHoldError, Format, Scale, Sketch, Source, TextPlace
+from sim.formats.grid import CellMaze, GridCell, as_cells, exit_maze
 from sim.maze import Maze, Point
 
 ENTRANCE = (0, 0)
@@ -24,7 +24,7 @@ def parse(source: Source) -> CellMaze:
     Raises:
         MazeError: a line does not hold six numbers, a cell is missing or told twice, or neighbours disagree.
     """
-    cells: dict[Cell, tuple[int, tuple[bool, ...]]] = {}
+    cells: dict[GridCell, tuple[int, tuple[bool, ...]]] = {}
     for number, line in enumerate(source.lines, start=1):
         words = line.split()
         if not words:
@@ -56,7 +56,7 @@ def parse(source: Source) -> CellMaze:
     return CellMaze(source.path.stem, across, upright, ENTRANCE, goal_cells(columns, rows))
 
 
-def goal_cells(columns: int, rows: int) -> tuple[Cell, ...]:
+def goal_cells(columns: int, rows: int) -> tuple[GridCell, ...]:
     """The one, two or four cells in the middle, which the format takes for the goal."""
     middle_x = range((columns - 1) // 2, columns // 2 + 1)
     middle_y = range((rows - 1) // 2, rows // 2 + 1)
@@ -71,7 +71,7 @@ def read(source: Source, scale: Scale) -> Sketch:
     """
     cells = parse(source)
 
-    def locate(point: Point) -> Place:
+    def locate(point: Point) -> TextPlace:
         at = [str(number) for number in cells.at(point, scale.metres_a_cell)]
         return next((number for number, line in enumerate(source.lines, 1) if line.split()[:2] == at), None), None
 

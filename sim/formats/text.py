@@ -24,9 +24,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.formats.format import Format, Place, Scale, Sketch, Source
+from sim.formats.format import Format, Scale, Sketch, Source, TextPlace
 from sim.geometry import distances
-from sim.maze import DOOR_SPEED, MAZE_TIME_LIMIT, Door, Maze, MazeError, MovingObject, Point, Start
+from sim.maze import DOOR_SPEED, MAZE_TIME_LIMIT, Maze, MazeDoor, MazeError, MovingObject, Point, Start
 from transport.messages import Pose
 
 
@@ -112,7 +112,7 @@ class _Reader:
         self.name = path.stem
         self.walls: list[tuple[float, float, float, float]] = []
         self.exits: list[tuple[float, float, float, float]] = []
-        self.doors: list[Door] = []
+        self.doors: list[MazeDoor] = []
         self.objects: list[MovingObject] = []
         self.starts: list[Start] = []
         self.time_limit = MAZE_TIME_LIMIT
@@ -155,7 +155,7 @@ class _Reader:
                 speed = line.positive("a speed in m/s")
             else:
                 stays = line.positive("a time in seconds")
-        self.doors.append(Door(name, ends, speed, stays))
+        self.doors.append(MazeDoor(name, ends, speed, stays))
 
     def read_object(self, line: _Line) -> None:
         name = line.word("a name")
@@ -213,7 +213,7 @@ def read(source: Source, _scale: Scale) -> Sketch:
         time_limit=reader.time_limit,
     )
 
-    def locate(point: Point) -> Place:
+    def locate(point: Point) -> TextPlace:
         drawn = np.asarray([segment for segment, _ in reader.places])
         return reader.places[int(np.argmin(distances(np.array([point]), drawn)))][1], None
 

@@ -11,6 +11,8 @@ from maze_machine.arguments.completion import complete_machine, complete_maze, c
 
 LISTEN = "tcp/127.0.0.1:7447"
 """Where whoever listens does so unless told otherwise: this machine only."""
+OPEN = "tcp/127.0.0.1:7448"
+"""Where a running machine is open to viewers and operators unless told otherwise."""
 
 ChartArgument = Annotated[
     str,
@@ -61,6 +63,18 @@ IdentityOption = Annotated[
     typer.Option(metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."),
 ]
 
+OpenOption = Annotated[
+    str | None,
+    typer.Option(
+        "--open",
+        metavar="ENDPOINT",
+        help="Let others watch and operate the machine from there, such as tcp/127.0.0.1:7448.",
+    ),
+]
+EventAtOption = Annotated[
+    list[str] | None,
+    typer.Option("--event-at", metavar="SECONDS:EVENT", help="Send an event at a time of the run; may be repeated."),
+]
 LibraryOption = Annotated[
     str | None,
     typer.Option(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -12,10 +13,12 @@ import typer
 
 from maze_machine.arguments.completion import complete_machine, complete_maze
 from maze_machine.arguments.options import (
+    EventAtOption,
     FaultOption,
     IdentityOption,
     JsonOption,
     LibraryOption,
+    OpenOption,
     RobotOption,
     SettingsOption,
     SimulateOption,
@@ -30,7 +33,8 @@ if TYPE_CHECKING:
 
     from maze_machine.catalogue.profile import Profile
     from maze_machine.drive.attempts import Attempt, RefereedRobot
-    from maze_machine.drive.mission import TickWatcher
+    from maze_machine.drive.mission import Mission, TickWatcher
+    from maze_machine.remote.opened import OpenRun
     from maze_machine.report.result import Result
     from maze_machine.simulated.world import SimulatedWorld
     from transport.lockstep import RemoteLockstep
@@ -106,6 +110,8 @@ def run(
     ] = None,
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
     library: LibraryOption = None,
+    event_at: EventAtOption = None,
+    open_at: OpenOption = None,
     json: JsonOption = False,
 ) -> None:
     """Run a machine on a robot until the machine, the referee or a limit ends it.
@@ -124,6 +130,10 @@ def run(
     Example: `maze-machine run pledge --live 8000 --speed 4`
 
     Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
+
+    Example: `maze-machine run my.maze-machine --event-at 2.5:go`
+
+    Example: `maze-machine run pledge --speed 1 --open tcp/127.0.0.1:7448`
     """
     from contextlib import ExitStack, closing
 
@@ -133,6 +143,7 @@ def run(
     from maze_machine.drive.attempts import KeptRobot
     from maze_machine.drive.attempts import attempts as attempts_of
     from maze_machine.drive.mission import prepare
+    from maze_machine.drive.operation import Together, scheduled
     from maze_machine.report.outputs import Outputs, numbered
     from maze_machine.report.result import Result
     from maze_machine.simulated.settings import pace, simulator_settings
@@ -141,10 +152,7 @@ def run(
 
     if connect is not None:
         refuse_with_connect({"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed})
-    if practice and record is not None:
-        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
-    if picture is not None and picture.suffix not in PICTURES:
-        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
+    refuse_files(record, picture, practice=practice)
     profile = load_profile(robot, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit, library)
     world = None
@@ -154,6 +162,7 @@ def run(
         world = SimulatedWorld(
             find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0, simulator, pace(profile.robot.period, speed)
         )
+    script = scheduled(event_at or (), mission.machine)
     outputs, most = Outputs(trace, record, live), 2 if practice else attempts
     check_outputs(
         {"--trace": trace, "--record": record, "--picture": picture}, [robot, maze or "", *mission.machine.model.files]
@@ -172,11 +181,12 @@ def run(
             return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
 
         def watchers(number: int) -> AbstractContextManager[Sequence[TickWatcher]]:
-            return outputs.of_attempt(number).watchers(mission, machine, world, losses)
+            return outputs.of_attempt(number).watchers(mission, machine, world, losses, opened)
 
+        opened = stack.enter_context(open_run(open_at, identity, mission, pausable=world is not None))
         repeated = world or link
         begin_again = (lambda: False) if repeated is None else repeated.try_again
-        for attempt in attempts_of(mission, take_hold, watchers, most, begin_again):
+        for attempt in attempts_of(mission, take_hold, watchers, most, begin_again, operator=Together(script, *opened)):
             number, ending = attempt.number, attempt.ending
             nth = "" if number == 1 else f" {number}"
             files |= {kind + nth: file for kind, file in outputs.of_attempt(number).files.items()}
@@ -225,6 +235,39 @@ def _telling(losses: Sequence[str]) -> Callable[..., None]:
                 print(f"maze-machine: {loss}", file=sys.stderr)
 
     return say
+
+
+def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -> None:
+    """Refuse files that cannot be written of such a run.
+
+    Raises:
+        UsageError: a recording of practice, or a picture of no known format, was asked for.
+    """
+    if practice and record is not None:
+        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
+    if picture is not None and picture.suffix not in PICTURES:
+        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
+
+
+@contextmanager
+def open_run(
+    endpoint: str | None, identity: Path | None, mission: Mission, *, pausable: bool
+) -> Iterator[Sequence[OpenRun]]:
+    """The run as it is open to the network, for as long as the block runs; empty where it is not to be.
+
+    Raises:
+        LinkError: the endpoint is taken.
+    """
+    if endpoint is None:
+        yield ()
+        return
+    from maze_machine.arguments.network import secured
+    from maze_machine.remote.opened import OpenRun
+    from transport.connect import listening
+
+    security = secured(endpoint, identity, mission.profile.link, listens=True)
+    with listening(endpoint, security=security) as bus, OpenRun(bus, mission, pausable=pausable) as opened:
+        yield (opened,)
 
 
 def refuse_with_connect(embedded: Mapping[str, object]) -> None:

@@ -14,6 +14,7 @@ from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.loop import Tick
 from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive, prepare
+from maze_machine.drive.operation import Recorded
 from maze_machine.drive.trace import trace_line
 from maze_machine.errors import FileError
 from transport.recording import Recorder, Recording, ReplayRobot
@@ -121,9 +122,20 @@ def replay(
     """
     lines: list[dict[str, Any]] = []
     robot = ReplayRobot(recording)
-    ending = drive(mission, robot, robot, [lambda tick: lines.append(trace_line(mission.machine, tick)), *watchers])
+    known = mission.machine.model.events
+    operator = Recorded(
+        [[one for one in recorded_events(tick.step) if known is None or one in known] for tick in recording.ticks]
+    )
+    watching = [lambda tick: lines.append(trace_line(mission.machine, tick)), *watchers]
+    ending = drive(mission, robot, robot, watching, operator=operator)
     recorded = [{name: value for name, value in tick.step.items() if name != REASONS} for tick in recording.ticks]
     return ending, first_difference(recorded, lines)
+
+
+def recorded_events(step: Mapping[str, Any]) -> list[str]:
+    """The events that somebody outside sent for a recorded tick; what is no name is none."""
+    events = step.get("events", ())
+    return [one for one in events if isinstance(one, str)] if isinstance(events, list) else []
 
 
 def first_difference(recorded: Iterable[Mapping[str, Any]], replayed: Iterable[Mapping[str, Any]]) -> Difference | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,7 +49,12 @@ class Outputs:
 
     @contextmanager
     def watchers(
-        self, mission: Mission, machine: str, world: SimulatedWorld | None, losses: list[str]
+        self,
+        mission: Mission,
+        machine: str,
+        world: SimulatedWorld | None,
+        losses: list[str],
+        more: Sequence[TickWatcher] = (),
     ) -> Iterator[list[TickWatcher]]:
         """The watchers of a run, for as long as the block runs.
 
@@ -60,6 +65,7 @@ class Outputs:
             machine: the machine's file, or the name of a shipped one.
             world: where it takes place, if that is in this process.
             losses: takes a sentence on each file that could not be completed.
+            more: watchers of all attempts.
 
         Raises:
             OSError: a file cannot be begun.
@@ -82,6 +88,7 @@ class Outputs:
                 found.append(stack.enter_context(shown_live(self.live, mission, world)))
             console = Console(stderr=True)
             found += [stack.enter_context(ProgressDisplay(console)), Notices(console)]
+            found += more
             yield found
 
 

@@ -161,7 +161,7 @@ class Simulation:
         member = self._member(name)
         verdict = member.referee.verdict
         spent = member.referee.attempt >= self.settings.rules.attempts
-        final = verdict.escaped and not self.settings.rules.practice
+        final = verdict.solved and verdict.finished and not self.settings.rules.practice
         if spent or final or verdict.outcome in (AttemptOutcome.RUNNING, AttemptOutcome.OUT_OF_TIME):
             return False
         member.try_again(self.time, self.world)

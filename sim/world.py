@@ -21,6 +21,8 @@ SLOP = 1e-4
 """How deep the solver lets bodies overlap, m."""
 DOORWAY = 0.1
 """An open door waits while a robot is nearer to the doorway than this, m."""
+UNKNOWN = "the edge of the unknown"
+"""What a robot touches where a map ends."""
 _ROBOT, _SOLID = 1, 2
 
 
@@ -31,7 +33,7 @@ class Contact:
     Attributes:
         time: simulated time, s.
         robot: the robot's name.
-        other: what it touched: ``wall``, or the name of a door, an object or a robot.
+        other: what it touched: ``wall``, `UNKNOWN`, or the name of a door, an object or a robot.
         place: where in the world, m.
         speed: how fast the two approached each other there, m/s.
     """
@@ -70,8 +72,9 @@ class PhysicalWorld:
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
         self._names: dict[pymunk.Shape, str] = {}
-        for ax, ay, bx, by in maze.walls.tolist():
-            self._add("wall", pymunk.Segment(self._space.static_body, (ax, ay), (bx, by), 0.0), _SOLID)
+        for name, barriers in (("wall", maze.walls), (UNKNOWN, maze.unknown)):
+            for ax, ay, bx, by in barriers.tolist():
+                self._add(name, pymunk.Segment(self._space.static_body, (ax, ay), (bx, by), 0.0), _SOLID)
         self.doors = [SlidingDoor(door) for door in maze.doors]
         self._leaves = [pymunk.Body(body_type=pymunk.Body.KINEMATIC) for _ in self.doors]
         for door, body in zip(self.doors, self._leaves, strict=True):
@@ -161,7 +164,11 @@ class PhysicalWorld:
     def solids(self) -> Segments:
         """Walls, doors and objects as they stand now, shape (n, 4)."""
         if self._solids is None:
-            parts = [self.maze.walls, *(door.leaf() for door in self.doors), *(thing.sides() for thing in self.objects)]
+            parts = [
+                self.maze.barriers,
+                *(door.leaf() for door in self.doors),
+                *(thing.sides() for thing in self.objects),
+            ]
             self._solids = np.ascontiguousarray(np.concatenate(parts))
         return self._solids
 

@@ -92,5 +92,5 @@ def attempts(
         yield Attempt(number, driven, ending, trail)
         if number == most or ending.limited or operator.ended or not try_again():
             return
-        known = perception.world.from_the_start() if ending.report.get("escaped") else None
+        known = perception.world.from_the_start() if ending.report.get("solved") else None
         perception = Perception(mission.profile.robot, mission.profile.perception, known)

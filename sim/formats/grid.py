@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.formats.format import CannotHoldError
-from sim.maze import Maze, Point, Start, merge_collinear
+from sim.formats.format import CannotHoldError, Source
+from sim.maze import Leave, Maze, Point, Start, merge_collinear
+from sim.solvability import LARGEST
 from transport.messages import Pose
 
 GridCell = tuple[int, int]
@@ -71,6 +72,27 @@ class CellMaze:
         return not (0 <= cell[0] + step[0] < self.columns and 0 <= cell[1] + step[1] < self.rows)
 
 
+def refuse_large(source: Source, columns: int, rows: int, size: float) -> None:
+    """Refuse a maze of more cells than are searched.
+
+    Raises:
+        MazeError: it is longer or wider than the largest maze.
+    """
+    if max(columns, rows) * size > LARGEST:
+        raise source.error(
+            f"{columns} x {rows} cells of {size:g} m are {columns * size:.4g} by {rows * size:.4g} m; more than "
+            f"{LARGEST:.0f} m are not read",
+            hint="check the metres a cell",
+        )
+
+
+def goal_cells(columns: int, rows: int) -> tuple[GridCell, ...]:
+    """The one, two or four cells in the middle, which are the goal of a contest's maze where the file names none."""
+    middle_x = range((columns - 1) // 2, columns // 2 + 1)
+    middle_y = range((rows - 1) // 2, rows // 2 + 1)
+    return tuple((x, y) for y in reversed(middle_y) for x in middle_x)
+
+
 def exit_maze(cells: CellMaze, size: float) -> Maze:
     """The maze the other way round: from a goal cell to an opening in the outer wall beside the entrance.
 
@@ -122,8 +144,8 @@ def as_cells(maze: Maze, size: float) -> CellMaze:
     Raises:
         CannotHoldError: it is none of that kind, or `exit_maze` would put its exit elsewhere.
     """
-    if maze.doors or maze.objects or maze.others or len(maze.exits) != 1:
-        raise CannotHoldError("cells have neither doors nor moving objects, and one start and one exit")
+    if maze.doors or maze.objects or maze.others or len(maze.exits) != 1 or len(maze.unknown) or maze.goal != Leave():
+        raise CannotHoldError("cells have neither doors nor moving objects, and one start, one exit and no other goal")
     walls = np.concatenate([maze.walls, maze.exits])
     low = walls.reshape(-1, 2).min(axis=0)
     lines = (walls - np.tile(low, 2)) / size

@@ -23,7 +23,7 @@ from transport.messages import Command
 from transport.robot import Robot
 from transport.world import Refereed
 
-Watcher = Callable[[Tick], object]
+TickWatcher = Callable[[Tick], object]
 """Somebody who is told each tick: a trace, a progress display, a recording, a live page."""
 
 
@@ -102,7 +102,7 @@ def drive(
     mission: Mission,
     robot: Robot,
     referee: Refereed | None = None,
-    watchers: Sequence[Watcher] = (),
+    watchers: Sequence[TickWatcher] = (),
     perception: Perception | None = None,
     *,
     operator: Operator = NOBODY,

@@ -35,7 +35,7 @@ LONGEST_RANGE = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
-class Fan:
+class BeamTable:
     """The directions of a sensor's beams in the robot's frame; worked out once for a geometry and a mounting.
 
     Attributes:
@@ -78,20 +78,20 @@ class Fan:
 
 
 @lru_cache(maxsize=1024)
-def _sector(fan: Fan, centre: float, width: float) -> Indices:
+def _sector(fan: BeamTable, centre: float, width: float) -> Indices:
     offset = np.abs((fan.angles - centre + math.pi) % math.tau - math.pi)
     return np.flatnonzero(offset <= width / 2 + _BESIDE)
 
 
 @lru_cache(maxsize=8)
-def fan_of(geometry: ScanGeometry, mount: Pose) -> Fan:
+def fan_of(geometry: ScanGeometry, mount: Pose) -> BeamTable:
     """The beams of a geometry seen by a sensor at ``mount``, in the order of :func:`_order`."""
     order = _order(geometry, mount)
     step = abs(geometry.angle_increment)
     counted = np.arange(geometry.beams) if order is None else order
     directions = geometry.angle_min + geometry.angle_increment * counted.astype(np.float64) + mount.heading
     angles = (directions + math.pi) % math.tau - math.pi
-    return Fan(angles, cosines(angles), sines(angles), mount, step)
+    return BeamTable(angles, cosines(angles), sines(angles), mount, step)
 
 
 @lru_cache(maxsize=8)
@@ -113,7 +113,7 @@ def _order(geometry: ScanGeometry, mount: Pose) -> Indices | None:
 
 
 _NOTHING = np.empty(0)
-_EMPTY_FAN = Fan(_NOTHING, _NOTHING, _NOTHING, Pose(), math.inf)
+_EMPTY_FAN = BeamTable(_NOTHING, _NOTHING, _NOTHING, Pose(), math.inf)
 
 
 def is_plausible(scan: Scan) -> bool:
@@ -130,7 +130,7 @@ def is_plausible(scan: Scan) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class ScanPoints:
     """The readings of one scan with their meaning.
 
     Attributes:
@@ -139,12 +139,12 @@ class Sweep:
         reach: how far a beam that hit nothing is known to be free, m.
     """
 
-    fan: Fan
+    fan: BeamTable
     ranges: Floats
     reach: float
 
     @classmethod
-    def of(cls, scan: Scan, mount: Pose = ORIGIN) -> Sweep:
+    def of(cls, scan: Scan, mount: Pose = ORIGIN) -> ScanPoints:
         """Sort the readings of a scan; a scan that cannot be read gives a sweep without beams."""
         if not is_plausible(scan):
             return cls(_EMPTY_FAN, _NOTHING, 0.0)
@@ -161,11 +161,11 @@ class Sweep:
             ranges[others] = np.where(readings == -np.inf, max(shortest, 0.0), free)
         return cls(fan_of(geometry, mount), ranges, reach)
 
-    def without(self, beams: Indices) -> Sweep:
+    def without(self, beams: Indices) -> ScanPoints:
         """The same with nothing known of some beams."""
         ranges = self.ranges.copy()
         ranges[beams] = np.nan
-        return Sweep(self.fan, ranges, self.reach)
+        return ScanPoints(self.fan, ranges, self.reach)
 
     @cached_property
     def hit(self) -> Mask:

@@ -11,7 +11,7 @@ import numpy as np
 from perception.extremes import lowest
 from perception.lines import Lines
 from perception.settings import CentreSettings, WallSettings
-from perception.sweep import Floats, Mask, Sweep
+from perception.sweep import Floats, Mask, ScanPoints
 from transport.arithmetic import distance_between, norm
 from transport.description import Point
 
@@ -140,7 +140,7 @@ OWN = 0.02
 """A hit so deep within the robot's outline is the robot's own, or dirt on the laser, m; less deep may be noise."""
 
 
-def without_own_body(sweep: Sweep, footprint: tuple[Point, ...]) -> Sweep:
+def without_own_body(sweep: ScanPoints, footprint: tuple[Point, ...]) -> ScanPoints:
     """A sweep in which nothing is known of the beams that end within the robot's own outline."""
     mount = sweep.fan.mount
     near = (sweep.distances < _reach_of(footprint, (mount.x, mount.y))).nonzero()[0]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from perception.facts import Facts
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from skills.frames import Frame
 from transport.arithmetic import norms
 from transport.messages import Pose
@@ -38,7 +38,7 @@ class Surroundings:
         self._last = pose, points
         return points
 
-    def _behind(self, sweep: Sweep, pose: Pose) -> Points:
+    def _behind(self, sweep: ScanPoints, pose: Pose) -> Points:
         """The points of earlier ticks that the laser cannot see now."""
         if self._last is None:
             return np.empty((0, 2))
@@ -51,7 +51,7 @@ class Surroundings:
         return np.asarray(moved[sweep.fan.blind(moved) & near][-REMEMBERED:])
 
 
-def near_points(sweep: Sweep, reach: float) -> Points:
+def near_points(sweep: ScanPoints, reach: float) -> Points:
     """The nearest hits of every three beams within ``reach`` (m) of the sensor, in the robot's frame, shape (n, 2)."""
     count = len(sweep.ranges) // STRIDE * STRIDE
     ranges = np.where(sweep.ranges[:count] < reach, sweep.ranges[:count], math.inf).reshape(-1, STRIDE)

@@ -21,7 +21,7 @@ from transport.codec import (
     encode_odometry,
     encode_scan,
 )
-from transport.gate import Base
+from transport.gate import GatedBase
 from transport.keys import RobotKeys
 from transport.messages import STOP, Observation, Twist
 from transport.ros_graph import RosGraph, RosPublisher, rmw_attachment
@@ -42,7 +42,7 @@ class RosRobot:
         dropped: how many messages were dropped, by reason.
     """
 
-    def __init__(self, bus: Bus, base: Base, keys: RobotKeys, clock: Clock | None = None) -> None:
+    def __init__(self, bus: Bus, base: GatedBase, keys: RobotKeys, clock: Clock | None = None) -> None:
         self.dropped: Counter[str] = Counter()
         self._base, self._settings, self._time = base, keys.settings, clock or MonotonicClock()
         self._inbox: Mailbox[Message | Request] = Mailbox()

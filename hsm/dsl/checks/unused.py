@@ -20,5 +20,5 @@ _WORDS = {
 
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """One finding for each unused import, parameter, variable and event."""
-    for kind, name, place in subject.unused:
-        yield finding(_CODES[kind], place, _WORDS[kind].format(name))
+    for one in subject.unused:
+        yield finding(_CODES[one.kind], one.place, _WORDS[one.kind].format(one.name))

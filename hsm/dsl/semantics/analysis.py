@@ -33,7 +33,7 @@ class Unused(NamedTuple):
     """Something that is declared and never used.
 
     Attributes:
-        kind: ``import``, ``parameter``, ``variable``, ``event`` or ``raised event``.
+        kind: ``import``, ``parameter``, ``variable``, ``event``, ``outside event`` or ``raised event``.
         name: its name.
         place: where it is declared.
     """

@@ -69,11 +69,12 @@ def opening_of(points: Points, robot: RobotDescription, side: Side, course: Pose
         settings: what an opening is.
     """
     x, y = points[:, 0], points[:, 1] * side.sign
-    beside = (y > robot.half_width / 2) & (y < settings.into) & (x < settings.near_corner)
+    back = x > -settings.behind
+    beside = (y > robot.half_width / 2) & (y < settings.into) & (x < settings.near_corner) & back
     near, aside = 0.0, settings.into
     if beside.any():
         aside = float(y[beside].min())
-        wall = np.sort(x[np.abs(y - aside) < settings.same_wall])
+        wall = np.sort(x[(np.abs(y - aside) < settings.same_wall) & back])
         ends = wall[:-1][np.diff(wall) > settings.smallest]
         near = float(ends[0] if len(ends) else wall[-1])
     return Opening(Frame(course), side, near, aside, robot.half_width, settings)

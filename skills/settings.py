@@ -34,7 +34,7 @@ class MotionSettings(Settings):
     """The robot comes to rest from this speed, m/s."""
 
 
-class WallSettings(Settings):
+class FollowWallSettings(Settings):
     """The virtual spring between the robot and the walls at its sides."""
 
     distance: Length = 0.5
@@ -73,6 +73,8 @@ class OpeningSettings(Settings):
     """How far aside from the wall beside the robot its continuation may lie, m."""
     into: Length = 1.0
     """How far aside the bounds of the opening are looked for, m."""
+    behind: Length = 0.5
+    """What lies farther back than this is not the wall beside the robot, m."""
     least_speed: Speed = 0.1
     """The robot comes to its middle with this speed, m/s."""
     beside: Length = 0.1
@@ -125,7 +127,7 @@ class ArcSettings(Settings):
     """The turn is over when less than this is left, rad."""
 
 
-class DoorSettings(Settings):
+class RingSettings(Settings):
     """Ringing at a door and passing it."""
 
     settle: Positive = 0.3
@@ -161,7 +163,7 @@ class SkillSettings(Settings):
 
     motion: MotionSettings = MotionSettings()
     """Feedback that every driving skill shares."""
-    wall: WallSettings = WallSettings()
+    wall: FollowWallSettings = FollowWallSettings()
     """Following walls."""
     passage: PassageSettings = PassageSettings()
     """The gap that the robot drives in."""
@@ -173,7 +175,7 @@ class SkillSettings(Settings):
     """Turning on the spot."""
     arc: ArcSettings = ArcSettings()
     """Turning while driving."""
-    door: DoorSettings = DoorSettings()
+    door: RingSettings = RingSettings()
     """Opening doors."""
     safety: SafetySettings = SafetySettings()
     """Keeping off the walls."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Annotated, TypeVar
 
@@ -57,3 +58,13 @@ def grown(section: _Section, size: float, speed: float) -> _Section:
             if isinstance(mark, Grows) and name not in section.model_fields_set:
                 changed[name] = value * size**mark.size * speed**mark.speed
     return section.model_copy(update=changed)
+
+
+ROBOT_NAME = r"^[A-Za-z][A-Za-z0-9_-]*(/[A-Za-z][A-Za-z0-9_-]*)*$"
+"""What a robot may be called on a network, as a regular expression."""
+_NAME = re.compile(ROBOT_NAME)
+
+
+def is_network_name(name: str) -> bool:
+    """Whether a robot can be called so on a network: letters, digits, - and _, a letter first; parts divided by /."""
+    return bool(_NAME.fullmatch(name))

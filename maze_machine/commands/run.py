@@ -13,16 +13,23 @@ import typer
 
 from maze_machine.arguments.completion import complete_machine, complete_maze
 from maze_machine.arguments.options import (
+    CellOption,
     EventAtOption,
+    ExitsOption,
     FaultOption,
+    GoalOption,
+    GreyOption,
     IdentityOption,
     JsonOption,
     LibraryOption,
+    ObjectsOption,
     OpenOption,
+    PixelOption,
     RobotOption,
     SettingsOption,
     SimulateOption,
     SpeedOption,
+    StartOption,
     TimeLimitOption,
     TraceOption,
 )
@@ -33,9 +40,10 @@ if TYPE_CHECKING:
 
     from maze_machine.catalogue.profile import Profile
     from maze_machine.drive.attempts import Attempt, RefereedRobot
-    from maze_machine.drive.mission import Mission, Watcher
+    from maze_machine.drive.mission import Mission, TickWatcher
     from maze_machine.remote.opened import OpenRun
     from maze_machine.report.result import Result
+    from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import SimulatedWorld
     from transport.lockstep import RemoteLockstep
     from transport.realtime import RealtimeRobot
@@ -57,6 +65,13 @@ def run(
             autocompletion=complete_maze,
         ),
     ] = None,
+    start: StartOption = None,
+    exits: ExitsOption = None,
+    goal: GoalOption = None,
+    metres_a_pixel: PixelOption = None,
+    metres_a_cell: CellOption = 1.0,
+    grey: GreyOption = None,
+    objects: ObjectsOption = None,
     seed: Annotated[
         int | None, typer.Option(min=0, help="Which run: all that is random is drawn from it. Default: 0.")
     ] = None,
@@ -100,6 +115,9 @@ def run(
         Path | None,
         typer.Option(metavar="FILE", help="Record sensors, commands and steps as MCAP, for `maze-machine replay`."),
     ] = None,
+    dated: Annotated[
+        bool, typer.Option("--dated", help="Let the recording begin at the present time of day, not in 1970.")
+    ] = False,
     live: Annotated[
         int | None,
         typer.Option(min=0, max=65535, metavar="PORT", help="Show the run on a page at this port; 0 takes any."),
@@ -146,26 +164,25 @@ def run(
     from maze_machine.drive.operation import Together, scheduled
     from maze_machine.report.outputs import Outputs, numbered
     from maze_machine.report.result import Result
-    from maze_machine.simulated.settings import pace, simulator_settings
-    from maze_machine.simulated.world import SimulatedWorld, find_maze
+    from maze_machine.simulated.choices import MazeWords
     from transport.world import LockstepRobot
 
+    words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     if connect is not None:
-        refuse_with_connect({"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed})
+        given = {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
+        refuse_with_connect({**given, "what is said of the maze (--start, --goal, ...)": words != MazeWords()})
     refuse_files(record, picture, practice=practice)
     profile = load_profile(robot, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit, library)
     world = None
     if connect is None:
         rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
-        simulator = simulator_settings(rules, fault or ())
-        world = SimulatedWorld(
-            find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0, simulator, pace(profile.robot.period, speed)
-        )
+        world = embedded(maze or DEFAULT_MAZE, words, profile, seed or 0, rules, fault or (), speed)
     script = scheduled(event_at or (), mission.machine)
-    outputs, most = Outputs(trace, record, live), 2 if practice else attempts
+    outputs, most = Outputs(trace, record, live, dated), 2 if practice else attempts
     check_outputs(
-        {"--trace": trace, "--record": record, "--picture": picture}, [robot, maze or "", *mission.machine.model.files]
+        {"--trace": trace, "--record": record, "--picture": picture},
+        [robot, maze or "", objects or "", *mission.machine.model.files],
     )
     files: dict[str, Path] = {}
     losses: list[str] = []
@@ -180,7 +197,7 @@ def run(
                 return LockstepRobot(world)
             return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
 
-        def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
+        def watchers(number: int) -> AbstractContextManager[Sequence[TickWatcher]]:
             return outputs.of_attempt(number).watchers(mission, machine, world, losses, opened)
 
         opened = stack.enter_context(open_run(open_at, identity, mission, pausable=world is not None))
@@ -214,6 +231,42 @@ def end(result: Result, losses: Sequence[str], json: bool) -> NoReturn:
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
 
 
+def embedded(
+    maze: str,
+    words: MazeWords,
+    profile: Profile,
+    seed: int,
+    settings: Sequence[str],
+    faults: Sequence[str],
+    speed: float | None,
+) -> SimulatedWorld:
+    """The world of the simulator in this process.
+
+    Raises:
+        FileError: there is no such maze.
+        MazeError: the maze cannot be used.
+        UsageError: a setting or a fault is wrong.
+    """
+    from maze_machine.simulated.settings import pace, simulator_settings
+    from maze_machine.simulated.world import SimulatedWorld, find_maze
+
+    simulator = simulator_settings(settings, faults)
+    drawn = find_maze(maze, words.choices(), robot=profile.robot)
+    return SimulatedWorld(drawn, profile.robot, seed, simulator, pace(profile.robot.period, speed))
+
+
+def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -> None:
+    """Refuse files that cannot be written of such a run.
+
+    Raises:
+        UsageError: a recording of practice, or a picture of no known format, was asked for.
+    """
+    if practice and record is not None:
+        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
+    if picture is not None and picture.suffix not in PICTURES:
+        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
+
+
 def has_picture(file: Path, world: SimulatedWorld | None, attempt: Attempt, title: str, losses: list[str]) -> bool:
     """Save the picture of an attempt; whether the disk took it. If not, a sentence is added to the losses."""
     from maze_machine.report.picture import save_run
@@ -235,18 +288,6 @@ def _telling(losses: Sequence[str]) -> Callable[..., None]:
                 print(f"maze-machine: {loss}", file=sys.stderr)
 
     return say
-
-
-def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -> None:
-    """Refuse files that cannot be written of such a run.
-
-    Raises:
-        UsageError: a recording of practice, or a picture of no known format, was asked for.
-    """
-    if practice and record is not None:
-        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
-    if picture is not None and picture.suffix not in PICTURES:
-        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
 
 
 @contextmanager

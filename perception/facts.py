@@ -20,10 +20,11 @@ from perception.nodes import Node, find_nodes
 from perception.repulsion import Force, repulsion_of
 from perception.settings import PerceptionSettings
 from perception.space import Space, look, space_of
-from perception.sweep import Floats, Sweep
-from perception.walls import Centre, Wall, centre_of, clearance_of, nearest_wall
+from perception.sweep import Floats, ScanPoints
+from perception.walls import Centre, Wall, centre_of, clearance_of, nearest_wall, without_own_body
 from perception.world import WorldModel, to_robot
-from transport.description import RobotDescription
+from transport.arithmetic import norm
+from transport.description import RobotDescription, fitted
 from transport.messages import Observation, Pose
 
 
@@ -54,9 +55,9 @@ class Facts:
         return self.world.pose
 
     @cached_property
-    def sweep(self) -> Sweep:
-        """The scan with its readings sorted into hits, free beams and unknown ones."""
-        return Sweep.of(self.observation.scan, self.robot.laser.mount)
+    def sweep(self) -> ScanPoints:
+        """The scan with its readings sorted into hits, free beams and unknown ones; the robot's own body is unknown."""
+        return without_own_body(ScanPoints.of(self.observation.scan, self.robot.laser.mount), self.robot.footprint)
 
     @property
     def points(self) -> Floats:
@@ -176,7 +177,7 @@ class Facts:
         """The depth check of 2015: on the minimap the way to a door is free and ends there."""
         depth = self.minimap.depth(door.bearing - self.misalignment, 0.0)
         reach = self.settings.minimap.half_size - self.settings.minimap.cell
-        return abs(min(math.hypot(*door.centre), reach) - min(depth, reach)) <= self.settings.door.depth_margin
+        return abs(min(norm(*door.centre), reach) - min(depth, reach)) <= self.settings.door.depth_margin
 
     @cached_property
     def rung_door(self) -> Door | None:
@@ -206,7 +207,9 @@ class Facts:
 def turned(points: Floats, angle: float) -> Floats:
     """Points turned about the origin, counter-clockwise by ``angle`` in rad."""
     cosine, sine = math.cos(angle), math.sin(angle)
-    rotated: Floats = points @ np.array([[cosine, sine], [-sine, cosine]])
+    x, y = points[:, 0], points[:, 1]
+    rotated: Floats = np.empty_like(points)
+    rotated[:, 0], rotated[:, 1] = cosine * x - sine * y, sine * x + cosine * y
     return rotated
 
 
@@ -216,9 +219,9 @@ class Perception:
     def __init__(
         self, robot: RobotDescription, settings: PerceptionSettings | None = None, world: WorldModel | None = None
     ) -> None:
-        """Args: the robot, the thresholds, and what it shall know before the run; by default nothing."""
+        """Args: the robot, the thresholds, by default of its size, and what it knows beforehand, by default nothing."""
         self.robot = robot
-        self.settings = settings or PerceptionSettings()
+        self.settings = settings or fitted(PerceptionSettings(), robot)
         self.world = world or WorldModel(self.settings)
 
     def facts(self, observation: Observation) -> Facts:

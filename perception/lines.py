@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from perception.settings import LineSettings
-from perception.sweep import Floats, Sweep
+from perception.sweep import Floats, ScanPoints
+from transport.arithmetic import distance_between, norm
 from transport.description import Point
 
 
@@ -82,7 +83,7 @@ class LinePieces:
         return sorted({first for first, _ in self.pieces} | {last for _, last in self.pieces} - ends)
 
 
-def split(sweep: Sweep, settings: LineSettings) -> LinePieces:
+def split(sweep: ScanPoints, settings: LineSettings) -> LinePieces:
     """Where the hits of a sweep jump and bend.
 
     Args:
@@ -96,7 +97,7 @@ def split(sweep: Sweep, settings: LineSettings) -> LinePieces:
     return LinePieces(runs, split_at_end_points(points, runs, settings.split, settings.min_hits + 1))
 
 
-def find_lines(sweep: Sweep, pieces: LinePieces, settings: LineSettings) -> Lines:
+def find_lines(sweep: ScanPoints, pieces: LinePieces, settings: LineSettings) -> Lines:
     """The straight pieces of wall in a sweep, in the robot's frame.
 
     Args:
@@ -111,7 +112,7 @@ def find_lines(sweep: Sweep, pieces: LinePieces, settings: LineSettings) -> Line
     return tuple([line for line in lines if line.length >= min_length and line.residual <= max_residual])
 
 
-def _runs(sweep: Sweep, settings: LineSettings) -> list[tuple[int, int]]:
+def _runs(sweep: ScanPoints, settings: LineSettings) -> list[tuple[int, int]]:
     """First and last hit of each run without a gap in the beams and without a jump too wide to be wall.
 
     On a wall at distance d, neighbouring hits at range r are ``r^2 step / d`` apart.
@@ -157,7 +158,7 @@ def split_at_end_points(
         highest, lowest = int(across.argmax()), int(across.argmin())
         chord = across.item(0)
         above, below = across.item(highest) - chord, chord - across.item(lowest)
-        if max(above, below) <= tolerance * math.hypot(1.0, slope):
+        if max(above, below) <= tolerance * norm(1.0, slope):
             pieces.append((first, last))
         else:
             farthest = first + (highest if above >= below else lowest)
@@ -192,11 +193,11 @@ class _Piece(NamedTuple):
     def deviation(self) -> float:
         """Root mean square distance of the hits from the line that fits best, m."""
         cxx, cxy, cyy = self.scatter()
-        across = (cxx + cyy) / 2 - math.hypot((cxx - cyy) / 2, cxy)
+        across = (cxx + cyy) / 2 - norm((cxx - cyy) / 2, cxy)
         return math.sqrt(max(across, 0.0) / self.w)
 
 
-def _weighed(sweep: Sweep, pieces: LinePieces) -> list[_Piece]:
+def _weighed(sweep: ScanPoints, pieces: LinePieces) -> list[_Piece]:
     """The pieces with their sums.
 
     The points at a split belong to both sides or, at a jump, to neither for sure: they are left out.
@@ -243,7 +244,7 @@ def _fitted(points: Floats, piece: _Piece) -> Line:
     p = (piece.wx * cosine + piece.wy * sine) / piece.w
     if p < 0:
         cosine, sine, p = -cosine, -sine, -p
-    along = math.hypot(cxx - cyy, 2 * cxy)
+    along = norm(cxx - cyy, 2 * cxy)
     across = max((cxx + cyy - along) / 2, 0.0)
     away = max(p, 0.02)
     start, end = _onto(points, piece.first, cosine, sine, p), _onto(points, piece.last, cosine, sine, p)
@@ -252,7 +253,7 @@ def _fitted(points: Floats, piece: _Piece) -> Line:
         p=p,
         start=start,
         end=end,
-        length=math.dist(start, end),
+        length=distance_between(start, end),
         hits=piece.last - piece.first + 1,
         information=(along + across) / (away * away),
         residual=math.sqrt(across / piece.w),

@@ -10,17 +10,18 @@ import numpy as np
 
 from sim.geometry import edges
 from sim.maze import MovingObject, Point, Segments
+from transport.arithmetic import distance_between
 
 
-class Traveller:
+class MovingObstacle:
     """The running state of one moving object."""
 
     def __init__(self, thing: MovingObject) -> None:
         self.thing = thing
         self.halted = False
         self._outline = np.asarray(thing.outline, dtype=np.float64)
-        self._lengths = [math.dist(*leg) for leg in pairwise(thing.path)]
-        self._way = sum(self._lengths)
+        self._lengths = [distance_between(*leg) for leg in pairwise(thing.path)]
+        self._way = math.fsum(self._lengths)
         self._travelled = 0.0
         self._direction = 1
         self._waiting = math.isfinite(thing.near)
@@ -38,7 +39,7 @@ class Traveller:
             Its mean velocity along x and y, m/s.
         """
         if self._waiting:
-            self._waiting = all(math.dist(self.place, robot) > self.thing.near for robot in robots)
+            self._waiting = all(distance_between(self.place, robot) > self.thing.near for robot in robots)
         if self._waiting or self.halted or self._way == 0.0:
             return 0.0, 0.0
         self._travelled += self._direction * self.thing.speed * duration
@@ -47,6 +48,9 @@ class Traveller:
             # What it went too far at the end of the path, it has gone back already.
             self._travelled = 2 * end - self._travelled if self.thing.returns else end
             self._direction = -self._direction if self.thing.returns else 0
+            if not 0.0 <= self._travelled <= self._way:  # the step is longer than the whole path
+                lap = math.fmod(abs(self._travelled), 2 * self._way)
+                self._travelled = min(lap, 2 * self._way - lap)
         before, self.place = self.place, self._at(self._travelled)
         return (self.place[0] - before[0]) / duration, (self.place[1] - before[1]) / duration
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from perception.facts import Facts
+from perception.sweep import ScanPoints
 from skills.frames import Frame
-from transport.description import Laser
-from transport.messages import Pose, Scan
+from transport.arithmetic import norms
+from transport.messages import Pose
 
 Points = NDArray[np.float64]
 
@@ -21,45 +24,39 @@ class Surroundings:
 
     The laser sees two radians to either side. A wall that leaves its view does not go away: the robot's rear corners
     sweep past it when the robot turns. Over the metre or so for which a point is kept, odometry is far more exact than
-    the margins that the points are needed for.
+    the margins that the points are needed for. A laser that sees all round has no blind sector, and nothing is kept.
     """
 
-    def __init__(self, laser: Laser, reach: float) -> None:
-        self._laser = laser
+    def __init__(self, reach: float) -> None:
         self._reach = reach
         self._last: tuple[Pose, Points] | None = None
 
     def update(self, facts: Facts) -> Points:
         """Take in a tick and return all points within reach, in the robot's frame, m, shape (n, 2)."""
         pose = facts.observation.odometry.pose
-        seen = near_points(facts.observation.scan, self._laser, self._reach)
-        points = np.concatenate([seen, self._behind(pose)])
+        points = np.concatenate([near_points(facts.sweep, self._reach), self._behind(facts.sweep, pose)])
         self._last = pose, points
         return points
 
-    def _behind(self, pose: Pose) -> Points:
+    def _behind(self, sweep: ScanPoints, pose: Pose) -> Points:
         """The points of earlier ticks that the laser cannot see now."""
         if self._last is None:
             return np.empty((0, 2))
         before, points = self._last
-        matrix = Frame(Frame(before).local(pose)).matrix()
-        moved = points @ matrix[:2, :2].T + matrix[:2, 2]
-        x, y = moved[:, 0] - self._laser.mount_x, moved[:, 1] - self._laser.mount_y
-        direction = np.arctan2(y, x) - self._laser.mount_heading
-        direction = (direction + np.pi) % (2 * np.pi) - np.pi
-        blind = (direction < self._laser.angle_min) | (direction > self._laser.angle_max)
-        near = np.hypot(moved[:, 0], moved[:, 1]) < self._reach
-        return np.asarray(moved[blind & near][-REMEMBERED:])
+        motion = Frame(before).local(pose)
+        cos, sin = math.cos(motion.heading), math.sin(motion.heading)
+        dx, dy = points[:, 0] - motion.x, points[:, 1] - motion.y
+        moved = np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
+        near = norms(moved[:, 0], moved[:, 1]) < self._reach
+        return np.asarray(moved[sweep.fan.blind(moved) & near][-REMEMBERED:])
 
 
-def near_points(scan: Scan, laser: Laser, reach: float) -> Points:
+def near_points(sweep: ScanPoints, reach: float) -> Points:
     """The nearest hits of every three beams within ``reach`` (m) of the sensor, in the robot's frame, shape (n, 2)."""
-    ranges = scan.ranges[: len(scan.ranges) // STRIDE * STRIDE].reshape(-1, STRIDE)
-    valid = (ranges >= laser.range_min) & (ranges < min(reach, laser.range_max))
-    usable = np.where(valid, ranges, np.inf)
-    nearest = usable.argmin(axis=1)
-    rows = np.flatnonzero(valid.any(axis=1))
+    count = len(sweep.ranges) // STRIDE * STRIDE
+    ranges = np.where(sweep.ranges[:count] < reach, sweep.ranges[:count], math.inf).reshape(-1, STRIDE)
+    nearest = ranges.argmin(axis=1)
+    rows = np.flatnonzero(np.isfinite(ranges).any(axis=1))
     beams = rows * STRIDE + nearest[rows]
-    near = ranges[rows, nearest[rows]].astype(np.float64)
-    angles = scan.geometry.angles()[beams] + laser.mount_heading
-    return np.column_stack([laser.mount_x + near * np.cos(angles), laser.mount_y + near * np.sin(angles)])
+    near, fan = sweep.ranges[beams], sweep.fan
+    return np.column_stack([fan.mount.x + near * fan.cosines[beams], fan.mount.y + near * fan.sines[beams]])

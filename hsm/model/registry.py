@@ -23,9 +23,33 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, Protocol, TypeVar, get_type_hints, runtime_checkable
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Concatenate,
+    Generic,
+    ParamSpec,
+    Protocol,
+    TypeVar,
+    get_type_hints,
+    runtime_checkable,
+)
 
 from hsm.model.types import Enumeration, Type, type_of
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar as DefaultTypeVar
+
+    F = DefaultTypeVar("F", default=Any)
+    E = DefaultTypeVar("E", default=Any)
+else:
+    F = TypeVar("F")
+    E = TypeVar("E")
+
+FactsT_contra = TypeVar("FactsT_contra", contravariant=True)
+EffectT_co = TypeVar("EffectT_co", covariant=True)
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +59,18 @@ class Outcome:
     name: str
 
 
-class Activity(Protocol):
+class Activity(Protocol[FactsT_contra, EffectT_co]):
     """What runs while a state is active: made on entry, ticked once a step, dropped on exit."""
 
-    def tick(self, facts: Any) -> object:
-        """An effect for the caller (such as a velocity), or an ``Outcome`` when the activity is over."""
+    def tick(self, facts: FactsT_contra, /) -> EffectT_co | Outcome | None:
+        """Do the part of one step.
+
+        Args:
+            facts: what is known in this step.
+
+        Returns:
+            An effect for the caller, such as a velocity; an ``Outcome`` when the activity is over; None for neither.
+        """
         ...
 
 
@@ -49,6 +80,15 @@ class Stoppable(Protocol):
 
     def stop(self) -> None:
         """Called once, when the state is left."""
+        ...
+
+
+@runtime_checkable
+class Choosy(Protocol):
+    """The class of an activity that cannot do all that its arguments' types allow."""
+
+    def refuses(self, **arguments: Any) -> str:
+        """Why it cannot be done so, or nothing; asked of the class, with the arguments that are known beforehand."""
         ...
 
 
@@ -89,7 +129,7 @@ class ActivityDeclaration:
     """Something that a state may ``do``: the class that does it, how it can end, what it holds meanwhile."""
 
     name: str
-    factory: Callable[..., Activity]
+    factory: Callable[..., Activity[Any, Any]]
     outcomes: tuple[str, ...] = ()
     holds: tuple[str, ...] = ()
     parameters: tuple[Parameter, ...] = ()
@@ -114,12 +154,25 @@ class EventDeclaration:
     doc: str = ""
 
 
-_F = TypeVar("_F", bound=Callable[..., Any])
+@dataclass(frozen=True, slots=True)
+class ConstantDeclaration:
+    """A value that is known before a machine runs, such as a length of the robot."""
+
+    name: str
+    type: Type
+    value: bool | int | float
+    doc: str = ""
+
+
+_A = TypeVar("_A", bound=Callable[..., Activity[Any, Any]])
 
 
 @dataclass(slots=True)
-class Library:
+class Library(Generic[F, E]):
     """A named set of declarations; filled by decorators when a robot's modules are imported, then only read.
+
+    ``Library[F, E]`` is one whose signals, actions and activities are given facts of type ``F``, and whose activities
+    give effects of type ``E``; machines and runs that come from it have the same two types.
 
     Attributes:
         name: for messages.
@@ -127,6 +180,7 @@ class Library:
         activities: the activities, by name.
         actions: the one-shot actions, by name.
         events: the events that may come from outside, by name.
+        constants: the values that are known beforehand, by name.
         enumerations: the enumerations that any of them uses, by name.
         folders: where machines lie that any machine may import by name, if there is none beside it.
     """
@@ -136,13 +190,21 @@ class Library:
     activities: dict[str, ActivityDeclaration] = field(default_factory=dict)
     actions: dict[str, ActionDeclaration] = field(default_factory=dict)
     events: dict[str, EventDeclaration] = field(default_factory=dict)
+    constants: dict[str, ConstantDeclaration] = field(default_factory=dict)
     enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
     folders: list[Path] = field(default_factory=list)
 
-    def signal(self, name: str) -> Callable[[_F], _F]:
-        """Declare a function of the facts (its first argument) as a signal."""
+    def signal(self, name: str) -> Callable[[Callable[Concatenate[F, _P], _R]], Callable[Concatenate[F, _P], _R]]:
+        """Declare a function of the facts (its first argument) as a signal.
 
-        def register(function: _F) -> _F:
+        Args:
+            name: how machines name it; dots are allowed, as in ``space.left``.
+
+        Raises:
+            RegistryError: the name is taken, or an annotation is no type of the language.
+        """
+
+        def register(function: Callable[Concatenate[F, _P], _R]) -> Callable[Concatenate[F, _P], _R]:
             parameters, result = self._signature(name, function, skip=1)
             declared = SignalDeclaration(name, self._type(name, result), function, parameters, _doc(function))
             self._add(self.signals, name, declared)
@@ -150,10 +212,19 @@ class Library:
 
         return register
 
-    def activity(self, name: str, *, outcomes: Iterable[str] = (), holds: Iterable[str] = ()) -> Callable[[_F], _F]:
-        """Declare a class with a ``tick`` method as an activity; the arguments of ``__init__`` are its parameters."""
+    def activity(self, name: str, *, outcomes: Iterable[str] = (), holds: Iterable[str] = ()) -> Callable[[_A], _A]:
+        """Declare a class with a ``tick`` method as an activity; the arguments of ``__init__`` are its parameters.
 
-        def register(factory: _F) -> _F:
+        Args:
+            name: how machines name it.
+            outcomes: the names of the outcomes that ``tick`` may return.
+            holds: what it needs for itself alone; two activities that hold the same never run at once.
+
+        Raises:
+            RegistryError: the name is taken, or an annotation is no type of the language.
+        """
+
+        def register(factory: _A) -> _A:
             initialiser: Callable[..., Any] = getattr(factory, "__init__") if isinstance(factory, type) else factory  # noqa: B009
             own = initialiser is not object.__init__
             parameters = self._signature(name, initialiser, skip=int(isinstance(factory, type)))[0] if own else ()
@@ -163,10 +234,17 @@ class Library:
 
         return register
 
-    def action(self, name: str) -> Callable[[_F], _F]:
-        """Declare a function of the facts (its first argument) as a one-shot action."""
+    def action(self, name: str) -> Callable[[Callable[Concatenate[F, _P], _R]], Callable[Concatenate[F, _P], _R]]:
+        """Declare a function of the facts (its first argument) as a one-shot action.
 
-        def register(function: _F) -> _F:
+        Args:
+            name: how machines name it.
+
+        Raises:
+            RegistryError: the name is taken, or an annotation is no type of the language.
+        """
+
+        def register(function: Callable[Concatenate[F, _P], _R]) -> Callable[Concatenate[F, _P], _R]:
             parameters, _ = self._signature(name, function, skip=1)
             self._add(self.actions, name, ActionDeclaration(name, function, parameters, _doc(function)))
             return function
@@ -174,10 +252,22 @@ class Library:
         return register
 
     def event(self, name: str, doc: str = "") -> None:
-        """Declare an event that may come from outside."""
+        """Declare an event that may come from outside.
+
+        Args:
+            name: what is sent.
+            doc: when it is sent.
+
+        Raises:
+            RegistryError: the name is taken.
+        """
         self._add(self.events, name, EventDeclaration(name, doc))
 
-    def include(self, other: Library) -> None:
+    def constant(self, name: str, kind: Type, value: bool | float, doc: str = "") -> None:  # noqa: FBT001
+        """Declare a value in SI units that is known before a machine runs."""
+        self._add(self.constants, name, ConstantDeclaration(name, kind, value, doc))
+
+    def include(self, other: Library[F, E]) -> None:
         """Take over all declarations of another library.
 
         Raises:
@@ -188,6 +278,7 @@ class Library:
             (self.activities, other.activities),
             (self.actions, other.actions),
             (self.events, other.events),
+            (self.constants, other.constants),
             (self.enumerations, other.enumerations),
         )
         for mine, theirs in tables:

@@ -6,11 +6,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import count
 from time import perf_counter
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 from hsm import Machine, Macrostep, Supervisor
 from hsm.engine.monitoring import Monitor, Violation
+from maze_machine.drive.operation import NOBODY, Operator
 from perception import Perception
+from perception.facts import Facts
 from skills.chain import MotionChain
 from transport.messages import Command, Observation, Pose, Twist
 from transport.robot import Robot
@@ -48,6 +50,8 @@ class Tick:
         command: what the robot was told.
         violations: properties of the machine that do not hold, and did before.
         phases: where the time went.
+        events: the events that somebody outside has sent for this tick.
+        variables: variables and parameters after the step, by their full names.
     """
 
     index: int
@@ -59,6 +63,8 @@ class Tick:
     command: Command
     violations: tuple[Violation, ...]
     phases: Phases
+    events: tuple[str, ...]
+    variables: Mapping[str, Any]
 
     @property
     def blind(self) -> str:
@@ -78,12 +84,13 @@ class Tick:
 
 def ticks(
     robot: Robot,
-    machine: Machine,
+    machine: Machine[Facts, Command],
     parameters: Mapping[str, Any],
     perception: Perception,
     chain: MotionChain,
     *,
     settings: LinkSettings,
+    operator: Operator = NOBODY,
 ) -> Iterator[Tick]:
     """Run a machine on a robot, tick by tick, until the machine ends.
 
@@ -101,20 +108,23 @@ def ticks(
         perception: makes facts of observations.
         chain: shapes what the activities want into what the base is sent.
         settings: when sensor data are too old.
+        operator: who sends events to the machine.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
         LinkError: the robot is out of reach.
     """
-    supervisor: Supervisor | None = None
+    supervisor: Supervisor[Facts, Command] | None = None
     trust = Trust(settings)
+    hears_it = machine.model.events is None or BLINDED in machine.model.events
     for index in count():
         began = perf_counter()
         seeing = not trust.reason
         observation = trust.judged(robot.observe())  # communicate
         observed = perf_counter()
         blind = trust.reason
-        happened = (BLINDED,) if blind and seeing else ()
+        sent = tuple(operator.events(index, observation.time))
+        happened = (BLINDED, *sent) if blind and seeing and hears_it else sent
         facts = perception.facts(observation)  # prepare
         prepared = perf_counter()
         if supervisor is None:  # coordinate
@@ -134,20 +144,31 @@ def ticks(
         active = tuple(sorted(supervisor.configuration, key=machine.indices.__getitem__))
         innermost = (name for name in active if not machine.model.states[machine.indices[name]].children)
         doing = next((state for state, _ in effects), None) or next(innermost, "")
-        yield Tick(index, observation, step, active, doing, supervisor.outcome, command, violations, phases)  # log
+        yield Tick(
+            index,
+            observation,
+            step,
+            active,
+            doing,
+            supervisor.outcome,
+            command,
+            violations,
+            phases,
+            sent,
+            supervisor.variables,
+        )  # log
         if supervisor.outcome is not None:
             return
 
 
-def merged(effects: Iterable[object]) -> Command:
+def merged(commands: Iterable[Command]) -> Command:
     """One command from what the active activities want.
 
     At most one of them holds the base, which the checker sees to; the others ask for no motion, so twists add up.
     """
     forward = left = turn = 0.0
     ring = False
-    for effect in effects:
-        command = cast(Command, effect)
+    for command in commands:
         forward += command.twist.forward
         left += command.twist.left
         turn += command.twist.turn

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from perception.mapping.frames import compose, placed
 from perception.mapping.settings import FreeSpaceSettings
-from perception.sweep import Mask, Sweep
+from perception.sweep import Mask, ScanPoints
 from transport.description import Point
 from transport.messages import Pose
 
@@ -67,7 +67,7 @@ class FreeSpace:
         columns, rows = self.belief.shape
         return bool(0 <= cell[0] < columns and 0 <= cell[1] < rows)
 
-    def see(self, sweep: Sweep, pose: Pose) -> None:
+    def see(self, sweep: ScanPoints, pose: Pose) -> None:
         """Take in a scan.
 
         Args:
@@ -94,7 +94,7 @@ class FreeSpace:
         self.belief = belief.astype(np.int8)
         self.changes += 1
 
-    def _hits(self, sweep: Sweep, pose: Pose, reach: float) -> tuple[Cells, Cells]:
+    def _hits(self, sweep: ScanPoints, pose: Pose, reach: float) -> tuple[Cells, Cells]:
         near = sweep.distances < reach
         points = placed(sweep.points.T[:, near], pose)
         cells = np.floor(points / self.settings.cell).astype(np.intp)
@@ -103,7 +103,7 @@ class FreeSpace:
         columns, rows = taken.nonzero()
         return columns, rows
 
-    def _seen(self, sweep: Sweep, sensor: Pose, reach: float) -> Mask:
+    def _seen(self, sweep: ScanPoints, sensor: Pose, reach: float) -> Mask:
         """Cells through whose middles beams went, some way before what they hit."""
         settings, fan = self.settings, sweep.fan
         low = self.cell_of((sensor.x - reach, sensor.y - reach))

@@ -15,12 +15,13 @@ from perception.mapping.loops import Loops
 from perception.mapping.matching import Match, Reference, matched
 from perception.mapping.searching import Grid, Window, search
 from perception.mapping.settings import DriftSettings, MappingSettings
+from transport.arithmetic import norm
 from transport.messages import Pose
 
 
 def drift_of(step: Pose, settings: DriftSettings) -> Symmetric:
     """The covariance of a step that odometry has measured, with axes of the robot's frame."""
-    way, turn = math.hypot(step.x, step.y), abs(step.heading)
+    way, turn = norm(step.x, step.y), abs(step.heading)
     least = settings.least**2
     place = settings.way**2 * way + settings.turn_place**2 * turn + least
     heading = settings.way_turn**2 * way + settings.turn**2 * turn + least
@@ -95,7 +96,7 @@ class Mapper:
             self.covariance = self.match.information.inverse()
             self._since.append(cloud.seen_from(self.offset))
         settings = self.settings.track
-        way = math.hypot(self.offset.x, self.offset.y)
+        way = norm(self.offset.x, self.offset.y)
         if way >= settings.way or abs(self.offset.heading) >= settings.turn:
             self._keep(cloud)
 

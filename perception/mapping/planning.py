@@ -46,6 +46,7 @@ class Plan:
         room: distance of each cell's middle from the nearest one with a wall, m, shape (columns, rows).
         distance: length of the way to each cell, longer where it is narrow, m; infinity where there is none.
         before: the cell before each one on its way, as a number in the flattened grid; negative where there is none.
+        radius: of the robot, m.
         settings: how much room is wanted.
     """
 
@@ -53,6 +54,7 @@ class Plan:
     room: Floats
     distance: Floats
     before: NDArray[np.int32]
+    radius: float
     settings: PlanSettings
 
     def way_to(self, cell: Cell) -> Way:
@@ -88,7 +90,7 @@ class Plan:
         """The pieces of the rim of what has been seen that can be reached, in the order of the grid."""
         unknown = self.space.belief == 0
         beside = _beside(unknown)
-        rim = beside & np.isfinite(self.distance) & (self.room >= self.settings.rim_room)
+        rim = beside & np.isfinite(self.distance) & (self.room >= self.settings.rim_room * self.radius)
         pieces, count = label(rim, structure=np.ones((3, 3), dtype=int))
         seen = ~unknown
         if not seen.any():
@@ -117,21 +119,22 @@ class Plan:
         return x + float(np.mean(columns)) * size, y + float(np.mean(rows)) * size
 
 
-def plan_from(space: FreeSpace, start: Point, settings: PlanSettings) -> Plan:
+def plan_from(space: FreeSpace, start: Point, radius: float, settings: PlanSettings) -> Plan:
     """The shortest ways from a place to all cells that can be reached.
 
     Args:
         space: the grid.
         start: where the ways begin; the cell there counts as free. Where it is outside the grid there are none.
+        radius: of the robot, m.
         settings: how much room is wanted.
     """
     size = space.settings.cell
     cell = space.cell_of(start)
     if not space.holds(cell):
         nowhere = np.full(space.belief.shape, math.inf)
-        return Plan(space, nowhere, nowhere, np.full(space.belief.size, -1, dtype=np.int32), settings)
+        return Plan(space, nowhere, nowhere, np.full(space.belief.size, -1, dtype=np.int32), radius, settings)
     room: Floats = distance_transform_edt(~space.taken) * size
-    passable = space.free & (room >= settings.room)
+    passable = space.free & (room >= settings.room * radius)
     # What is too near to a wall for the robot is no place for it, but it may stand there and must get away.
     near = (slice(max(cell[0] - 2, 0), cell[0] + 3), slice(max(cell[1] - 2, 0), cell[1] + 3))
     passable[near] |= space.free[near]
@@ -140,7 +143,7 @@ def plan_from(space: FreeSpace, start: Point, settings: PlanSettings) -> Plan:
     graph = _graph(passable, dear, size)
     number = cell[0] * passable.shape[1] + cell[1]
     distance, before = dijkstra(graph, indices=number, return_predecessors=True)
-    return Plan(space, room, distance.reshape(passable.shape), before, settings)
+    return Plan(space, room, distance.reshape(passable.shape), before, radius, settings)
 
 
 STEPS = (((1, 0), 1.0), ((0, 1), 1.0), ((1, 1), math.sqrt(2.0)), ((1, -1), math.sqrt(2.0)))

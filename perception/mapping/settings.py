@@ -228,14 +228,14 @@ class FreeSpaceSettings(Settings):
 class PlanSettings(Settings):
     """The shortest ways over the grid."""
 
-    room: Positive = 0.2
-    """The robot's origin keeps at least so far from cells with a wall, middle to middle, m."""
+    room: Positive = 0.9
+    """The robot's origin keeps so many of its radii from cells with a wall, middle to middle, at least."""
     ease: Positive = 0.5
     """Nearer to a wall than this a way is the longer the nearer it is, m."""
     dear: Positive = 3.0
     """At a wall by so many times."""
-    rim_room: Positive = 0.25
-    """The rim of what has been seen counts where there is so much room, m."""
+    rim_room: Positive = 1.12
+    """The rim of what has been seen counts where there is so much room, in radii."""
     least_rim: Count = 3
     """A piece of the rim has at least so many cells: what is smaller no robot fits through."""
 

@@ -12,7 +12,7 @@ from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.planning import Plan, plan_from
 from perception.mapping.settings import MappingSettings
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from transport.messages import Pose
 
 FORGETTING = 0.9
@@ -59,10 +59,10 @@ class Surveyor:
         """Where a keyframe was made, in the world model's frame."""
         return compose(self.start, self.mapper.graph.poses[number])
 
-    def plan(self) -> Plan:
-        """The ways from where the robot is."""
+    def plan(self, radius: float) -> Plan:
+        """The ways from where the robot is, for one of a radius, m."""
         pose = self.pose
-        return plan_from(self.free_space, (pose.x, pose.y), self.settings.plan)
+        return plan_from(self.free_space, (pose.x, pose.y), radius, self.settings.plan)
 
     @property
     def sure(self) -> bool:
@@ -80,7 +80,7 @@ class Surveyor:
         self.mapper.move(step)
         self._measured = self._measured and step is not None
 
-    def see(self, sweep: Sweep) -> None:
+    def see(self, sweep: ScanPoints) -> None:
         """Take in the tick's scan, if it is its turn, and do a part of the work on loops.
 
         Where the last matches had to correct odometry much, each scan is looked at, else every second one.
@@ -96,7 +96,7 @@ class Surveyor:
         self._ticks += 1
         self.mapper.work(self.settings.loops.pieces)
 
-    def _look(self, sweep: Sweep) -> None:
+    def _look(self, sweep: ScanPoints) -> None:
         cloud = cloud_of(sweep, self.settings.cloud)
         if not len(cloud):
             return

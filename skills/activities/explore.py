@@ -46,7 +46,7 @@ class OnMap(Skill):
         if surveyor.free_space.changes == self._changes:
             return None
         self._changes = surveyor.free_space.changes
-        return surveyor.plan()
+        return surveyor.plan(facts.robot.radius)
 
     def _drive(self, facts: Facts, *, to_rest: bool) -> Command | Outcome:
         """Along the way."""

@@ -10,6 +10,7 @@ from skills.settings import SkillSettings
 from skills.steering.gaps import GapSeeker
 from skills.steering.path import OnPath
 from skills.steering.speed import speed_ahead
+from transport.arithmetic import norm
 from transport.description import RobotDescription
 from transport.messages import Pose, Twist
 from transport.section import Point
@@ -18,8 +19,6 @@ SLANT = math.radians(20)
 """The robot slants at most so much to its course to get aside, rad."""
 STEEPEST = math.radians(80)
 """The same where something ahead holds it up, rad."""
-NEEDED = 0.1
-"""What is ahead holds it up only where it should be at least so far aside, m."""
 SIDEWAYS = 0.5
 """A direction of which less than this is along the robot's axis is one to its side."""
 
@@ -47,11 +46,11 @@ class DifferentialSteering:
         forward = speed_ahead(speed, ahead, motion)
         left = max(-motion.lateral_speed, min(motion.lateral_speed, aside / motion.settle)) if speed > 0 else 0.0
         # Held up by what is ahead, it turns as far as it takes to get by.
-        held_up = forward < speed and abs(aside) > NEEDED
+        held_up = forward < speed and abs(aside) > motion.needed
         steepest = STEEPEST if held_up else SLANT
         slant = max(-steepest, min(steepest, math.atan2(left, forward))) if forward > 0 or held_up else 0.0
         error += slant
-        allowed = math.hypot(forward, left) if held_up else forward
+        allowed = norm(forward, left) if held_up else forward
         return Twist(allowed * max(0.0, math.cos(2 * error)), 0.0, motion.heading_gain * error)
 
     def turn(self, rate: float, spot: Point) -> Twist:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
+from hsm.model.types import Length
 from perception.facts import Facts
+from perception.signals import FAR
 from skills.library import LIBRARY
 
 
@@ -28,3 +32,12 @@ def map_doors(facts: Facts) -> int:
 def place_known(facts: Facts) -> bool:
     """Whether the last scan that was looked at fits the map where the robot takes itself to be; false without a map."""
     return facts.world.place_known
+
+
+@LIBRARY.signal("place.deviation")
+def place_deviation(facts: Facts) -> Length:
+    """Standard deviation of the robot's position, seen from the map near it; 1000 m without a map."""
+    surveyor = facts.world.surveyor
+    if surveyor is None:
+        return FAR
+    return min(math.sqrt(max(surveyor.covariance.xx, surveyor.covariance.yy, 0.0)), FAR)

@@ -11,7 +11,7 @@ import pytest
 from perception.mapping import MappingSettings
 from perception.mapping.free_space import FreeSpace
 from perception.mapping.planning import plan_from
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from tests.perception.scenes import PICO, cells, scan_of
 from transport.description import Laser
 from transport.messages import Pose
@@ -27,7 +27,7 @@ def seen_from(poses, walls=RING, laser: Laser = PICO.laser, times=3):
     for number, pose in enumerate(poses):
         for again in range(times):
             rng = np.random.default_rng(10 * number + again)
-            space.see(Sweep.of(scan_of(walls, pose, laser, rng)), pose)
+            space.see(ScanPoints.of(scan_of(walls, pose, laser, rng)), pose)
     return space
 
 
@@ -53,10 +53,10 @@ def test_what_opens_becomes_free_and_what_shuts_is_taken():
     space = seen_from(WAY[:1], shut, times=5)
     assert state(space, 2.55, -1.5) <= 0
     for again in range(5):
-        space.see(Sweep.of(scan_of(RING, WAY[0], PICO.laser, np.random.default_rng(again))), WAY[0])
+        space.see(ScanPoints.of(scan_of(RING, WAY[0], PICO.laser, np.random.default_rng(again))), WAY[0])
     assert state(space, 2.55, -1.5) == 1
     for again in range(5):
-        space.see(Sweep.of(scan_of(shut, WAY[0], PICO.laser, np.random.default_rng(again))), WAY[0])
+        space.see(ScanPoints.of(scan_of(shut, WAY[0], PICO.laser, np.random.default_rng(again))), WAY[0])
     assert min(state(space, 2.45, -1.5), state(space, 2.55, -1.5)) == -1
 
 
@@ -64,14 +64,14 @@ def test_the_grid_grows_and_keeps_what_it_holds():
     space = seen_from(WAY[:1])
     before = state(space, 2.0, -1.5)
     far = Pose(-30.0, 20.0, 0.0)
-    space.see(Sweep.of(scan_of([(-31, 25, -28, 25)], far)), far)
+    space.see(ScanPoints.of(scan_of([(-31, 25, -28, 25)], far)), far)
     assert state(space, 2.0, -1.5) == before
     assert state(space, -30.0, 20.0) == 1
 
 
 def test_a_way_goes_round_the_corners_and_keeps_off_the_walls():
     space = seen_from(WAY)
-    plan = plan_from(space, (1.5, -1.5), SETTINGS.plan)
+    plan = plan_from(space, (1.5, -1.5), PICO.radius, SETTINGS.plan)
     way = plan.way_to(space.cell_of((3.5, -3.5)))
     assert math.dist(way[0], (1.5, -1.5)) < 0.1
     assert math.dist(way[-1], (3.5, -3.5)) < 0.1
@@ -84,7 +84,7 @@ def test_a_way_goes_round_the_corners_and_keeps_off_the_walls():
 
 def test_there_is_no_way_through_walls():
     space = seen_from(WAY[:1])
-    plan = plan_from(space, (1.5, -1.5), SETTINGS.plan)
+    plan = plan_from(space, (1.5, -1.5), PICO.radius, SETTINGS.plan)
     assert plan.way_to(space.cell_of((1.5, -0.5))) == ()
     assert plan.way_to((-1, 5)) == ()
     assert plan.nearest((1.5, 3.0), 0.4) is None
@@ -92,13 +92,13 @@ def test_there_is_no_way_through_walls():
 
 def test_a_robot_beside_a_wall_has_ways_all_the_same():
     space = seen_from(WAY)
-    plan = plan_from(space, (1.5, -1.12), SETTINGS.plan)
+    plan = plan_from(space, (1.5, -1.12), PICO.radius, SETTINGS.plan)
     assert plan.way_to(space.cell_of((3.5, -1.5)))
 
 
 def test_what_has_been_seen_ends_where_a_corridor_turns_off():
     space = seen_from(WAY[:1])
-    found = plan_from(space, (1.5, -1.5), SETTINGS.plan).frontiers()
+    found = plan_from(space, (1.5, -1.5), PICO.radius, SETTINGS.plan).frontiers()
     assert found
     assert all(state(space, *frontier.place) == 1 for frontier in found)
     # From the lower left the robot sees along one side of the ring, not round its corners.
@@ -108,12 +108,12 @@ def test_what_has_been_seen_ends_where_a_corridor_turns_off():
 def test_where_all_has_been_seen_nothing_is_left():
     ring = cells(["#####", "#...#", "#####"])
     poses = [Pose(1.5, -y, heading) for y in (1.5, 2.5, 3.5) for heading in (-math.pi / 2, math.pi / 2)]
-    found = plan_from(seen_from(poses, ring), (1.5, -2.5), SETTINGS.plan).frontiers()
+    found = plan_from(seen_from(poses, ring), (1.5, -2.5), PICO.radius, SETTINGS.plan).frontiers()
     assert found == []
 
 
 @pytest.mark.parametrize("laser", [Laser(beams=180, range_max=3.5), Laser(beams=1500)], ids=["180", "1500"])
 def test_other_lasers_see_the_same_corridor(laser):
     space = seen_from(WAY, laser=laser)
-    way = plan_from(space, (1.5, -1.5), SETTINGS.plan).way_to(space.cell_of((3.5, -3.5)))
+    way = plan_from(space, (1.5, -1.5), PICO.radius, SETTINGS.plan).way_to(space.cell_of((3.5, -3.5)))
     assert way

@@ -83,9 +83,11 @@ def test_the_signals_of_the_map():
     assert not places.map_known(facts)
     assert not places.place_known(facts)
     assert places.map_doors(facts) == 0
+    assert places.place_deviation(facts) == 1000
     places.map_begin(facts)
     assert places.map_known(facts)
     assert places.place_known(facts)
+    assert places.place_deviation(facts) < 0.01
     pose = facts.pose
     places.map_begin(facts)
     assert facts.pose == pose

@@ -158,7 +158,7 @@ class WorldModel:
 
     @property
     def place_known(self) -> bool:
-        """Whether the last scan looked at fits the map where the robot takes itself to be; false without a map."""
+        """Whether the last scan fits the map, or odometry has not led far since one did; false without a map."""
         return self.surveyor is not None and self.surveyor.sure
 
     def survey(self, sweep: ScanPoints) -> None:

@@ -145,6 +145,8 @@ class TrackSettings(Settings):
     """A match with a smaller share is believed only where it agrees with odometry: much may be new in sight."""
     gate: Positive = 16.0
     """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
+    lost: Positive = 0.15
+    """Where no scan fits, the robot no longer knows where it is once its place deviates by so much, m."""
     new: Share = 0.15
     """And with a share that is smaller still no match is believed; odometry alone is followed."""
     across: Positive = 0.6

@@ -65,9 +65,19 @@ class Surveyor:
         return plan_from(self.free_space, (pose.x, pose.y), radius, self.settings.plan)
 
     @property
-    def sure(self) -> bool:
+    def fits(self) -> bool:
         """Whether the last scan fitted what was seen before; the first one does."""
         return self.mapper.match is not None or len(self.mapper.clouds) == 1
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the place along its worse axis, as seen from the last keyframe, m."""
+        return math.sqrt(max(self.covariance.xx, self.covariance.yy, 0.0))
+
+    @property
+    def sure(self) -> bool:
+        """Whether the robot knows where it is: the last scan fitted, or odometry has not led far since one did."""
+        return bool(self.mapper.clouds) and (self.fits or self.deviation < self.settings.track.lost)
 
     def from_the_start(self) -> Surveyor:
         """What keeps the same map for a robot that stands where the map was begun, once more."""
@@ -90,7 +100,7 @@ class Surveyor:
             self.mapper.resume(cloud_of(sweep, self.settings.cloud), 0)
         elif self._ticks % self.settings.track.every == 0 or self._rough > 1 or not self._measured:
             self._look(sweep)
-        self.drawing = self._ticks % self.settings.free_space.every == 0 and self.sure
+        self.drawing = self._ticks % self.settings.free_space.every == 0 and self.fits
         if self.drawing:
             self.free_space.see(sweep, self.pose)
         self._ticks += 1

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from hsm.model.types import Length
 from perception.facts import Facts
 from perception.signals import FAR
@@ -30,7 +28,7 @@ def map_doors(facts: Facts) -> int:
 
 @LIBRARY.signal("place.known")
 def place_known(facts: Facts) -> bool:
-    """Whether the last scan that was looked at fits the map where the robot takes itself to be; false without a map."""
+    """Whether the last scan fits the map, or odometry has not led far since one did; false without a map."""
     return facts.world.place_known
 
 
@@ -40,4 +38,4 @@ def place_deviation(facts: Facts) -> Length:
     surveyor = facts.world.surveyor
     if surveyor is None:
         return FAR
-    return min(math.sqrt(max(surveyor.covariance.xx, surveyor.covariance.yy, 0.0)), FAR)
+    return min(surveyor.deviation, FAR)

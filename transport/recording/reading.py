@@ -124,7 +124,9 @@ def _own(wanted: _Wanted) -> Recording:
     robot = wanted.run.get("robot") or prefix.strip("/") or "robot"
     topics = Topics(f"{prefix}scan", f"{prefix}odom", f"{prefix}cmd_vel")
     laser = ticks[0].observation.scan.geometry
-    return Recording(robot, wanted.run, ticks, wanted.complete, own=True, topics=topics, laser=laser)
+    return Recording(
+        robot, wanted.run, ticks, wanted.complete, own=True, topics=topics, laser=laser, heard=wanted.heard
+    )
 
 
 def _own_ticks(wanted: _Wanted, prefix: str) -> Iterator[RecordedTick]:
@@ -199,7 +201,7 @@ def _foreign(wanted: _Wanted, asked: Topics, period: float) -> Recording:
     mount = mount_in(wanted.messages, str(topics.scan), str(topics.odometry))
     return Recording(
         robot, {}, sensed.ticks, wanted.complete, own=False, topics=topics, laser=first, mount=mount,
-        skipped=sensed.skipped,
+        skipped=sensed.skipped, heard=wanted.heard,
     )  # fmt: skip
 
 

@@ -67,7 +67,7 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
-class Door:
+class MazeDoor:
     """A piece of wall that slides along its own axis, by its own length, towards its second end.
 
     Attributes:
@@ -186,7 +186,7 @@ class Maze:
     walls: Segments
     start: Start = field(default=Start())
     exits: Segments = field(default_factory=no_segments)
-    doors: tuple[Door, ...] = ()
+    doors: tuple[MazeDoor, ...] = ()
     objects: tuple[MovingObject, ...] = ()
     others: tuple[Start, ...] = ()
     time_limit: float = MAZE_TIME_LIMIT

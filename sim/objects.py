@@ -13,7 +13,7 @@ from sim.maze import MovingObject, Point, Segments
 from transport.arithmetic import distance_between
 
 
-class Traveller:
+class MovingObstacle:
     """The running state of one moving object."""
 
     def __init__(self, thing: MovingObject) -> None:

@@ -9,12 +9,12 @@ from enum import StrEnum
 
 import numpy as np
 
-from sim.base import Base
+from sim.body import Body
 from sim.doors import SlidingDoor
 from sim.geometry import Points, crosses, distances, outline_distance, placed
 from sim.maze import LEAVE, Goal, Leave, Maze, Nothing, Reach, Segments, Survive
 from sim.settings import Rules
-from sim.world import Contact, World
+from sim.world import Contact, PhysicalWorld
 from transport.arithmetic import distance_between, norm
 from transport.messages import Command, Pose
 
@@ -24,7 +24,7 @@ STILL_ANGLE = 0.02
 """... and within this angle, rad, stands still."""
 
 
-class Outcome(StrEnum):
+class AttemptOutcome(StrEnum):
     """How an attempt stands or ended."""
 
     RUNNING = "still inside"
@@ -36,12 +36,12 @@ class Outcome(StrEnum):
     OUT_OF_TIME = "ran out of time"
 
 
-SUCCESSES = (Outcome.ESCAPED, Outcome.REACHED, Outcome.SURVIVED)
+SUCCESSES = (AttemptOutcome.ESCAPED, AttemptOutcome.REACHED, AttemptOutcome.SURVIVED)
 """The outcomes in which the robot has done what was to be done."""
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class RefereeReport:
     """What the referee says of one attempt.
 
     Attributes:
@@ -57,7 +57,7 @@ class Verdict:
         goal: what was to be done.
     """
 
-    outcome: Outcome
+    outcome: AttemptOutcome
     reason: str
     time: float
     path_length: float
@@ -71,19 +71,19 @@ class Verdict:
     @property
     def escaped(self) -> bool:
         """Whether the robot is out by the rules."""
-        return self.outcome is Outcome.ESCAPED
+        return self.outcome is AttemptOutcome.ESCAPED
 
     @property
     def solved(self) -> bool:
         """Whether the robot has done what was to be done; where that is nothing, whether it has touched nothing."""
         if isinstance(self.goal, Nothing):
-            return self.outcome in (Outcome.RUNNING, Outcome.SURVIVED) and not self.contacts
+            return self.outcome in (AttemptOutcome.RUNNING, AttemptOutcome.SURVIVED) and not self.contacts
         return self.outcome in SUCCESSES
 
     @property
     def finished(self) -> bool:
         """Whether the attempt is over."""
-        return self.outcome is not Outcome.RUNNING
+        return self.outcome is not AttemptOutcome.RUNNING
 
     def line(self) -> str:
         """The verdict as one line."""
@@ -146,17 +146,17 @@ class Referee:
         self._contacts: tuple[Contact, ...] = ()
         self._rings = 0
         self._rung: list[SlidingDoor] = []
-        self._outcome, self._reason = Outcome.RUNNING, _UNDER_WAY[type(maze.goal)]
+        self._outcome, self._reason = AttemptOutcome.RUNNING, _UNDER_WAY[type(maze.goal)]
 
     @property
     def finished(self) -> bool:
         """Whether the attempt is over."""
-        return self._outcome is not Outcome.RUNNING
+        return self._outcome is not AttemptOutcome.RUNNING
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> RefereeReport:
         """How the attempt stands."""
-        return Verdict(
+        return RefereeReport(
             self._outcome,
             self._reason,
             self._time - self._began,
@@ -175,7 +175,7 @@ class Referee:
             self._rings += 1
             self._rung += [door for door in doors if door not in self._rung]
 
-    def watch(self, time: float, pose: Pose, world: World, name: str, contacts: tuple[Contact, ...]) -> None:
+    def watch(self, time: float, pose: Pose, world: PhysicalWorld, name: str, contacts: tuple[Contact, ...]) -> None:
         """Take note of where the robot is after a tick.
 
         Args:
@@ -201,7 +201,7 @@ class Referee:
             self._anchor, self._anchor_time = pose, time
         self._outcome, self._reason = self._judge(before, base)
 
-    def _distance_if_smaller(self, pose: Pose, world: World, base: Base, name: str) -> float:
+    def _distance_if_smaller(self, pose: Pose, world: PhysicalWorld, base: Body, name: str) -> float:
         """The robot's distance to what is solid if it may be the smallest so far; otherwise infinity."""
         reach = self._clearance + base.radius
         if not world.anything_within(name, reach):
@@ -210,42 +210,42 @@ class Referee:
         near = solids[distances(np.array([[pose.x, pose.y]]), solids)[0] <= reach + 1e-6]
         return outline_distance(placed(base.outline, pose), near)
 
-    def _judge(self, before: Pose, base: Base) -> tuple[Outcome, str]:
+    def _judge(self, before: Pose, base: Body) -> tuple[AttemptOutcome, str]:
         if self._contacts and self._rules.contact_fails:
-            return Outcome.TOUCHED, str(self._contacts[0])
+            return AttemptOutcome.TOUCHED, str(self._contacts[0])
         done = self._done(before, base)
         if done is not None:
             return done
         if isinstance(self._goal, Nothing):
             return self._ended_at_leisure()
         if self._time - self._anchor_time >= self._rules.still_limit - 1e-9:
-            return Outcome.STOOD_STILL, f"stood still for {self._rules.still_limit:g} s"
+            return AttemptOutcome.STOOD_STILL, f"stood still for {self._rules.still_limit:g} s"
         if self._time >= self._time_limit - 1e-9:
-            return Outcome.OUT_OF_TIME, f"ran out of the {self._time_limit:g} s"
-        return Outcome.RUNNING, _UNDER_WAY[type(self._goal)]
+            return AttemptOutcome.OUT_OF_TIME, f"ran out of the {self._time_limit:g} s"
+        return AttemptOutcome.RUNNING, _UNDER_WAY[type(self._goal)]
 
-    def _ended_at_leisure(self) -> tuple[Outcome, str]:
+    def _ended_at_leisure(self) -> tuple[AttemptOutcome, str]:
         """The outcome and its reason where nothing is to be done."""
         if self._time < self._time_limit - 1e-9:
-            return Outcome.RUNNING, _UNDER_WAY[Nothing]
+            return AttemptOutcome.RUNNING, _UNDER_WAY[Nothing]
         if self._contacts:
-            return Outcome.TOUCHED, str(self._contacts[0])
-        return Outcome.SURVIVED, f"touched nothing in the {self._time_limit:g} s"
+            return AttemptOutcome.TOUCHED, str(self._contacts[0])
+        return AttemptOutcome.SURVIVED, f"touched nothing in the {self._time_limit:g} s"
 
-    def _done(self, before: Pose, base: Base) -> tuple[Outcome, str] | None:
+    def _done(self, before: Pose, base: Body) -> tuple[AttemptOutcome, str] | None:
         """The outcome and its reason if what was to be done is done now."""
         match self._goal:
             case Leave() if self._out(before, base):
-                return Outcome.ESCAPED, "the whole robot is across the exit"
+                return AttemptOutcome.ESCAPED, "the whole robot is across the exit"
             case Reach(place, radius) if distance_between(place, (self._pose.x, self._pose.y)) <= radius:
-                return Outcome.REACHED, f"the robot is within {radius:g} m of the goal"
+                return AttemptOutcome.REACHED, f"the robot is within {radius:g} m of the goal"
             case Survive(duration) if self._time - self._began >= duration - 1e-9:
                 if self._contacts:
-                    return Outcome.TOUCHED, str(self._contacts[0])
-                return Outcome.SURVIVED, f"touched nothing for {duration:g} s"
+                    return AttemptOutcome.TOUCHED, str(self._contacts[0])
+                return AttemptOutcome.SURVIVED, f"touched nothing for {duration:g} s"
         return None
 
-    def _out(self, before: Pose, base: Base) -> bool:
+    def _out(self, before: Pose, base: Body) -> bool:
         """Whether the robot's origin went out through an exit and all of its outline has followed."""
         now = self._pose
         for index, gate in enumerate(self._gates):

@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 import pymunk
 
-from sim.base import Base, convex_parts
+from sim.body import Body, convex_parts
 from sim.doors import SlidingDoor
 from sim.geometry import edges, outline_distance, placed
 from sim.maze import Maze, Point, Segments
-from sim.objects import Traveller
+from sim.objects import MovingObstacle
 from transport.description import RobotDescription
 from transport.messages import Pose, Twist
 
@@ -53,7 +53,7 @@ def _velocity(shape: pymunk.Shape, place: pymunk.Vec2d) -> pymunk.Vec2d:
     return pymunk.Vec2d.zero() if shape.body is None else shape.body.velocity_at_world_point(place)
 
 
-class World:
+class PhysicalWorld:
     """Everything solid in one maze, and time."""
 
     def __init__(
@@ -80,14 +80,14 @@ class World:
         for door, body in zip(self.doors, self._leaves, strict=True):
             self._space.add(body)
             self._add(door.door.name, pymunk.Segment(body, *door.door.leaf, 0.0), _SOLID)
-        self.objects = [Traveller(thing) for thing in maze.objects]
+        self.objects = [MovingObstacle(thing) for thing in maze.objects]
         self._things = [pymunk.Body(body_type=pymunk.Body.KINEMATIC) for _ in self.objects]
         for thing, body in zip(self.objects, self._things, strict=True):
             body.position = thing.place
             self._space.add(body)
             for part in convex_parts(thing.thing.outline):
                 self._add(thing.thing.name, pymunk.Poly(body, part), _SOLID)
-        self.bases = {name: Base(description, pose) for name, (description, pose) in robots.items()}
+        self.bases = {name: Body(description, pose) for name, (description, pose) in robots.items()}
         for group, (name, base) in enumerate(self.bases.items(), start=1):
             self._space.add(base.body)
             for shape in base.shapes:

@@ -61,7 +61,7 @@ def replay(
 
     from maze_machine.arguments.files import check_outputs
     from maze_machine.catalogue.profile import load_profile
-    from maze_machine.drive.mission import Watcher
+    from maze_machine.drive.mission import TickWatcher
     from maze_machine.drive.replay import recorded_mission
     from maze_machine.drive.replay import replay as show_again
     from maze_machine.drive.trace import TraceWriter
@@ -82,7 +82,7 @@ def replay(
     losses: list[str] = []
     transitions = Transitions(mission)
     with ExitStack() as stack:
-        watchers: list[Watcher] = [transitions]
+        watchers: list[TickWatcher] = [transitions]
         if trace is not None:
             watchers.append(TraceWriter(stack.enter_context(text_stream(trace, losses)), mission))
         ending, difference = show_again(recorded, mission, watchers)

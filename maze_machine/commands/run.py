@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
     from maze_machine.catalogue.profile import Profile
     from maze_machine.drive.attempts import Attempt, RefereedRobot
-    from maze_machine.drive.mission import Mission, Watcher
+    from maze_machine.drive.mission import Mission, TickWatcher
     from maze_machine.remote.opened import OpenRun
     from maze_machine.report.result import Result
     from maze_machine.simulated.choices import MazeWords
@@ -197,7 +197,7 @@ def run(
                 return LockstepRobot(world)
             return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
 
-        def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
+        def watchers(number: int) -> AbstractContextManager[Sequence[TickWatcher]]:
             return outputs.of_attempt(number).watchers(mission, machine, world, losses, opened)
 
         opened = stack.enter_context(open_run(open_at, identity, mission, pausable=world is not None))

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from maze_machine.drive.mission import Ending, Mission, Watcher, drive
+from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive
 from maze_machine.drive.operation import NOBODY, Operator
 from maze_machine.drive.trail import TrailKeeper
 from perception import Perception
@@ -33,7 +33,7 @@ class KeptRobot:
         """Nothing: in lockstep a world stands still that nobody commands."""
 
 
-WatchersOf = Callable[[int], AbstractContextManager[Sequence[Watcher]]]
+WatchersOf = Callable[[int], AbstractContextManager[Sequence[TickWatcher]]]
 """Who is told of an attempt, given its number, for as long as it lasts."""
 
 

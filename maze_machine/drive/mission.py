@@ -11,7 +11,7 @@ from typing import Any
 import hsm
 from hsm import Machine
 from maze_machine.arguments.parameters import parameter_values
-from maze_machine.catalogue.library import chosen_library
+from maze_machine.catalogue.library import chosen_library, robot_library
 from maze_machine.catalogue.machines import find_machine
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.loop import Tick, ticks
@@ -23,7 +23,7 @@ from transport.messages import Command
 from transport.robot import Robot
 from transport.world import Refereed
 
-Watcher = Callable[[Tick], object]
+TickWatcher = Callable[[Tick], object]
 """Somebody who is told each tick: a trace, a progress display, a recording, a live page."""
 
 
@@ -91,7 +91,7 @@ def prepare(
         UsageError: a parameter is unknown or has a value that is not of its type.
     """
     path = find_machine(name)
-    names = chosen_library(library, path, profile.skills)
+    names = chosen_library(library, path, lambda: robot_library(profile.skills))
     machine = hsm.load(path, names)
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
     values = parameter_values(machine.model.parameters, written, names.enumerations)
@@ -102,7 +102,7 @@ def drive(
     mission: Mission,
     robot: Robot,
     referee: Refereed | None = None,
-    watchers: Sequence[Watcher] = (),
+    watchers: Sequence[TickWatcher] = (),
     perception: Perception | None = None,
     *,
     operator: Operator = NOBODY,

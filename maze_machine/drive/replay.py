@@ -18,7 +18,7 @@ from hsm.model.unparse import value_text
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.loop import Tick
-from maze_machine.drive.mission import Ending, Mission, Watcher, drive, prepare
+from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive, prepare
 from maze_machine.drive.operation import Recorded
 from maze_machine.drive.trace import trace_line
 from maze_machine.errors import FileError
@@ -49,7 +49,7 @@ def described(mission: Mission, machine: str) -> dict[str, str]:
     }
 
 
-def keeper(recorder: Recorder, mission: Mission, pose: Callable[[int], Pose] | None = None) -> Watcher:
+def keeper(recorder: Recorder, mission: Mission, pose: Callable[[int], Pose] | None = None) -> TickWatcher:
     """A watcher of ticks that records them, with what the machine did in each and, where something fired, why.
 
     Args:
@@ -209,7 +209,7 @@ def _shown(value: object) -> str:
 
 
 def replay(
-    recording: Recording, mission: Mission, watchers: Sequence[Watcher] = ()
+    recording: Recording, mission: Mission, watchers: Sequence[TickWatcher] = ()
 ) -> tuple[Ending, Difference | None]:
     """Show a machine the recorded sensors, whatever it does about them.
 

@@ -12,12 +12,12 @@ from time import time_ns
 from rich.console import Console
 
 from maze_machine.drive.loop import Tick
-from maze_machine.drive.mission import Mission, Watcher
+from maze_machine.drive.mission import Mission, TickWatcher
 from maze_machine.drive.replay import described, keeper, reasoned
 from maze_machine.drive.trace import TraceWriter
 from maze_machine.errors import UsageError
 from maze_machine.report.notices import Notices
-from maze_machine.report.progress import Progress
+from maze_machine.report.progress import ProgressDisplay
 from maze_machine.simulated.world import SimulatedWorld
 from sim.occupancy import occupancy
 from transport.codec import Grid
@@ -60,8 +60,8 @@ class Outputs:
         machine: str,
         world: SimulatedWorld | None,
         losses: list[str],
-        more: Sequence[Watcher] = (),
-    ) -> Iterator[list[Watcher]]:
+        more: Sequence[TickWatcher] = (),
+    ) -> Iterator[list[TickWatcher]]:
         """The watchers of a run, for as long as the block runs.
 
         A disk that fails while the robot drives does not end the run: the file is given up, and its loss noted.
@@ -79,7 +79,7 @@ class Outputs:
             UsageError: the port is taken.
         """
         with ExitStack() as stack:
-            found: list[Watcher] = []
+            found: list[TickWatcher] = []
             if self.trace is not None:
                 found.append(TraceWriter(stack.enter_context(text_stream(self.trace, losses)), mission))
             if self.recording is not None:
@@ -93,7 +93,7 @@ class Outputs:
             if self.live is not None:
                 found.append(stack.enter_context(shown_live(self.live, mission, world)))
             console = Console(stderr=True)
-            found += [stack.enter_context(Progress(console)), Notices(console)]
+            found += [stack.enter_context(ProgressDisplay(console)), Notices(console)]
             found += more
             yield found
 
@@ -168,7 +168,7 @@ def _finish(recorder: Recorder, losses: list[str]) -> None:
 
 
 @contextmanager
-def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Iterator[Watcher]:
+def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Iterator[TickWatcher]:
     """A watcher that shows each tick on a page of its own; its address is told on standard error.
 
     Raises:

@@ -10,7 +10,7 @@ from maze_machine.catalogue.shipped import find_file
 from sim.formats import AS_THE_FILE_SAYS, Choices, read_maze
 from sim.library import shipped_mazes
 from sim.maze import Maze, Nothing
-from sim.referee import Verdict
+from sim.referee import RefereeReport
 from sim.settings import SimulatorSettings
 from sim.simulation import Simulation
 from transport.clock import Pace
@@ -123,7 +123,7 @@ class SimulatedWorld:
         return granted
 
 
-def as_report(verdict: Verdict) -> dict[str, object]:
+def as_report(verdict: RefereeReport) -> dict[str, object]:
     """A verdict as JSON values; lengths in m, times in s."""
     return {
         "attempt": verdict.attempt,

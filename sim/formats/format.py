@@ -11,7 +11,7 @@ from pathlib import Path
 
 from sim.maze import Goal, Maze, MazeError, Point, Start
 
-Place = tuple[int | None, int | None]
+TextPlace = tuple[int | None, int | None]
 """Line and column in a text file, or row and column of a pixel, from 1; None where the format knows no such place."""
 
 LARGEST_FILE = 64_000_000
@@ -142,7 +142,7 @@ class Sketch:
     """
 
     maze: Maze
-    locate: Callable[[Point], Place]
+    locate: Callable[[Point], TextPlace]
     may_be_closed: bool = False
 
 

@@ -13,7 +13,7 @@ from sim.maze import Leave, Maze, Point, Start, merge_collinear
 from sim.solvability import LARGEST
 from transport.messages import Pose
 
-Cell = tuple[int, int]
+GridCell = tuple[int, int]
 """Column from the west and row from the south, counted from 0."""
 
 SIDES = {"north": (0, 1), "east": (1, 0), "south": (0, -1), "west": (-1, 0)}
@@ -36,8 +36,8 @@ class CellMaze:
     name: str
     across: NDArray[np.bool_]
     upright: NDArray[np.bool_]
-    entrance: Cell
-    goals: tuple[Cell, ...]
+    entrance: GridCell
+    goals: tuple[GridCell, ...]
 
     @property
     def columns(self) -> int:
@@ -49,7 +49,7 @@ class CellMaze:
         """Number of cells from south to north."""
         return int(self.upright.shape[0])
 
-    def at(self, point: Point, size: float) -> Cell:
+    def at(self, point: Point, size: float) -> GridCell:
         """The cell at a point of the maze, or the nearest one.
 
         Args:
@@ -59,14 +59,14 @@ class CellMaze:
         column, row = math.floor(point[0] / size), math.floor(point[1] / size)
         return min(max(column, 0), self.columns - 1), min(max(row, 0), self.rows - 1)
 
-    def wall(self, cell: Cell, side: str) -> bool:
+    def wall(self, cell: GridCell, side: str) -> bool:
         """Whether there is a wall on a side of a cell."""
         column, row = cell
         if side in {"north", "south"}:
             return bool(self.across[row + (side == "north"), column])
         return bool(self.upright[row, column + (side == "east")])
 
-    def outer(self, cell: Cell, side: str) -> bool:
+    def outer(self, cell: GridCell, side: str) -> bool:
         """Whether a side of a cell lies on the maze's outer boundary."""
         step = SIDES[side]
         return not (0 <= cell[0] + step[0] < self.columns and 0 <= cell[1] + step[1] < self.rows)
@@ -86,7 +86,7 @@ def refuse_large(source: Source, columns: int, rows: int, size: float) -> None:
         )
 
 
-def goal_cells(columns: int, rows: int) -> tuple[Cell, ...]:
+def goal_cells(columns: int, rows: int) -> tuple[GridCell, ...]:
     """The one, two or four cells in the middle, which are the goal of a contest's maze where the file names none."""
     middle_x = range((columns - 1) // 2, columns // 2 + 1)
     middle_y = range((rows - 1) // 2, rows // 2 + 1)
@@ -125,7 +125,7 @@ def exit_maze(cells: CellMaze, size: float) -> Maze:
     )
 
 
-def _edge(cell: Cell, side: str, size: float) -> tuple[float, float, float, float]:
+def _edge(cell: GridCell, side: str, size: float) -> tuple[float, float, float, float]:
     column, row = cell
     if side in {"north", "south"}:
         y = (row + (side == "north")) * size

@@ -12,8 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from sim.formats.format import Choices, Format, Place, Sketch, Source
-from sim.formats.grid import Cell, CellMaze, as_cells, exit_maze, goal_cells, refuse_large
+from sim.formats.format import Choices, Format, Sketch, Source, TextPlace
+from sim.formats.grid import CellMaze, GridCell, as_cells, exit_maze, goal_cells, refuse_large
 from sim.maze import Maze, Point
 
 POSTS = "o+.*"
@@ -42,7 +42,7 @@ def parse(source: Source) -> CellMaze:
     rows, columns = len(lines) // 2, grid.columns
     across = np.zeros((rows + 1, columns), dtype=np.bool_)
     upright = np.zeros((rows, columns + 1), dtype=np.bool_)
-    marked: dict[str, list[Cell]] = {"S": [], "G": []}
+    marked: dict[str, list[GridCell]] = {"S": [], "G": []}
     for index, (number, line) in enumerate(zip(numbers, lines, strict=True)):
         if index % 2 == 0:
             across[rows - index // 2] = grid.level(number, line)
@@ -137,7 +137,7 @@ def read(source: Source, choices: Choices) -> Sketch:
     refuse_large(source, cells.columns, cells.rows, choices.metres_a_cell)
     pitch, _ = _pitch(source.drawing[0][1].strip())
 
-    def locate(point: Point) -> Place:
+    def locate(point: Point) -> TextPlace:
         column, row = cells.at(point, choices.metres_a_cell)
         return source.drawing[2 * (cells.rows - row) - 1][0], pitch * column + 1 + pitch // 2
 

@@ -6,8 +6,8 @@ import re
 
 import numpy as np
 
-from sim.formats.format import CannotHoldError, Choices, Format, Place, Sketch, Source
-from sim.formats.grid import Cell, CellMaze, as_cells, exit_maze, goal_cells, refuse_large
+from sim.formats.format import CannotHoldError, Choices, Format, Sketch, Source, TextPlace
+from sim.formats.grid import CellMaze, GridCell, as_cells, exit_maze, goal_cells, refuse_large
 from sim.maze import Maze, Point
 
 CELL = re.compile(r"([0-9]{1,4}) ([0-9]{1,4})( [01]){4}")
@@ -28,7 +28,7 @@ def parse(source: Source) -> CellMaze:
     Raises:
         MazeError: a line does not hold six numbers, a cell is missing or given twice, or neighbours disagree.
     """
-    cells: dict[Cell, tuple[int, tuple[bool, ...]]] = {}
+    cells: dict[GridCell, tuple[int, tuple[bool, ...]]] = {}
     for number, line in source.drawing:
         words = line.partition("#")[0].split()
         if not words:
@@ -69,7 +69,7 @@ def read(source: Source, choices: Choices) -> Sketch:
     cells = parse(source)
     refuse_large(source, cells.columns, cells.rows, choices.metres_a_cell)
 
-    def locate(point: Point) -> Place:
+    def locate(point: Point) -> TextPlace:
         at = [str(number) for number in cells.at(point, choices.metres_a_cell)]
         return next((number for number, line in enumerate(source.lines, 1) if line.split()[:2] == at), None), None
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.formats.format import Place, Sketch, Source
+from sim.formats.format import Sketch, Source, TextPlace
 from sim.formats.image import MOST_EDGES, areas, outlines
 from sim.free_space import Flags
 from sim.geometry import distances
-from sim.maze import Door, Goal, Leave, Maze, Point, Segments, Start, merge_collinear
+from sim.maze import Goal, Leave, Maze, MazeDoor, Point, Segments, Start, merge_collinear
 
 DOOR_SLOT = 0.06
 """A door slides along a wall if it is as near to it as this, m."""
@@ -52,7 +52,7 @@ class Frame:
         """Segments between corners of pixels as segments in the maze, shape (n, 4)."""
         return np.hstack([self.points(pixels[:, :2]), self.points(pixels[:, 2:])])
 
-    def pixel(self, point: Point) -> Place:
+    def pixel(self, point: Point) -> TextPlace:
         """Row and column, from 1, of the pixel at a point of the maze, or of the nearest one."""
         column, row = self.corner(point)
         row, column = math.floor(row), math.floor(column)
@@ -116,7 +116,7 @@ def _merged(source: Source, edges: Segments, frame: Frame) -> Segments:
     return frame.segments(merge_collinear(edges))
 
 
-def _doors(source: Source, raster: Raster, walls: Segments) -> tuple[Door, ...]:
+def _doors(source: Source, raster: Raster, walls: Segments) -> tuple[MazeDoor, ...]:
     pieces = areas(raster.door)
     if len(pieces) > MOST_DOORS:
         raise source.error(
@@ -124,7 +124,7 @@ def _doors(source: Source, raster: Raster, walls: Segments) -> tuple[Door, ...]:
             hint="`--grey unknown` for the map of a mapping tool, `--grey split` for an image with soft edges",
         )
     leaves = [_towards_wall(_axis(rows, columns, raster.frame), walls) for rows, columns in pieces]
-    return tuple(Door(f"door{number}", leaf) for number, leaf in enumerate(leaves, start=1))
+    return tuple(MazeDoor(f"door{number}", leaf) for number, leaf in enumerate(leaves, start=1))
 
 
 def _towards_wall(leaf: tuple[Point, Point], walls: Segments) -> tuple[Point, Point]:

@@ -26,16 +26,16 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.formats.format import Choices, Format, Place, Sketch, Source
+from sim.formats.format import Choices, Format, Sketch, Source, TextPlace
 from sim.geometry import distances
 from sim.maze import (
     DOOR_SPEED,
     LARGEST_COORDINATE,
     MAZE_TIME_LIMIT,
-    Door,
     Goal,
     Leave,
     Maze,
+    MazeDoor,
     MazeError,
     MovingObject,
     Nothing,
@@ -149,7 +149,7 @@ class _Reader:
         self.name = source.path.stem
         self.walls: list[tuple[float, float, float, float]] = []
         self.exits: list[tuple[float, float, float, float]] = []
-        self.doors: list[Door] = []
+        self.doors: list[MazeDoor] = []
         self.objects: list[MovingObject] = []
         self.starts: list[Start] = []
         self.unknown: list[tuple[float, float, float, float]] = []
@@ -234,7 +234,7 @@ class _Reader:
                 speed = line.speed()
             else:
                 stays = line.positive("a time in seconds")
-        self.doors.append(Door(name, ends, speed, stays))
+        self.doors.append(MazeDoor(name, ends, speed, stays))
 
     def read_object(self, line: _Line) -> None:
         name = printable(line.word("a name"))
@@ -284,7 +284,7 @@ def read(source: Source, choices: Choices) -> Sketch:
         goal=reader.goal,
     )
 
-    def locate(point: Point) -> Place:
+    def locate(point: Point) -> TextPlace:
         drawn = np.asarray([segment for segment, _ in reader.places])
         return reader.places[int(np.argmin(distances(np.array([point]), drawn)))][1], None
 

@@ -17,7 +17,7 @@ from sim.formats.chosen import opened
 from sim.formats.image import Picture, areas
 from sim.formats.ros_map import Description, occupied_and_free
 from sim.maze import Leave, Maze, MazeError, Nothing, Reach, Start, Survive
-from sim.referee import Outcome
+from sim.referee import AttemptOutcome
 from sim.robot import SimulatedRobot
 from sim.settings import Rules, SimulatorSettings
 from sim.solvability import shortest_way
@@ -118,7 +118,7 @@ class TestMapsOfMappingTools:
         while not robot.finished:
             robot.command(Command(Twist(0.5, 0.0, 0.0)))
         assert robot.verdict.contacts[0].other in (UNKNOWN, "wall")
-        assert robot.verdict.outcome is Outcome.TOUCHED
+        assert robot.verdict.outcome is AttemptOutcome.TOUCHED
 
     def test_it_survives_being_written_as_our_own(self, tmp_path):
         maze = read_maze(ROOMS, Choices(goal=Reach((3.0, -0.4), 0.25)))
@@ -334,7 +334,7 @@ class TestWhatIsJudged:
         robot = self.robot(Reach((2.0, 1.0), 0.2))
         self.drive(robot, Twist(0.5, 0.0, 0.0), 100)
         verdict = robot.verdict
-        assert (verdict.outcome, verdict.solved, verdict.escaped) == (Outcome.REACHED, True, False)
+        assert (verdict.outcome, verdict.solved, verdict.escaped) == (AttemptOutcome.REACHED, True, False)
         assert math.dist((robot.truth.x, robot.truth.y), (2.0, 1.0)) <= 0.2
         assert verdict.line().startswith("reached the goal after ")
         assert "coming within 0.2 m of (2.00, 1.00) m" in str(verdict.goal)
@@ -348,13 +348,13 @@ class TestWhatIsJudged:
         robot = self.robot(Survive(3.0))
         self.drive(robot, Twist(0.0, 0.0, 0.5), 100)
         verdict = robot.verdict
-        assert (verdict.outcome, verdict.solved, verdict.time) == (Outcome.SURVIVED, True, pytest.approx(3.0))
+        assert (verdict.outcome, verdict.solved, verdict.time) == (AttemptOutcome.SURVIVED, True, pytest.approx(3.0))
 
     def test_who_touches_a_wall_has_not_survived(self):
         for fails in (True, False):
             robot = self.robot(Survive(6.0), contact_fails=fails)
             self.drive(robot, Twist(0.5, 0.0, 0.0), 100)
-            assert robot.verdict.outcome is Outcome.TOUCHED
+            assert robot.verdict.outcome is AttemptOutcome.TOUCHED
 
     def test_where_nothing_is_to_be_done_a_robot_may_stand(self):
         robot = self.robot(Nothing())
@@ -366,7 +366,7 @@ class TestWhatIsJudged:
     def test_where_nothing_is_to_be_done_a_contact_fails(self):
         robot = self.robot(Nothing())
         self.drive(robot, Twist(0.5, 0.0, 0.0), 100)
-        assert (robot.verdict.outcome, robot.verdict.solved) == (Outcome.TOUCHED, False)
+        assert (robot.verdict.outcome, robot.verdict.solved) == (AttemptOutcome.TOUCHED, False)
 
 
 @given(rows=st.integers(1, 12), columns=st.integers(1, 12), seed=st.integers(0, 2**32), share=st.floats(0.0, 1.0))

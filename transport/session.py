@@ -22,8 +22,9 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, Ty
 from transport.bus import Bus, ask_until
 from transport.clock import Clock, MonotonicClock
 from transport.codec import CodecError
-from transport.keys import ROBOT_NAME, RobotKeys
+from transport.keys import RobotKeys
 from transport.robot import LinkError
+from transport.section import ROBOT_NAME
 from transport.wording import in_words, printable
 
 PROTOCOL = 2
@@ -68,7 +69,9 @@ Report = Annotated[dict[str, JsonValue], AfterValidator(_printable_report)]
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    """A question or an answer; fields that are not known, of a later version or somebody's own, are ignored."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", strict=True)
 
 
 class Open(_Part):

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from types import CodeType, TracebackType
 from typing import Any
 
@@ -44,6 +45,15 @@ class Chain:
     first: Callable[..., int]
 
 
+class Role(Enum):
+    """When actions are run."""
+
+    ENTRY = "entry"
+    EXIT = "exit"
+    TRANSITION = "transition"
+    INITIAL = "initial"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
     """Actions that are run together.
@@ -52,6 +62,7 @@ class Block:
         run: runs them.
         actions: what is run, for the record.
         state: index of the state that they belong to.
+        role: when they are run.
         code: the function's code, to find it in a traceback.
         places: where each line of the code comes from.
         watches: whether they ask which states are active.
@@ -60,6 +71,7 @@ class Block:
     run: Callable[..., None]
     actions: tuple[Action, ...]
     state: int
+    role: Role
     code: CodeType
     places: tuple[Place | None, ...]
     watches: bool
@@ -261,15 +273,15 @@ class Generator:
             transition = self.model.transitions[index]
             if isinstance(transition.trigger, After):
                 writer.add(1, f"t[{index}] = now + {self._duration(writer, transition.trigger)}", transition.place)
-        return self._block(writer, state.index, state.entry)
+        return self._block(writer, state.index, Role.ENTRY, state.entry)
 
-    def actions(self, state: int, actions: tuple[Action, ...]) -> Block | None:
+    def actions(self, state: int, role: Role, actions: tuple[Action, ...]) -> Block | None:
         """The exit actions of a state, those of one of its transitions or of its initial transition."""
         writer = _Writer()
         writer.add(0, "def run(f, m, v, c, q, t, now):")
-        return self._block(writer, state, actions)
+        return self._block(writer, state, role, actions)
 
-    def _block(self, writer: _Writer, state: int, actions: tuple[Action, ...]) -> Block | None:
+    def _block(self, writer: _Writer, state: int, role: Role, actions: tuple[Action, ...]) -> Block | None:
         for action in actions:
             match action:
                 case Assign(variable, value, place):
@@ -286,7 +298,7 @@ class Generator:
             return None
         watches = any("in c" in line for line in writer.lines)
         run = self._function(writer, "run")
-        return Block(run, actions, state, run.__code__, tuple(writer.places), watches)
+        return Block(run, actions, state, role, run.__code__, tuple(writer.places), watches)
 
     def arguments(self, expressions: tuple[Expression, ...]) -> Callable[..., tuple[Any, ...]]:
         """A function of ``(f, m, v, c)`` that gives the values of some expressions."""

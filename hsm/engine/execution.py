@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from hsm.engine.clock import nanoseconds, tolerance, waking
-from hsm.engine.codegen import NONE, Block
+from hsm.engine.codegen import NONE, Block, Role
 from hsm.engine.configuration import Configuration, Picked, Selector
-from hsm.engine.evaluation import SignalFault
+from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.macrostep import NOTHING_DUE, Look, Phase
 from hsm.engine.plans import Plan
-from hsm.model.chart import Cancel, Send
+from hsm.model.chart import Cancel, On, Send
 from hsm.model.diagnostics import Place
-from hsm.model.events import Event, Scoped
+from hsm.model.events import Event, Scoped, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
 from hsm.model.topology import Remembered
@@ -51,6 +51,19 @@ class RunState:
     def wake(self) -> float:
         """A time in seconds before which no time-out and no event on its way is due; infinite when there is none."""
         return waking([*self.timers.values(), *(due for due, _ in self.sent)])
+
+
+@dataclass(slots=True)
+class _Work:
+    """What the actions of a microstep change: variables, time-outs, and the events that they raise."""
+
+    values: list[Any]
+    timers: dict[int, int]
+    raised: list[Event | Send | Cancel]
+
+    def copy(self) -> _Work:
+        """The same, to go on from."""
+        return _Work(self.values[:], dict(self.timers), self.raised[:])
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +118,8 @@ class Reaction:
         self._reported: set[Any] = set()
         self._found: list[Fault] = []
         self._error: BaseException | None = None
+        self._undone: set[int] = set()
+        self._left_out: set[Block] = set()
 
     def start(self, plan: Plan) -> None:
         """Enter the initial configuration."""
@@ -248,7 +263,7 @@ class Reaction:
                 return configuration.on(trigger) if not isinstance(trigger, Phase) else None
 
     def _pick(self, selector: Selector, due: frozenset[int] | None) -> Picked:
-        if self._error is None and not self._failed:
+        if self._error is None and not self._failed and not self._undone:
             state = self.state
             arguments = (self._facts, self._memo, state.values, state.configuration.active, self._hits)
             try:
@@ -259,42 +274,105 @@ class Reaction:
 
     def _take(self, trigger: Phase | Event, due: frozenset[int], plan: Plan) -> None:
         """Do what a microstep asks for; old values stay untouched for the record."""
+        if plan.plain:
+            self._record(trigger, due, plan)
+            self.state.configuration = plan.target
+            return
+        work = _Work(self.state.values, self.state.timers, [])
+        if plan.timed:
+            work.timers = {index: due for index, due in work.timers.items() if index not in plan.disarmed}
+        before = work
+        if plan.work:
+            work = work.copy()
+            for item in plan.work:
+                if isinstance(item, Scoped):
+                    work.raised.append(item)
+                    continue
+                block, active = item
+                if block in self._left_out:
+                    continue
+                try:
+                    block.run(self._facts, self._memo, work.values, active, work.raised, work.timers, self._now)
+                except Exception as error:
+                    if plan.source is not None:
+                        self._record(trigger, due, None)
+                    self._undo(plan, before, block, error)
+                    return
+                if plan.source is None and block.state == 0:
+                    before = work.copy()  # the machine itself is entered once and for all
         self._record(trigger, due, plan)
         state = self.state
         state.configuration = plan.target
-        if plan.plain:
-            return
-        timers = state.timers
-        if plan.timed:
-            timers = {index: deadline for index, deadline in timers.items() if index not in plan.disarmed}
+        state.values, state.timers = work.values, work.timers
+        self._queue.extend(work.raised)
         if plan.remembered:
             state.history = {**state.history, **dict(plan.remembered)}
-        if plan.work:
-            values = state.values[:]
-            for item in plan.work:
-                if isinstance(item, Scoped):
-                    self._queue.append(item)
-                    continue
-                block, active = item
-                try:
-                    block.run(self._facts, self._memo, values, active, self._queue, timers, self._now)
-                except Exception as error:
-                    raise self._action_failed(block, error) from error
-            state.values = values
-        state.timers = timers
         self.stopped.extend(plan.stopped)
         state.outcome = plan.outcome or state.outcome
 
     # When something goes wrong.
 
+    def _undo(self, plan: Plan, before: _Work, block: Block, error: Exception) -> None:
+        """Let a transition handle a microstep whose action failed; nothing of the microstep was done.
+
+        What failed is not tried again in this step: neither the transitions nor, where a state could not be left, its
+        exit actions.
+        """
+        state, fault = self.state, self._action_failed(block, error)
+        if plan.source is None:
+            if block.state == 0:
+                raise fault.unhandled(self.machine)
+            state.configuration = self.machine.configuration(())
+            state.values, state.timers = before.values, before.timers
+            self._queue.extend(before.raised)
+        self._undone.update(plan.transitions)
+        if block.role is Role.EXIT:
+            self._left_out.add(block)
+        handler = self._handler(fault, plan)
+        if handler is None:
+            raise fault.unhandled(self.machine)
+        self._take(fault.event, NOTHING_DUE, state.configuration.plan(handler, state.history))
+
+    def _handler(self, fault: Fault, plan: Plan) -> int | None:
+        """The transition that handles a failed action.
+
+        That is one of the state whose action it is, be it not entered yet, of the states around it, or of those that
+        the failed transitions belong to.
+        """
+        topology, model = self.machine.topology, self.machine.model
+        sources = [model.transitions[index].source for index in plan.transitions]
+        origin = fault.event.origin
+        states = dict.fromkeys(one for start in (origin, *sources) for one in topology.up(start))
+        evaluation = self._evaluation()
+        for state in sorted(states, reverse=True):
+            for index in model.states[state].transitions:
+                trigger = model.transitions[index].trigger
+                waits = isinstance(trigger, On) and matches(trigger, fault.event, origin, origin)
+                if not waits or index in self._undone:
+                    continue
+                try:
+                    held, path = self.machine.generator.decision(index).follow(evaluation.condition)
+                except Exception:
+                    continue
+                self.machine.generator.marks.mark(self._hits, index, path)
+                if held:
+                    return index
+        return None
+
+    def _evaluation(self) -> Evaluation:
+        state = self.state
+        return self.machine.evaluation(self._memo, state.values, state.configuration.active, self._ask)
+
     def _pick_carefully(self, selector: Selector, due: frozenset[int] | None) -> Picked:
-        """What a selector picks when a signal has failed: every guard that needs the signal counts as false."""
-        state, generator = self.state, self.machine.generator
-        evaluation = self.machine.evaluation(self._memo, state.values, state.configuration.active, self._ask)
+        """What a selector picks when something has failed in this step.
+
+        A guard that needs a failed signal counts as false, and a transition that was undone is not tried again.
+        """
+        generator, evaluation = self.machine.generator, self._evaluation()
         found: list[int] = []
         for chain in selector.chains:
             for index in chain.candidates:
-                if due is not None and index not in due:
+                if index in self._undone or (due is not None and index not in due):
                     continue
                 try:
                     held, path = generator.decision(index).follow(evaluation.condition)
@@ -341,9 +419,9 @@ class Reaction:
             self._reported.add(known)
             self._found.append(Fault(fault_event(declared.source), reason, place, cause))
 
-    def _action_failed(self, block: Block, error: Exception) -> MachineFault:
-        state = self.machine.model.states[block.state]
-        return MachineFault(f"an action failed: {error!r}", state.name, block.place_of(error) or state.place)
+    def _action_failed(self, block: Block, error: Exception) -> Fault:
+        place = block.place_of(error) or self.machine.model.states[block.state].place
+        return Fault(fault_event(block.state), f"an action failed: {error!r}", place, error)
 
     def _spin(self) -> Spin:
         """The error for an endless step, which names the cycle of transitions at its end."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from hsm.engine.codegen import Block, Generator
-from hsm.model.chart import Action, After, State, StateKind
+from hsm.engine.codegen import Block, Generator, Role
+from hsm.model.chart import Action, After, State, StateKind, Transition
 from hsm.model.events import Scoped
 from hsm.model.topology import HISTORY, Remembered, Topology
 
@@ -183,7 +183,7 @@ class Planner:
         self._transitions = topology.model.transitions
         self._generator = generator
         self._entries: dict[int, Block | None] = {}
-        self._blocks: dict[tuple[str, int], Block | None] = {}
+        self._blocks: dict[tuple[Role, int], Block | None] = {}
 
     def start(self) -> Plan:
         """The plan that enters the initial configuration; the root is entered first."""
@@ -202,7 +202,7 @@ class Planner:
         for index in taken:
             transition = self._transitions[index]
             if transition.targets:
-                entry.add_targets(transition.targets, self._topology.domain(transition, remembered))
+                entry.add_targets(transition.targets, self._domain(transition, active, remembered))
         exited = tuple(sorted(exits, reverse=True))
         return self._plan(source, entry, taken=taken, preempted=preempted, exited=exited, remembered=remembers)
 
@@ -232,8 +232,16 @@ class Planner:
         transition = self._transitions[index]
         if not transition.targets:
             return frozenset()
-        domain = self._topology.domain(transition, remembered)
+        domain = self._domain(transition, active, remembered)
         return frozenset(state for state in active if self._topology.inside(state, domain))
+
+    def _domain(self, transition: Transition, active: frozenset[int], remembered: Remembered) -> int:
+        """The active state within which a transition takes place; a source that could not be entered is not active."""
+        domain = self._topology.domain(transition, remembered)
+        if domain in active:
+            return domain
+        around = (one for one in self._topology.ancestors(domain) if one in active)
+        return next(one for one in around if one == 0 or self._states[one].kind is StateKind.COMPOUND)
 
     def _remembers(self, exits: Iterable[int], active: frozenset[int]) -> tuple[tuple[int, tuple[int, ...]], ...]:
         found: list[tuple[int, tuple[int, ...]]] = []
@@ -259,18 +267,18 @@ class Planner:
     ) -> Plan:
         work = _Work(set(source.active) if source else set())
         for state in exited:
-            work.run(self._block("exit", state))
+            work.run(self._block(Role.EXIT, state))
             work.active.discard(state)
         for index in taken:
-            work.run(self._block("transition", index))
+            work.run(self._block(Role.TRANSITION, index))
         outcome = None
         for state in entry.states:
             work.active.add(state)
-            work.run(self._block("entry", state))
+            work.run(self._block(Role.ENTRY, state))
             if state in entry.default:
-                work.run(self._block("initial", state))
+                work.run(self._block(Role.INITIAL, state))
             if state in entry.history:
-                work.run(self._block("initial", entry.history[state]))
+                work.run(self._block(Role.INITIAL, entry.history[state]))
             if self._states[state].kind is StateKind.FINAL:
                 if self._states[state].parent == 0:
                     outcome = outcome or own_name(self._states[state])
@@ -322,19 +330,19 @@ class Planner:
                 return False
         return True
 
-    def _block(self, what: str, index: int) -> Block | None:
-        key = (what, index)
+    def _block(self, role: Role, index: int) -> Block | None:
+        key = (role, index)
         if key not in self._blocks:
-            self._blocks[key] = self._make_block(what, index)
+            self._blocks[key] = self._make_block(role, index)
         return self._blocks[key]
 
-    def _make_block(self, what: str, index: int) -> Block | None:
-        if what == "transition":
-            return self._generator.actions(self._transitions[index].source, self._transitions[index].actions)
+    def _make_block(self, role: Role, index: int) -> Block | None:
+        if role is Role.TRANSITION:
+            return self._generator.actions(self._transitions[index].source, role, self._transitions[index].actions)
         state = self._states[index]
-        if what == "entry":
+        if role is Role.ENTRY:
             return self._generator.entry(state)
-        return self._generator.actions(index, state.exit if what == "exit" else state.initial_actions)
+        return self._generator.actions(index, role, state.exit if role is Role.EXIT else state.initial_actions)
 
 
 @dataclass(slots=True)

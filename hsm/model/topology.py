@@ -51,8 +51,8 @@ class Topology:
         return (self.states[child] for child in self.states[state].children if self.states[child].kind not in HISTORY)
 
     def closure(self, leaves: Iterable[int]) -> frozenset[int]:
-        """The states with all states around them, the root included."""
-        found: set[int] = set()
+        """The states with all states around them, the root included, which is always active."""
+        found = {0}
         for leaf in leaves:
             for state in self.up(leaf):
                 if state in found:

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from hsm.dsl import check_text, parse_model
 from hsm.dsl.format.formatter import format_text
 from hsm.dsl.syntax.parser import parse
-from hsm.engine.compiled import build
+from hsm.engine.machine import build
 from hsm.model.registry import Library
 from hsm.model.types import Speed
 

@@ -16,12 +16,12 @@ from time import perf_counter, process_time
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from hsm.dsl import load_model
-from hsm.engine.compiled import Machine
 from hsm.engine.coverage import Coverage
+from hsm.engine.machine import Machine
 from hsm.testing.coverage.data import Measured
-from hsm.testing.coverage.items import Kind
+from hsm.testing.coverage.items import ItemKind
 from hsm.testing.exploration.checking import check
-from hsm.testing.exploration.generating import generate
+from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import survey
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.running import run_suite
@@ -110,7 +110,7 @@ def main():
         measured = Measured(model, coverages[0] if coverages else Coverage())
         for one in coverages[1:]:
             measured = Measured(model, measured.coverage.merge(one))
-        shares = [measured.share(kind) for kind in (Kind.STATE, Kind.TRANSITION, Kind.GUARD)]
+        shares = [measured.share(kind) for kind in (ItemKind.STATE, ItemKind.TRANSITION, ItemKind.GUARD)]
         score = survey(model, trial.suites).score
         print(f"{name:18}{micro:9.2f}{share:12.1f}{generating:12.1f}{len(found.scenarios):7}{checking:9.1f}"
               f"{max(one.situations for one in verdicts):12}{max(one.steps for one in verdicts):8}"

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 import typer
+
+from transport.wording import printable
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
 class ExitStatus(IntEnum):
@@ -74,7 +80,8 @@ def reported() -> Iterator[None]:
     """
     previous = _raise_on_termination()
     try:
-        yield
+        with _written_out():
+            yield
     except KeyboardInterrupt as interrupt:
         ended = isinstance(interrupt, Terminated)
         _tell("terminated" if ended else "interrupted")
@@ -102,8 +109,15 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
         loaded = sys.modules.get(module)
         if loaded is not None and isinstance(error, getattr(loaded, name)):
             return status, _underlined(error) if name == "MachineError" else str(error)
-    if isinstance(error, OSError) and error.filename is not None:
-        return ExitStatus.BAD_FILE, f"{error.filename}: {error.strerror}"
+    if isinstance(error, BrokenPipeError):
+        return None  # whoever reads the output has seen enough, which the command line's library knows
+    if isinstance(error, OSError):
+        if error.filename is not None:
+            return ExitStatus.BAD_FILE, f"{printable(str(error.filename))}: {error.strerror}"
+        if error.errno in _NO_ROOM:  # files that are written have names
+            return ExitStatus.BAD_FILE, f"the output cannot be written: {error.strerror}"
+    if isinstance(error, MemoryError):
+        return ExitStatus.BAD_FILE, "there is not enough memory for this"
     return None
 
 
@@ -121,8 +135,25 @@ def _underlined(error: Any) -> str:
     return f"the machine cannot be used: {render.summary(errors)}\n\n{text}"
 
 
+@contextmanager
+def _written_out() -> Iterator[None]:
+    """Have all that was printed on its way when the block ends, so that a full disk shows here and not at exit."""
+    try:
+        yield
+    finally:
+        try:
+            sys.stdout.flush()
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            # What is still waiting would fail again at exit, with a message of the interpreter's.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise FileError(f"the output cannot be written: {error.strerror}") from None
+
+
 def _tell(message: str) -> None:
-    print(f"maze-machine: {message}", file=sys.stderr)
+    with suppress(OSError):  # nobody can be told on a full disk
+        print(f"maze-machine: {message}", file=sys.stderr)
 
 
 def _raise_on_termination() -> signal._HANDLER:

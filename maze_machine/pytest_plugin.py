@@ -16,7 +16,7 @@ import pytest
 if TYPE_CHECKING:
     from hsm import Library, Machine, Supervisor
     from hsm.testing.coverage.data import Measurements
-    from hsm.testing.exploration.checking import Verdict
+    from hsm.testing.exploration.checking import PropertyVerdict
     from hsm.testing.scenarios.driver import Driver
     from hsm.testing.scenarios.running import Failure
     from hsm.testing.scenarios.scenarios import Scenario
@@ -179,12 +179,12 @@ class ScenarioItem(pytest.Item):
 class PropertyViolated(Exception):  # noqa: N818 - how a test ends
     """A property with a run that violates it."""
 
-    def __init__(self, verdict: Verdict) -> None:
+    def __init__(self, verdict: PropertyVerdict) -> None:
         self.verdict = verdict
         super().__init__(str(verdict))
 
 
-_checked: pytest.StashKey[dict[str, Verdict]] = pytest.StashKey()
+_checked: pytest.StashKey[dict[str, PropertyVerdict]] = pytest.StashKey()
 
 
 class PropertyItem(pytest.Item):
@@ -251,7 +251,7 @@ def load_machine(machine_library: Library, pytestconfig: pytest.Config) -> Itera
 
 def _recorded(model: Any, runs: list[Supervisor]) -> Machine:
     """A machine that keeps its runs."""
-    from hsm.engine.compiled import Machine
+    from hsm.engine.machine import Machine
 
     class Recorded(Machine):
         def start(
@@ -268,7 +268,7 @@ def drive_machine(
     load_machine: Callable[[str | Path], Machine], pytestconfig: pytest.Config
 ) -> Iterator[Callable[..., Driver]]:
     """Starts a machine without a robot: ``drive_machine("pledge", parameters, signals)`` gives a ``Driver``."""
-    from hsm.engine.compiled import Machine
+    from hsm.engine.machine import Machine
     from hsm.testing.scenarios.driver import TICK, Driver
 
     drivers: list[tuple[Machine, Driver]] = []
@@ -341,9 +341,10 @@ def _report(config: pytest.Config) -> bool:
     from hsm.dsl import load_model
     from hsm.model.diagnostics import MachineError
     from hsm.testing.coverage.data import Measurements, measured_files
-    from hsm.testing.coverage.html import write_html
     from hsm.testing.coverage.lcov import cobertura, lcov
     from hsm.testing.coverage.table import coverage_table, total_share
+    from maze_machine.report.trials import write_pages
+    from transport.files import write_text
 
     told = config.stash[_summary]
     models = []
@@ -359,10 +360,10 @@ def _report(config: pytest.Config) -> bool:
     for option, text in (("lcov", lcov), ("cobertura", cobertura)):
         path = config.getoption(f"machine_coverage_{option}")
         if path:
-            Path(str(path)).write_text(text(machines), encoding="utf-8", newline="\n")
+            write_text(Path(str(path)), text(machines))
     folder = config.getoption("machine_coverage_html")
     if folder:
-        told += ["", f"report: {write_html(Path(str(folder)), machines)}"]
+        told += ["", f"report: {write_pages(Path(str(folder)), machines)}"]
     least = config.getoption("machine_coverage_fail_under")
     share = total_share(machines)
     if least is None or share >= float(str(least)):

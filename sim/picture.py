@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from sim.geometry import placed
 from sim.maze import Maze, MazeError, Point
 from transport.description import RobotDescription
+from transport.files import replacing
 
 SUFFIXES = (".png", ".svg")
 METRES_AN_INCH = 1.0
@@ -35,7 +36,8 @@ def save_picture(maze: Maze, path: Path) -> None:
     if path.suffix not in SUFFIXES:
         raise MazeError(str(path), "a picture is a .png or an .svg file")
     try:
-        draw(maze).savefig(path)
+        with replacing(path) as file:
+            draw(maze).savefig(file, format=path.suffix.removeprefix("."))
     except OSError as error:
         raise MazeError(str(path), f"cannot be written: {error.strerror or error}") from None
 

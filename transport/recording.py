@@ -27,6 +27,7 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
 from transport import codec
+from transport.files import Stream
 from transport.messages import STOP, Command, DoorReply, LinkStatus, Observation, Odometry, Scan
 from transport.robot import LinkError
 
@@ -84,14 +85,14 @@ class Recorder:
     Use it as a context manager: leaving the block finishes the file, also after an exception.
 
     Attributes:
-        lost: how many ticks were not written because the disk was too slow.
+        lost: how many ticks were not written because the disk was too slow, or failed.
     """
 
     def __init__(self, path: Path, robot: str, run: Mapping[str, str] | None = None, *, patience: float = 0.0) -> None:
         """Begin a file.
 
         Args:
-            path: the file; one that is there is replaced.
+            path: the file; one that is there is replaced when this one is complete.
             robot: the robot's name.
             run: what to write about the run: machine, seed and the like.
             patience: how long a tick may wait for a disk that does not keep up, s; nothing in real time.
@@ -104,7 +105,7 @@ class Recorder:
         self._failure: BaseException | None = None
         self._ticks: queue.Queue[RecordedTick | None] = queue.Queue(BACKLOG)
         try:
-            self._file = path.open("wb")
+            self._stream = Stream(path)
         except OSError as error:
             raise RecordingError(f"cannot write the recording {path}: {error.strerror}") from None
         self._thread = Thread(target=self._work, args=({"robot": robot, **(run or {})},), name="recorder", daemon=True)
@@ -135,7 +136,8 @@ class Recorder:
             self._thread.join()
         if self._failure is not None:
             failure, self._failure = self._failure, None
-            raise RecordingError(f"the recording {self._file.name} is not complete: {failure}") from failure
+            cause = self._stream.cause(failure) if isinstance(failure, OSError) else str(failure)
+            raise RecordingError(f"the recording {self._stream.path} is not complete: {cause}") from failure
 
     def __enter__(self) -> Recorder:
         """The recorder itself."""
@@ -146,20 +148,23 @@ class Recorder:
         self.close()
 
     def _work(self, run: dict[str, str]) -> None:
+        ended = False
         try:
-            with self._file:
-                writer = _TickWriter(self._file, run)
-                flushed = time.monotonic()
-                while (tick := self._ticks.get()) is not None:
-                    writer.write(tick)
-                    if time.monotonic() - flushed > _FLUSH:
-                        self._file.flush()
-                        flushed = time.monotonic()
-                writer.finish()
+            writer = _TickWriter(self._stream.file, run)
+            flushed = time.monotonic()
+            while (tick := self._ticks.get()) is not None:
+                writer.write(tick)
+                if time.monotonic() - flushed > _FLUSH:
+                    self._stream.file.flush()
+                    flushed = time.monotonic()
+            ended = True
+            writer.finish()
+            self._stream.close()
         except BaseException as error:
             self._failure = error
+            self._stream.abandon()
             # Whoever records must not be held up by a full queue that nobody reads.
-            while self._ticks.get() is not None:
+            while not ended and self._ticks.get() is not None:
                 self.lost += 1
 
 

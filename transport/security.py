@@ -14,6 +14,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from transport.files import write_text
 from transport.keys import RobotKeys
 from transport.settings import LinkSettings
 from transport.wording import in_words
@@ -208,7 +209,7 @@ def make_certificates(folder: Path, access: Access, hosts: Sequence[str] = ()) -
             identity.key.touch(mode=0o600)
             issued.private_key_pem.write_to_path(identity.key)
             issued.cert_chain_pems[0].write_to_path(identity.certificate)
-        (folder / ACCESS).write_text(access_text(access), encoding="utf-8")
+        write_text(folder / ACCESS, access_text(access))
     except OSError as error:
         raise SecurityError(f"cannot write certificates to {folder}: {error.strerror}") from None
     made = [Identity(folder, name) for name in names]

@@ -11,16 +11,16 @@ entered or left, or one transition is taken. All functions share the names of th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from types import CodeType, TracebackType
 from typing import Any
 
-from hsm.engine.decisions import Condition, Constant, Decision, Junction, Negation, Tree, decision_of
-from hsm.engine.evaluation import all_signals, eager_signals
+from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
+from hsm.engine.evaluation import Evaluation, all_signals, eager_signals
 from hsm.engine.limits import duration, finite, whole
-from hsm.engine.probes import Marks
+from hsm.engine.probes import Probes
 from hsm.model.chart import Action, After, Assign, Call, Model, Raise, State, When
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
@@ -31,7 +31,7 @@ NONE = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Chain:
+class CandidateChain:
     """Candidates in their order of precedence, and the function that picks one.
 
     Attributes:
@@ -121,6 +121,7 @@ class Generator:
     Attributes:
         calls: the distinct signal calls, by slot.
         variables: slot of each variable and parameter, by name.
+        states: index of each state, by name.
     """
 
     def __init__(self, model: Model) -> None:
@@ -130,22 +131,32 @@ class Generator:
         self.variables = {name: slot for slot, name in enumerate(names)}
         self._types = {one.name: one.type for one in model.variables}
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
-        self._states = {state.name: state.index for state in model.states}
+        self.states = {state.name: state.index for state in model.states}
         self._slots: dict[tuple[str, str], int] = {}
         self._decisions = [decision_of(transition) for transition in model.transitions]
-        self.marks = Marks(self._decisions)
-        self._chains: dict[tuple[tuple[int, ...], bool], Chain] = {}
+        self.probes = Probes(self._decisions)
+        self._chains: dict[tuple[tuple[int, ...], bool], CandidateChain] = {}
         self._namespace: dict[str, Any] = {}
         self._objects: dict[int, str] = {}
         self._opened: dict[int, tuple[int, ...]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
 
+    def evaluation(
+        self,
+        memo: Mapping[Any, Any],
+        values: Sequence[Any],
+        active: frozenset[int],
+        ask: Callable[[SignalValue], Any],
+    ) -> Evaluation:
+        """What expressions are evaluated against at one moment of a run."""
+        return Evaluation(values, self.variables, active, self.states, memo, self.key, ask)
+
     def decision(self, transition: int) -> Decision:
         """What decides whether a transition fires."""
         return self._decisions[transition]
 
-    def chain(self, candidates: tuple[int, ...]) -> Chain:
+    def chain(self, candidates: tuple[int, ...]) -> CandidateChain:
         """The chain of some transitions, all of one kind of trigger."""
         timed = isinstance(self.model.transitions[candidates[0]].trigger, After)
         found = self._chains.get((candidates, timed))
@@ -153,10 +164,10 @@ class Generator:
             found = self._chains[candidates, timed] = self._make_chain(candidates, timed)
         return found
 
-    def _make_chain(self, candidates: tuple[int, ...], timed: bool) -> Chain:  # noqa: FBT001
+    def _make_chain(self, candidates: tuple[int, ...], timed: bool) -> CandidateChain:  # noqa: FBT001
         pick = self._pick(candidates, timed, _Writer())
         waits = isinstance(self.model.transitions[candidates[0]].trigger, When)
-        return Chain(candidates, pick, self._pick(candidates, timed, _Writer(fresh=True)) if waits else pick)
+        return CandidateChain(candidates, pick, self._pick(candidates, timed, _Writer(fresh=True)) if waits else pick)
 
     def _pick(self, candidates: tuple[int, ...], timed: bool, writer: _Writer) -> Callable[..., int]:  # noqa: FBT001
         writer.add(0, "def pick(f, m, v, c, h, due):" if timed else "def pick(f, m, v, c, h):")
@@ -175,7 +186,7 @@ class Generator:
         if not decision.conditions:
             decided = decision.follow(bool)[0]
             writer.add(depth, f"return {index}" if decided else "pass")
-        elif self.marks.single(index):
+        elif self.probes.single(index):
             self._nested(writer, index, decision, depth)
         else:
             self._flat(writer, index, decision, depth)
@@ -190,7 +201,7 @@ class Generator:
 
         def end(*, outcome: bool) -> _Continuation:
             def write(depth: int, path: int) -> None:
-                writer.add(depth, f"h[{self.marks.place(index, path)}] = 1")
+                writer.add(depth, f"h[{self.probes.place(index, path)}] = 1")
                 if outcome:
                     writer.add(depth, f"return {index}")
 
@@ -217,7 +228,7 @@ class Generator:
                     if not rest:
                         branch(first, depth, path, true, false)
                         return
-                    others = Junction(tuple(rest), conjunction=tree.conjunction)
+                    others = Connective(tuple(rest), conjunction=tree.conjunction)
 
                     def further(depth: int, path: int) -> None:
                         branch(others, depth, path, true=true, false=false)
@@ -258,7 +269,7 @@ class Generator:
 
         writer.add(depth, "p = 0")
         decide(decision.tree, depth)
-        writer.add(depth, f"h[{self.marks.first(index)}].add(p)")
+        writer.add(depth, f"h[{self.probes.first(index)}].add(p)")
         writer.add(depth, "if r:")
         writer.add(depth + 1, f"return {index}")
 
@@ -396,7 +407,7 @@ class Generator:
                 key = self._key(slot, expression)
                 return f"(m[{key}] if {key} in m else m.setdefault({key}, {self._ask(expression)}))"
             case Active(state):
-                return f"({self._states[state]} in c)"
+                return f"({self.states[state]} in c)"
             case Unary("abs", operand):
                 return f"abs({self._code(operand, known)})"
             case Unary(operator, operand):

@@ -1,29 +1,27 @@
-"""A machine ready to run: the declaration with everything that is worked out from it, shared by all runs."""
+"""A declared machine with everything that is worked out from it; it knows nothing of the runs that share it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 from hsm.engine.codegen import Generator
 from hsm.engine.configuration import CACHE, Configuration
-from hsm.engine.evaluation import Evaluation
 from hsm.engine.limits import within_limits
-from hsm.engine.plans import Planner
+from hsm.engine.planner import Planner
 from hsm.model.chart import Model
-from hsm.model.expressions import SignalValue
 from hsm.model.topology import Topology
 
-if TYPE_CHECKING:
-    from hsm.engine.run import Supervisor
-    from hsm.interchange.backend import TransitionsMachine
 
-
-class Machine:
-    """A compiled machine. It never changes; what it works out on first use only makes later steps faster.
+class CompiledChart:
+    """A declared machine with the tables that its runs share. What it works out on first use only saves time later.
 
     Attributes:
         model: the declaration.
+        topology: how its states lie in one another.
+        generator: makes the functions that pick transitions and run actions.
+        planner: works out what a microstep does.
+        indices: index of each state, by its full name.
     """
 
     def __init__(self, model: Model) -> None:
@@ -31,59 +29,13 @@ class Machine:
         self.topology = Topology(model)
         self.generator = Generator(model)
         self.planner = Planner(self.topology, self.generator, self.configuration)
-        self.indices = {state.name: state.index for state in model.states}
+        self.indices = self.generator.states
         self._configurations: dict[tuple[int, ...], Configuration] = {}
 
     @property
     def name(self) -> str:
         """The machine's name."""
         return self.model.name
-
-    def start(
-        self, parameters: Mapping[str, Any] | None = None, *, facts: object = None, time: float = 0.0
-    ) -> Supervisor:
-        """Start a run: set the parameters and enter the initial configuration.
-
-        Args:
-            parameters: values by name, in SI units; the declared defaults stand for what is left out.
-            facts: what signals and actions that are needed at the start are given.
-            time: the time of the start in seconds.
-
-        Raises:
-            ValueError: a parameter is unknown, one without a default is missing, or a number is beyond its limits.
-            MachineFault: an action failed.
-        """
-        from hsm.engine.run import Supervisor  # noqa: PLC0415 - a run knows its machine
-
-        return Supervisor.begin(self, self.parameter_values(parameters or {}), facts, time)
-
-    def restore(self, snapshot: Mapping[str, Any]) -> Supervisor:
-        """Go on with a run from where ``Supervisor.snapshot`` left it.
-
-        Raises:
-            SnapshotError: the snapshot does not fit this machine.
-        """
-        from hsm.engine.run import Supervisor  # noqa: PLC0415
-        from hsm.engine.snapshots import from_json  # noqa: PLC0415 - a run knows its machine
-
-        return Supervisor(self, from_json(self, snapshot))
-
-    def to_transitions(
-        self, model: object | None = None, parameters: Mapping[str, Any] | None = None
-    ) -> TransitionsMachine:
-        """This machine on the library ``transitions``, live: events are sent as ``model.trigger(name, facts)``.
-
-        Args:
-            model: the object that gets the state and the triggers; by default the machine itself.
-            parameters: values by name, in SI units.
-
-        Raises:
-            MachineError: the machine has something that ``transitions`` does not share; all of it is in the error.
-            ValueError: a parameter is unknown, or one without a default is missing.
-        """
-        from hsm.interchange.backend import to_transitions  # noqa: PLC0415 - nobody else needs the library
-
-        return to_transitions(self, model, parameters or {})
 
     def configuration(self, leaves: tuple[int, ...]) -> Configuration:
         """The configuration with these active atomic states."""
@@ -93,19 +45,8 @@ class Machine:
                 for one in self._configurations.values():
                     one.forget()
                 self._configurations.clear()
-            found = self._configurations[leaves] = Configuration(self, leaves)
+            found = self._configurations[leaves] = Configuration(self.topology, self.generator, leaves)
         return found
-
-    def evaluation(
-        self,
-        memo: Mapping[Any, Any],
-        values: Sequence[Any],
-        active: frozenset[int],
-        ask: Callable[[SignalValue], Any],
-    ) -> Evaluation:
-        """What expressions are evaluated against at one moment of a run."""
-        generator = self.generator
-        return Evaluation(values, generator.variables, active, self.indices, memo, generator.key, ask)
 
     def parameter_values(self, given: Mapping[str, Any]) -> list[Any]:
         """The values of all parameters, in order: those given, and the defaults of the others.
@@ -128,8 +69,3 @@ class Machine:
 
     def __repr__(self) -> str:
         return f"<Machine {self.name}: {len(self.model.states) - 1} states>"
-
-
-def build(model: Model) -> Machine:
-    """The machine of a declaration."""
-    return Machine(model)

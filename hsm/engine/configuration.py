@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hsm.engine.codegen import NONE, Chain
-from hsm.engine.plans import Plan
-from hsm.model.chart import After, Always, On, Transition, When
-from hsm.model.events import Event, matches
-from hsm.model.topology import Remembered
-
-if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
+from hsm.engine.codegen import NONE, Block, CandidateChain, Generator
+from hsm.model.chart import Action, After, Always, On, Transition, When
+from hsm.model.events import Event, StateEvent, matches
+from hsm.model.topology import Topology
 
 CACHE = 4096
 """How many plans, or selectors of events, a configuration keeps before it forgets them all."""
@@ -31,28 +27,71 @@ class Selector:
         pick: gives what fires.
     """
 
-    chains: tuple[Chain, ...]
+    chains: tuple[CandidateChain, ...]
     pick: Callable[..., Picked]
 
 
-class Unusual(Exception):  # noqa: N818 - not an error
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """One microstep.
+
+    Attributes:
+        transitions: the transitions taken, in order.
+        preempted: transitions that were enabled but conflict with one taken.
+        exited: the states left, in order.
+        entered: the states entered, in order.
+        source: the configuration before, None for the start.
+        target: the configuration afterwards.
+        work: blocks of actions to run, each with the states active at that moment, and completions to announce.
+        remembered: what the history states within the states left now remember.
+        disarmed: time-outs that no longer run.
+        timed: whether time-outs start or end.
+        stopped: states whose activity ends.
+        restored: history states that were entered, each with whether it remembered something.
+        outcome: the name of the top-level final state that is entered.
+        plain: whether nothing has to be done but to move to the target, and nothing follows at once.
+    """
+
+    transitions: tuple[int, ...]
+    preempted: tuple[int, ...]
+    exited: tuple[int, ...]
+    entered: tuple[int, ...]
+    source: Configuration | None
+    target: Configuration
+    work: tuple[tuple[Block, frozenset[int]] | StateEvent, ...]
+    remembered: tuple[tuple[int, tuple[int, ...]], ...]
+    disarmed: tuple[int, ...]
+    timed: bool
+    stopped: tuple[int, ...]
+    restored: tuple[tuple[int, bool], ...]
+    outcome: str | None
+    plain: bool
+
+    @property
+    def actions(self) -> tuple[Action, ...]:
+        """The actions that are run, in order."""
+        return tuple(action for one in self.work if not isinstance(one, StateEvent) for action in one[0].actions)
+
+
+class SlowPath(Exception):  # noqa: N818 - not an error
     """There is more to do than to move."""
 
 
 class Moves(dict[Picked, Plan]):
-    """Plans that do nothing but move; asked for any other, it raises ``Unusual``."""
+    """Plans that do nothing but move; asked for any other, it raises ``SlowPath``."""
 
     __slots__ = ()
 
     def __missing__(self, picked: Picked) -> Plan:
-        raise Unusual
+        raise SlowPath
 
 
 class Configuration:
     """The active states of a machine; made once for each combination that occurs, shared by all runs.
 
     Attributes:
-        machine: whose states they are.
+        topology: how the states lie in one another.
+        generator: makes what picks transitions.
         leaves: the active atomic states, by index, in document order.
         active: all active states, the root included.
         when: what conditions can fire.
@@ -62,7 +101,7 @@ class Configuration:
         pick_first: the same, for a step in which no signal was evaluated yet.
         events: what an event can fire, for the events that were asked for.
         plans: what is done for the transitions that a selector picked.
-        moves: those of the plans that do nothing but move, whatever history states remember; ``Unusual`` is raised for
+        moves: those of the plans that do nothing but move, whatever history states remember; ``SlowPath`` is raised for
             all others.
     """
 
@@ -73,19 +112,21 @@ class Configuration:
         "after",
         "always",
         "events",
+        "generator",
         "leaves",
-        "machine",
         "moves",
         "pick_first",
         "pick_when",
         "plans",
+        "topology",
         "when",
     )
 
-    def __init__(self, machine: Machine, leaves: tuple[int, ...]) -> None:
-        self.machine = machine
+    def __init__(self, topology: Topology, generator: Generator, leaves: tuple[int, ...]) -> None:
+        self.topology = topology
+        self.generator = generator
         self.leaves = leaves
-        self.active = machine.topology.closure(leaves)
+        self.active = topology.closure(leaves)
         self.when = self._selector(lambda transition: isinstance(transition.trigger, When))
         self.always = self._selector(lambda transition: isinstance(transition.trigger, Always))
         self.after = self._selector(lambda transition: isinstance(transition.trigger, After))
@@ -107,14 +148,14 @@ class Configuration:
     def names(self) -> frozenset[str]:
         """The full names of all active states but the root."""
         if self._names is None:
-            self._names = frozenset(self.machine.model.states[state].name for state in self.states)
+            self._names = frozenset(self.topology.states[state].name for state in self.states)
         return self._names
 
     @property
     def activities(self) -> tuple[int, ...]:
         """The active states that do something, in document order."""
         if self._activities is None:
-            states = self.machine.model.states
+            states = self.topology.states
             self._activities = tuple(state for state in sorted(self.active) if states[state].activity is not None)
         return self._activities
 
@@ -126,52 +167,34 @@ class Configuration:
             self.events[event] = self._selector(lambda transition: self._listens(transition, event))
         return self.events[event]
 
-    def plan(self, picked: Picked, remembered: Remembered) -> Plan:
-        """What is done for the transitions that a selector picked, given what each history state remembers."""
-        plan = self.plans.get(picked)
-        if plan is not None:
-            return plan
-        key = (picked, tuple(sorted(remembered.items())))
-        plan = self.plans.get(key)
-        if plan is None:
-            if len(self.plans) >= CACHE:
-                self.forget()
-            enabled = (picked,) if isinstance(picked, int) else picked
-            plan = self.machine.planner.plan(self, enabled, remembered)
-            depends = plan.restored or any(self.machine.topology.has_history_target(one) for one in enabled)
-            self.plans[key if depends else picked] = plan
-            if plan.plain and not depends:
-                self.moves[picked] = plan
-        return plan
-
     def forget(self) -> None:
         """Drop the plans, which keep other configurations alive."""
         self.plans.clear()
         self.moves.clear()
 
     def _listens(self, transition: Transition, event: Event) -> bool:
-        source = self.machine.model.states[transition.source]
+        source = self.topology.states[transition.source]
         return isinstance(transition.trigger, On) and matches(transition.trigger, event, source.index, source.last)
 
     def _selector(self, belongs: Callable[[Transition], bool]) -> Selector | None:
         offered: dict[int, tuple[int, ...]] = {}
         for leaf in self.leaves:
-            for state in self.machine.topology.up(leaf):
+            for state in self.topology.up(leaf):
                 if state not in offered:
                     offered[state] = self._own(state, belongs)
         # States that share all their candidates give the same answer: one of them is asked.
         lists = dict.fromkeys(self._candidates(leaf, offered) for leaf in self.leaves)
-        chains = tuple(self.machine.generator.chain(candidates) for candidates in lists if candidates)
+        chains = tuple(self.generator.chain(candidates) for candidates in lists if candidates)
         if not chains:
             return None
         return Selector(chains, chains[0].pick if len(chains) == 1 else _together(chain.pick for chain in chains))
 
     def _own(self, state: int, belongs: Callable[[Transition], bool]) -> tuple[int, ...]:
-        model = self.machine.model
+        model = self.topology.model
         return tuple(index for index in model.states[state].transitions if belongs(model.transitions[index]))
 
     def _candidates(self, leaf: int, offered: dict[int, tuple[int, ...]]) -> tuple[int, ...]:
-        return tuple(index for state in self.machine.topology.up(leaf) for index in offered[state])
+        return tuple(index for state in self.topology.up(leaf) for index in offered[state])
 
 
 def _nothing(*_: Any) -> int:

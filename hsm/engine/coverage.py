@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from hsm.engine.macrostep import Look
-from hsm.engine.plans import Plan
-from hsm.engine.probes import Marks
+from hsm.engine.configuration import Plan
+from hsm.engine.probes import Probes
 
 FORGOTTEN_AFTER = 4096
 """So many different microsteps are kept before what they have exercised is added up."""
@@ -92,20 +91,19 @@ class Collector:
         outcomes: how often the activity of a state ended with an outcome.
     """
 
-    def __init__(self, marks: Marks) -> None:
-        self._marks = marks
+    def __init__(self, probes: Probes) -> None:
+        self._probes = probes
         self._states: Counter[int] = Counter()
         self._transitions: Counter[int] = Counter()
         self._history: Counter[tuple[int, bool]] = Counter()
-        self.hits = marks.new()
+        self.hits = probes.new()
         self.taken: dict[Plan, int] = {}
         self.outcomes: Counter[tuple[int, str]] = Counter()
 
-    def count(self, looks: Sequence[Look | Plan]) -> None:
+    def count(self, plans: Iterable[Plan | None]) -> None:
         """Count the microsteps of a step."""
         taken = self.taken
-        for look in looks:
-            plan = look if look.__class__ is Plan else look[4]  # type: ignore[index]
+        for plan in plans:
             if plan in taken:
                 taken[plan] += 1
             elif plan is not None:
@@ -129,7 +127,7 @@ class Collector:
         return Coverage(
             states=dict(sorted(self._states.items())),
             transitions=dict(sorted(self._transitions.items())),
-            guards=dict(self._marks.seen(self.hits)),
+            guards=dict(self._probes.seen(self.hits)),
             outcomes=dict(sorted(self.outcomes.items())),
             history=dict(sorted(self._history.items())),
         )

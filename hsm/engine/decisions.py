@@ -40,14 +40,14 @@ class Negation:
 
 
 @dataclass(frozen=True, slots=True)
-class Junction:
+class Connective:
     """``and`` (decided as soon as a part is false) or ``or`` (decided as soon as a part is true)."""
 
     parts: tuple[Tree, ...]
     conjunction: bool
 
 
-Tree = Condition | Constant | Negation | Junction
+Tree = Condition | Constant | Negation | Connective
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def _decide(tree: Tree, ask: Callable[[int], bool]) -> bool:
             return held
         case Negation(operand):
             return not _decide(operand, ask)
-        case Junction(parts, conjunction):
+        case Connective(parts, conjunction):
             decided = (_decide(part, ask) for part in parts)
             return all(decided) if conjunction else any(decided)
 
@@ -126,7 +126,7 @@ def decision_of(transition: Transition) -> Decision:
         case (tree,):
             return Decision(tree, tuple(conditions))
         case _:
-            return Decision(Junction(parts, conjunction=True), tuple(conditions))
+            return Decision(Connective(parts, conjunction=True), tuple(conditions))
 
 
 def _tree(expression: Expression, conditions: list[Expression]) -> Tree:
@@ -136,7 +136,7 @@ def _tree(expression: Expression, conditions: list[Expression]) -> Tree:
         case Unary("not", operand):
             return Negation(_tree(operand, conditions))
         case Binary("and" | "or" as operator, _, _):
-            return Junction(
+            return Connective(
                 tuple(_tree(part, conditions) for part in _chain(expression, operator)), conjunction=operator == "and"
             )
         case _:
@@ -163,7 +163,7 @@ def _count(tree: Tree) -> tuple[int, int]:
         case Negation(operand):
             true, false = _count(operand)
             return false, true
-        case Junction(parts, conjunction):
+        case Connective(parts, conjunction):
             going, decided = 1, 0
             for part in parts:
                 true, false = _count(part)
@@ -184,7 +184,7 @@ def _walk(tree: Tree, paths: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[in
         case Negation(operand):
             true, false = _walk(operand, paths)
             return false, true
-        case Junction(parts, conjunction):
+        case Connective(parts, conjunction):
             decided: tuple[int, ...] = ()
             for part in parts:
                 true, false = _walk(part, paths)

@@ -5,23 +5,20 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hsm.engine.clock import nanoseconds, tolerance, waking
 from hsm.engine.codegen import NONE, Block, Role
-from hsm.engine.configuration import Configuration, Picked, Selector
+from hsm.engine.compiled import CompiledChart
+from hsm.engine.configuration import Configuration, Picked, Plan, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
-from hsm.engine.macrostep import NOTHING_DUE, Look, Phase
-from hsm.engine.plans import Plan
+from hsm.engine.record import NOTHING_DUE, Phase, Selection
 from hsm.model.chart import Cancel, On, Send
 from hsm.model.diagnostics import Place
-from hsm.model.events import Event, Scoped, matches
+from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
 from hsm.model.topology import Remembered
-
-if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
 
 SPIN = 1000
 """So many microsteps may follow one another before they count as endless."""
@@ -67,56 +64,63 @@ class _Work:
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class PendingFault:
     """Something that went wrong, on its way to a transition that handles it."""
 
-    event: Scoped
+    event: StateEvent
     reason: str
     place: Place | None
     error: BaseException
 
-    def unhandled(self, machine: Machine) -> MachineFault:
+    def unhandled(self, chart: CompiledChart) -> MachineFault:
         """The exception for the caller."""
-        raised = MachineFault(self.reason, machine.model.states[self.event.origin].name, self.place)
+        raised = MachineFault(self.reason, chart.model.states[self.event.origin].name, self.place)
         raised.__cause__ = self.error
         return raised
 
 
-def fault_event(state: int) -> Scoped:
+def fault_event(state: int) -> StateEvent:
     """The event that announces a fault in a state."""
-    return Scoped(("fault",), state, "error.execution")
+    return StateEvent(("fault",), state, "error.execution")
 
 
-def _event(entry: Event | Fault) -> Event:
-    return entry.event if isinstance(entry, Fault) else entry
+def _event(entry: Event | PendingFault) -> Event:
+    return entry.event if isinstance(entry, PendingFault) else entry
 
 
-class Reaction:
+class MacrostepExecution:
     """One step.
 
     Attributes:
         state: the state of the run, as far as the step has come.
-        looks: what was looked at and done so far.
+        selections: what was looked at and done so far.
         stopped: states that were left and had an activity, in order.
     """
 
     def __init__(
-        self, machine: Machine, state: RunState, time: float, *, facts: object, memo: dict[Any, Any], hits: list[Any]
+        self,
+        chart: CompiledChart,
+        state: RunState,
+        time: float,
+        *,
+        facts: object,
+        memo: dict[Any, Any],
+        hits: list[Any],
     ) -> None:
-        self.machine = machine
+        self.chart = chart
         self.state = replace(state)
-        self.looks: list[Look] = []
+        self.selections: list[Selection] = []
         self.stopped: list[int] = []
         self._now = nanoseconds(time)
         self._latest = self._now + tolerance(time)
         self._facts = facts
         self._memo = memo
         self._hits = hits
-        self._queue: deque[Event | Fault | Send | Cancel] = deque()
-        self._external: deque[Event | Fault] = deque()
+        self._queue: deque[Event | PendingFault | Send | Cancel] = deque()
+        self._external: deque[Event | PendingFault] = deque()
         self._failed: dict[Any, BaseException] = {}
         self._reported: set[Any] = set()
-        self._found: list[Fault] = []
+        self._found: list[PendingFault] = []
         self._error: BaseException | None = None
         self._undone: set[int] = set()
         self._left_out: set[Block] = set()
@@ -124,10 +128,10 @@ class Reaction:
     def start(self, plan: Plan) -> None:
         """Enter the initial configuration."""
         self._take(Phase.START, NOTHING_DUE, plan)
-        self._settle()
-        self._work_off()
+        self._run_to_stability()
+        self._drain()
 
-    def run(self, events: Iterable[Event | Fault], error: BaseException | None = None) -> None:
+    def run(self, events: Iterable[Event | PendingFault], error: BaseException | None = None) -> None:
         """Handle events, then time-outs, then conditions.
 
         Args:
@@ -136,12 +140,13 @@ class Reaction:
         """
         self._error = error
         if self.state.outcome is not None:
-            self.looks.extend((one, self.state.configuration, (), NOTHING_DUE, None) for one in map(_event, events))
+            for entry in events:
+                self._record(_event(entry), NOTHING_DUE, None)
             return
         self._external.extend(self._arrived())
         self._external.extend(events)
-        self._settle()
-        self._work_off()
+        self._run_to_stability()
+        self._drain()
         due = frozenset(index for index, deadline in self.state.timers.items() if self._reached(deadline))
         if due:
             self._time_outs(due)
@@ -150,7 +155,7 @@ class Reaction:
     def _reached(self, deadline: int) -> bool:
         return deadline <= self._latest
 
-    def _settle(self) -> None:
+    def _run_to_stability(self) -> None:
         """Take transitions without a trigger and handle the machine's own events until there are none."""
         taken = 0
         while self.state.outcome is None:
@@ -170,7 +175,7 @@ class Reaction:
             if taken > SPIN:
                 raise self._spin()
 
-    def _work_off(self) -> None:
+    def _drain(self) -> None:
         """Handle the events from outside, and those that the machine sends itself meanwhile."""
         bound = len(self._external) + SPIN
         while self._external and self.state.outcome is None:
@@ -178,7 +183,7 @@ class Reaction:
                 raise self._spin()
             bound -= 1
             self._handle(self._external.popleft())
-            self._settle()
+            self._run_to_stability()
 
     def _send(self, send: Send) -> None:
         if send.delay <= 0:
@@ -193,7 +198,7 @@ class Reaction:
             self.state.sent = tuple(one for one in self.state.sent if not self._reached(one[0]))
         return [send.event for _, send in arrived]
 
-    def _handle(self, entry: Event | Fault) -> bool:
+    def _handle(self, entry: Event | PendingFault) -> bool:
         """Let one event fire what it can; whether there was anything."""
         event = _event(entry)
         selector = self.state.configuration.on(event)
@@ -202,8 +207,8 @@ class Reaction:
         else:
             fired = False
             self._record(event, NOTHING_DUE, None)
-        if not fired and isinstance(entry, Fault):
-            raise entry.unhandled(self.machine)
+        if not fired and isinstance(entry, PendingFault):
+            raise entry.unhandled(self.chart)
         return fired
 
     def _time_outs(self, due: frozenset[int]) -> None:
@@ -211,10 +216,10 @@ class Reaction:
             after = self.state.configuration.after
             if self.state.outcome is not None or after is None or not self._fire(after, Phase.AFTER, due):
                 return
-            plan = self.looks[-1][4]
+            plan = self.selections[-1].plan
             due = due.difference(plan.disarmed if plan else ())
-            self._settle()
-            self._work_off()
+            self._run_to_stability()
+            self._drain()
         raise self._spin()
 
     def _conditions(self) -> None:
@@ -225,14 +230,17 @@ class Reaction:
             if when is None:
                 return
             if not self._fire(when, Phase.WHEN) and not self._queue:
-                self.looks.pop()  # the last look, which finds nothing, is part of every macrostep
+                self.selections.pop()  # the last look, which finds nothing, is part of every macrostep
                 return
-            self._settle()
-            self._work_off()
+            self._run_to_stability()
+            self._drain()
         raise self._spin()
 
+    def _selection(self, trigger: Phase | Event, due: frozenset[int], plan: Plan | None) -> Selection:
+        return Selection(trigger, self.state.configuration, self.state.values, due, plan)
+
     def _record(self, trigger: Phase | Event, due: frozenset[int], plan: Plan | None) -> None:
-        self.looks.append((trigger, self.state.configuration, self.state.values, due, plan))
+        self.selections.append(self._selection(trigger, due, plan))
 
     def _fire(self, selector: Selector, trigger: Phase | Event, due: frozenset[int] = NOTHING_DUE) -> bool:
         """Take what a selector picks; whether there was anything."""
@@ -242,25 +250,13 @@ class Reaction:
             found, self._found = self._found, []
             for fault in found:
                 self._handle(fault)
-            again = self._selector(trigger) if self.state.outcome is None else None
+            again = self._selection(trigger, due, None).selector if self.state.outcome is None else None
             picked = self._pick(again, due if trigger is Phase.AFTER else None) if again is not None else NONE
         if picked == NONE:
             self._record(trigger, due, None)
             return False
-        self._take(trigger, due, self.state.configuration.plan(picked, self.state.history))
+        self._take(trigger, due, self.chart.planner.plan(self.state.configuration, picked, self.state.history))
         return True
-
-    def _selector(self, trigger: Phase | Event) -> Selector | None:
-        configuration = self.state.configuration
-        match trigger:
-            case Phase.WHEN:
-                return configuration.when
-            case Phase.AFTER:
-                return configuration.after
-            case Phase.ALWAYS:
-                return configuration.always
-            case _:
-                return configuration.on(trigger) if not isinstance(trigger, Phase) else None
 
     def _pick(self, selector: Selector, due: frozenset[int] | None) -> Picked:
         if self._error is None and not self._failed and not self._undone:
@@ -285,7 +281,7 @@ class Reaction:
         if plan.work:
             work = work.copy()
             for item in plan.work:
-                if isinstance(item, Scoped):
+                if isinstance(item, StateEvent):
                     work.raised.append(item)
                     continue
                 block, active = item
@@ -321,8 +317,8 @@ class Reaction:
         state, fault = self.state, self._action_failed(block, error)
         if plan.source is None:
             if block.state == 0:
-                raise fault.unhandled(self.machine)
-            state.configuration = self.machine.configuration(())
+                raise fault.unhandled(self.chart)
+            state.configuration = self.chart.configuration(())
             state.values, state.timers = before.values, before.timers
             self._queue.extend(before.raised)
         self._undone.update(plan.transitions)
@@ -330,16 +326,16 @@ class Reaction:
             self._left_out.add(block)
         handler = self._handler(fault, plan)
         if handler is None:
-            raise fault.unhandled(self.machine)
-        self._take(fault.event, NOTHING_DUE, state.configuration.plan(handler, state.history))
+            raise fault.unhandled(self.chart)
+        self._take(fault.event, NOTHING_DUE, self.chart.planner.plan(state.configuration, handler, state.history))
 
-    def _handler(self, fault: Fault, plan: Plan) -> int | None:
+    def _handler(self, fault: PendingFault, plan: Plan) -> int | None:
         """The transition that handles a failed action.
 
         That is one of the state whose action it is, be it not entered yet, of the states around it, or of those that
         the failed transitions belong to.
         """
-        topology, model = self.machine.topology, self.machine.model
+        topology, model = self.chart.topology, self.chart.model
         sources = [model.transitions[index].source for index in plan.transitions]
         origin = fault.event.origin
         states = dict.fromkeys(one for start in (origin, *sources) for one in topology.up(start))
@@ -351,24 +347,24 @@ class Reaction:
                 if not waits or index in self._undone:
                     continue
                 try:
-                    held, path = self.machine.generator.decision(index).follow(evaluation.condition)
+                    held, path = self.chart.generator.decision(index).follow(evaluation.condition)
                 except Exception:
                     continue
-                self.machine.generator.marks.mark(self._hits, index, path)
+                self.chart.generator.probes.mark(self._hits, index, path)
                 if held:
                     return index
         return None
 
     def _evaluation(self) -> Evaluation:
         state = self.state
-        return self.machine.evaluation(self._memo, state.values, state.configuration.active, self._ask)
+        return self.chart.generator.evaluation(self._memo, state.values, state.configuration.active, self._ask)
 
     def _pick_carefully(self, selector: Selector, due: frozenset[int] | None) -> Picked:
         """What a selector picks when something has failed in this step.
 
         A guard that needs a failed signal counts as false, and a transition that was undone is not tried again.
         """
-        generator, evaluation = self.machine.generator, self._evaluation()
+        generator, evaluation = self.chart.generator, self._evaluation()
         found: list[int] = []
         for chain in selector.chains:
             for index in chain.candidates:
@@ -381,7 +377,7 @@ class Reaction:
                     continue
                 finally:
                     self._error = None
-                generator.marks.mark(self._hits, index, path)
+                generator.probes.mark(self._hits, index, path)
                 if held:
                     if index not in found:
                         found.append(index)
@@ -390,7 +386,7 @@ class Reaction:
 
     def _ask(self, call: SignalValue) -> Any:
         """Evaluate a signal that was not asked yet; the first of them is the one that has just failed."""
-        generator, values = self.machine.generator, self.state.values
+        generator, values = self.chart.generator, self.state.values
         key = generator.key(call, values)
         error = self._failed.get(key)
         if error is None and self._error is not None:
@@ -408,27 +404,27 @@ class Reaction:
 
     def _report(self, transition: int, error: Exception) -> None:
         """Announce a failed guard, once for each state and cause in a step."""
-        declared = self.machine.model.transitions[transition]
+        declared = self.chart.model.transitions[transition]
         place, cause, reason = declared.place, error, f"the guard failed: {error!r}"
         known: Any = (declared.source, transition)
         if isinstance(error, SignalFault):
-            known = (declared.source, self.machine.generator.key(error.call, self.state.values), None)
+            known = (declared.source, self.chart.generator.key(error.call, self.state.values), None)
             place, reason = error.call.place or place, str(error)
             cause = error.__cause__ if isinstance(error.__cause__, Exception) else error
         if known not in self._reported:
             self._reported.add(known)
-            self._found.append(Fault(fault_event(declared.source), reason, place, cause))
+            self._found.append(PendingFault(fault_event(declared.source), reason, place, cause))
 
-    def _action_failed(self, block: Block, error: Exception) -> Fault:
-        place = block.place_of(error) or self.machine.model.states[block.state].place
-        return Fault(fault_event(block.state), f"an action failed: {error!r}", place, error)
+    def _action_failed(self, block: Block, error: Exception) -> PendingFault:
+        place = block.place_of(error) or self.chart.model.states[block.state].place
+        return PendingFault(fault_event(block.state), f"an action failed: {error!r}", place, error)
 
     def _spin(self) -> Spin:
         """The error for an endless step, which names the cycle of transitions at its end."""
-        taken: Sequence[tuple[int, ...]] = [look[4].transitions for look in self.looks if look[4] is not None]
+        taken: Sequence[tuple[int, ...]] = [one.plan.transitions for one in self.selections if one.plan is not None]
         period = next((n for n in range(1, len(taken) // 2) if taken[-n:] == taken[-2 * n : -n]), len(taken))
-        cycle = [self.machine.model.transitions[index] for one in taken[-period:] for index in one]
-        names = [self.machine.model.states[one.source].name for one in cycle]
+        cycle = [self.chart.model.transitions[index] for one in taken[-period:] for index in one]
+        names = [self.chart.model.states[one.source].name for one in cycle]
         listed = ", ".join(
             f"{name} ({one.place})" if one.place else name for name, one in zip(names[:8], cycle, strict=False)
         )

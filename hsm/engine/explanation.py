@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hsm.engine.clock import nanoseconds, reached, seconds
-from hsm.engine.configuration import Configuration, Selector
+from hsm.engine.configuration import Configuration, Plan
 from hsm.engine.evaluation import Evaluation, SignalFault
-from hsm.engine.macrostep import NOTHING_DUE, Look, Macrostep, Phase
+from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
 from hsm.model.chart import Transition
 from hsm.model.expressions import Binary, Expression, SignalValue, Unary, VariableValue
 from hsm.model.unparse import call_text, expression_text, trigger_text, value_text
-
-if TYPE_CHECKING:
-    from hsm.engine.plans import Plan
 
 
 class Verdict(Enum):
@@ -68,54 +65,46 @@ class Considered:
         return f"{where}{trigger_text(self.transition.trigger, self.transition.guard)}: {self.reason}"
 
 
-def explain(step: Macrostep) -> tuple[Considered, ...]:
-    """Every transition that was looked at in a step, in the order of the looks."""
-    time, _, memo, values, timers, after = step.evidence
-    found = [one for look in step.looks for one in _explain_look(look, memo)]
-    if values is not None:
-        found.extend(_explain_look((Phase.WHEN, after, values, NOTHING_DUE, None), memo))
-    found.extend(_waiting(after, timers, time))
+def explain(record: StepRecord, selections: Iterable[Selection]) -> tuple[Considered, ...]:
+    """Every transition that was looked at in a step, in the order of the selections.
+
+    Args:
+        record: what the step left behind.
+        selections: its selections in full.
+    """
+    found = [one for selection in selections for one in _explain_selection(selection, record.memo)]
+    if record.values is not None:
+        last = Selection(Phase.WHEN, record.after, record.values, NOTHING_DUE, None)
+        found.extend(_explain_selection(last, record.memo))
+    found.extend(_waiting(record))
     return tuple(found)
 
 
-def _waiting(after: Configuration, timers: Mapping[int, int], time: float) -> Iterator[Considered]:
-    for index, deadline in sorted(timers.items()):
-        if not reached(deadline, time):
-            transition = after.machine.model.transitions[index]
-            remaining = seconds(deadline - nanoseconds(time))
+def _waiting(record: StepRecord) -> Iterator[Considered]:
+    for index, deadline in sorted(record.timers.items()):
+        if not reached(deadline, record.time):
+            transition = record.after.topology.model.transitions[index]
+            remaining = seconds(deadline - nanoseconds(record.time))
             yield Considered(transition, str(Phase.AFTER), Verdict.NOT_DUE, remaining=remaining)
 
 
-def _explain_look(look: Look, memo: Mapping[Any, Any]) -> Iterator[Considered]:
-    trigger, configuration, values, due, plan = look
-    machine = configuration.machine
-    evaluation = machine.evaluation(memo, values, configuration.active, _gone)
+def _explain_selection(selection: Selection, memo: Mapping[Any, Any]) -> Iterator[Considered]:
+    selector = selection.selector
+    if selector is None:
+        return
+    configuration, plan = selection.configuration, selection.plan
+    evaluation = configuration.generator.evaluation(memo, selection.values, configuration.active, _gone)
     seen: set[int] = set()
-    for chain in _selector(look).chains if _selector(look) else ():  # type: ignore[union-attr]
+    for chain in selector.chains:
         fired = False
         for index in chain.candidates:
-            if trigger is Phase.AFTER and index not in due:
+            if selection.trigger is Phase.AFTER and index not in selection.due:
                 continue
-            one = _consider(configuration, index, str(trigger), evaluation, plan, earlier=fired)
+            one = _consider(configuration, index, str(selection.trigger), evaluation, plan, earlier=fired)
             fired = fired or one.verdict in (Verdict.TAKEN, Verdict.PREEMPTED, Verdict.UNDONE)
             if index not in seen:
                 seen.add(index)
                 yield one
-
-
-def _selector(look: Look) -> Selector | None:
-    trigger, configuration = look[0], look[1]
-    match trigger:
-        case Phase.START:
-            return None
-        case Phase.ALWAYS:
-            return configuration.always
-        case Phase.AFTER:
-            return configuration.after
-        case Phase.WHEN:
-            return configuration.when
-        case _:
-            return configuration.on(trigger)
 
 
 def _consider(
@@ -127,11 +116,10 @@ def _consider(
     *,
     earlier: bool,
 ) -> Considered:
-    machine = configuration.machine
-    transition = machine.model.transitions[index]
+    transition = configuration.topology.model.transitions[index]
     if earlier:
         return Considered(transition, trigger, Verdict.EARLIER)
-    decision = machine.generator.decision(index)
+    decision = configuration.generator.decision(index)
     evaluation.asked.clear()
     try:
         held, path = decision.follow(evaluation.condition)

@@ -2,38 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
-from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hsm.engine.plans import Plan
-from hsm.model.chart import Action, Transition
-from hsm.model.events import Event, Scoped
-
-if TYPE_CHECKING:
-    from hsm.engine.configuration import Configuration
-    from hsm.engine.explanation import Considered
-
-
-class Phase(Enum):
-    """What a machine looks for, where that is not an event."""
-
-    START = "start"
-    ALWAYS = "always"
-    AFTER = "after"
-    WHEN = "when"
-
-    def __str__(self) -> str:
-        return self.value
-
-
-Look = tuple["Phase | Event", "Configuration", Sequence[Any], frozenset[int], Plan | None]
-"""One look at the transitions for one trigger: the trigger, the configuration, the variables, the due time-outs, and
-what was done."""
-
-NOTHING_DUE: frozenset[int] = frozenset()
+from hsm.engine.configuration import Plan
+from hsm.engine.explanation import Considered, explain
+from hsm.engine.record import NOTHING_DUE, Phase, RawRecord, Selection, StepRecord
+from hsm.model.chart import Action, Model, Transition
+from hsm.model.events import Event, StateEvent
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,63 +32,53 @@ class Microstep:
     actions: tuple[Action, ...]
 
 
-Evidence = tuple[
-    float, Sequence[Look | Plan], Mapping[Any, Any], Sequence[Any] | None, Mapping[int, int], "Configuration"
-]
-"""What a step leaves behind: its time; its looks (a plan alone was fired by conditions, with the last variables); the
-signals evaluated; the variables at the last look for conditions, which found none to hold and is not among the looks
-(None where there was no such look); the deadlines of time-outs; the configuration afterwards."""
-
-
 class Macrostep:
     """What one step did: a value that does not change, worked out further when it is asked.
 
     Two are equal when the same was done at the same time. As a truth value: whether anything was done.
 
     Attributes:
-        evidence: what the step leaves behind; everything else is worked out from it.
+        raw: what the step leaves behind; everything else is worked out from it.
     """
 
     # One is made every tick, which itself takes less than a microsecond: what the step leaves behind is set from
-    # outside, as it is, which is a quarter faster than an __init__.
-    __slots__ = ("evidence",)
+    # outside, without names, which is a quarter faster than an __init__.
+    __slots__ = ("raw",)
 
-    evidence: Evidence
+    raw: RawRecord
 
     @property
     def time(self) -> float:
         """The logical time of the step in seconds."""
-        return self.evidence[0]
+        return self.raw[0]
 
     @property
     def configuration(self) -> frozenset[str]:
         """Full names of all states active after the step."""
-        return self.evidence[5].names
+        return self.record.after.names
 
     @property
-    def looks(self) -> tuple[Look, ...]:
-        """The looks in full, but for the last one."""
-        _, looks, _, values, _, after = self.evidence
+    def record(self) -> StepRecord:
+        """What the step leaves behind."""
+        return StepRecord._make(self.raw)
+
+    @property
+    def selections(self) -> tuple[Selection, ...]:
+        """Which transitions were looked for and taken, but for the last selection, which took nothing."""
+        record = self.record
+        values = record.values or ()
         return tuple(
-            (Phase.WHEN, look.source or after, values or (), NOTHING_DUE, look) if isinstance(look, Plan) else look
-            for look in looks
+            Selection(Phase.WHEN, one.source or record.after, values, NOTHING_DUE, one)
+            if isinstance(one, Plan)
+            else Selection._make(one)
+            for one in record.selections
         )
 
     @property
     def microsteps(self) -> tuple[Microstep, ...]:
         """What was done, one microstep after the other."""
-        model = self.evidence[5].machine.model
-        return tuple(
-            Microstep(
-                trigger=str(trigger),
-                transitions=tuple(model.transitions[index] for index in plan.transitions),
-                exited=tuple(model.states[state].name for state in plan.exited),
-                entered=tuple(model.states[state].name for state in plan.entered if state),
-                actions=plan.actions,
-            )
-            for trigger, _, _, _, plan in self.looks
-            if plan is not None
-        )
+        model = self._model
+        return tuple(_microstep(model, one.trigger, one.plan) for one in self.selections if one.plan is not None)
 
     @property
     def transitions(self) -> tuple[Transition, ...]:
@@ -136,12 +103,12 @@ class Macrostep:
     @property
     def handled(self) -> tuple[str, ...]:
         """The events that made a transition fire, in order."""
-        return tuple(str(look[0]) for look in self._events() if look[4] is not None)
+        return tuple(str(one.trigger) for one in self._events() if one.plan is not None)
 
     @property
     def ignored(self) -> tuple[str, ...]:
         """The events that nothing reacted to, in order."""
-        return tuple(str(look[0]) for look in self._events() if look[4] is None)
+        return tuple(str(one.trigger) for one in self._events() if one.plan is None)
 
     @property
     def considered(self) -> tuple[Considered, ...]:
@@ -149,9 +116,7 @@ class Macrostep:
 
         Worked out from the signals and variables of the step, so it is true of the step whenever it is asked.
         """
-        from hsm.engine.explanation import explain  # noqa: PLC0415 - only needed on demand
-
-        return explain(self)
+        return explain(self.record, self.selections)
 
     def why(self, state: str) -> tuple[Considered, ...]:
         """What became of the transitions of one state, and why.
@@ -159,17 +124,21 @@ class Macrostep:
         Args:
             state: its full name.
         """
-        model = self.evidence[5].machine.model
+        model = self._model
         return tuple(one for one in self.considered if model.states[one.transition.source].name == state)
 
-    def _events(self) -> list[Look]:
-        return [look for look in self.looks if isinstance(look[0], str | Scoped)]
+    @property
+    def _model(self) -> Model:
+        return self.record.after.topology.model
+
+    def _events(self) -> Iterator[Selection]:
+        return (one for one in self.selections if isinstance(one.trigger, str | StateEvent))
 
     def _said(self) -> tuple[Any, ...]:
         return self.time, self.microsteps, self.ignored, self.configuration
 
     def __bool__(self) -> bool:
-        return any(map(itemgetter(4), self.looks))
+        return any(one.plan is not None for one in self.selections)
 
     def __eq__(self, other: object) -> bool:
         return self._said() == other._said() if isinstance(other, Macrostep) else NotImplemented
@@ -183,3 +152,13 @@ class Macrostep:
             for one in self.microsteps
         )
         return f"<Macrostep at {self.time:.10g} s: {done or 'nothing taken'}>"
+
+
+def _microstep(model: Model, trigger: Phase | Event, plan: Plan) -> Microstep:
+    return Microstep(
+        trigger=str(trigger),
+        transitions=tuple(model.transitions[index] for index in plan.transitions),
+        exited=tuple(model.states[state].name for state in plan.exited),
+        entered=tuple(model.states[state].name for state in plan.entered if state),
+        actions=plan.actions,
+    )

@@ -150,7 +150,7 @@ def holding(supervisor: Supervisor, facts: object) -> Holds:
             raise SignalFault(call, error) from error
         return memo[key]
 
-    evaluation = machine.evaluation(memo, values, active, ask)
+    evaluation = machine.generator.evaluation(memo, values, active, ask)
 
     def holds(condition: Expression) -> bool | None:
         try:

@@ -11,7 +11,7 @@ FEW_PATHS = 16
 """Up to so many paths, each has a place of its own; a guard with more has one place with a set of its paths."""
 
 
-class Marks:
+class Probes:
     """The places of all guards of a machine."""
 
     def __init__(self, decisions: Sequence[Decision]) -> None:

@@ -9,15 +9,15 @@ from types import MappingProxyType
 from typing import Any
 
 from hsm.engine.codegen import NONE
-from hsm.engine.compiled import Machine
-from hsm.engine.configuration import Configuration, Unusual
+from hsm.engine.compiled import CompiledChart
+from hsm.engine.configuration import Plan, SlowPath
 from hsm.engine.coverage import Collector, Coverage
-from hsm.engine.execution import Fault, Reaction, RunState, fault_event
-from hsm.engine.macrostep import NOTHING_DUE, Look, Macrostep
-from hsm.engine.plans import Plan
+from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
+from hsm.engine.macrostep import Macrostep
+from hsm.engine.record import NOTHING_DUE, RawSelection
 from hsm.engine.snapshots import Run, carry_over, to_json
 from hsm.model.chart import ActivityCall
-from hsm.model.events import Scoped
+from hsm.model.events import StateEvent
 from hsm.model.registry import Activity, Outcome, Stoppable
 from hsm.model.unparse import activity_text
 
@@ -32,40 +32,40 @@ def _same(one: ActivityCall | None, other: ActivityCall | None) -> bool:
 class Supervisor:
     """A running machine: its configuration, variables, time-outs, history and activities.
 
-    Made by ``Machine.start`` or ``Machine.restore``.
+    Made by ``Machine.start`` or ``Machine.restore``, which know its chart; it knows no ``Machine``.
 
     Attributes:
-        machine: what is run.
+        machine: the chart that is run.
         initial: the macrostep that entered the initial configuration; None for a run that was restored.
     """
 
-    def __init__(self, machine: Machine, run: Run) -> None:
+    def __init__(self, machine: CompiledChart, run: Run) -> None:
         self.machine = machine
         self.initial: Macrostep | None = None
         self._running: dict[int, Activity] = {}
         self._resume(machine, run)
 
     @classmethod
-    def begin(cls, machine: Machine, parameters: Sequence[Any], facts: object, time: float) -> Supervisor:
+    def begin(cls, machine: CompiledChart, parameters: Sequence[Any], facts: object, time: float) -> Supervisor:
         """Enter the initial configuration; see ``Machine.start``."""
         plan = machine.planner.start()
         values = [*parameters, *(None for _ in machine.model.variables)]
         nowhere = RunState(plan.target, values, {}, (), {}, None)
         supervisor = cls(machine, Run(time, nowhere, (), frozenset()))
         memo: dict[Any, Any] = {}
-        reaction = Reaction(machine, nowhere, time, facts=facts, memo=memo, hits=supervisor._hits)
-        reaction.start(plan)
-        supervisor.initial = supervisor._adopt(reaction, time, memo, settled=False)
+        execution = MacrostepExecution(machine, nowhere, time, facts=facts, memo=memo, hits=supervisor._hits)
+        execution.start(plan)
+        supervisor.initial = supervisor._adopt(execution, time, memo, settled=False)
         return supervisor
 
-    def _resume(self, machine: Machine, run: Run) -> None:
+    def _resume(self, machine: CompiledChart, run: Run) -> None:
         """Go on from where a run is."""
         self.machine = machine
         self._time = run.time
         self._state = run.state
         self._pending = list(run.pending)
         self._running.update((state, _FINISHED) for state in run.finished)
-        self._collector = Collector(machine.generator.marks)
+        self._collector = Collector(machine.generator.probes)
         self._hits = self._collector.hits
         self._taken = self._collector.taken
         self._set_wake()
@@ -126,10 +126,13 @@ class Supervisor:
         # full, with the signals that were evaluated; nothing was changed before.
         state = self._state
         configuration, values, hits = state.configuration, state.values, self._hits
-        looks: Sequence[Look | Plan] = ()
+        heard: Sequence[RawSelection] = ()
+        selections: Sequence[RawSelection | Plan] = ()
         try:
             if events:
-                looks, configuration = self._hear(events, facts, memo)
+                selections = heard = self._hear(events, facts, memo)
+                plan = heard[-1][4]
+                configuration = heard[-1][1] if plan is None else plan.target
                 pick = configuration.pick_when
             else:
                 pick = configuration.pick_first
@@ -146,24 +149,24 @@ class Supervisor:
                 except KeyError:
                     self._collector.count((plan,))
                 state.configuration = configuration
-                looks = [*looks, plan] if looks else (plan,)
-        except Unusual:
+                selections = [*heard, plan] if heard else (plan,)
+        except SlowPath:
             return self._react(time, events, facts, memo)
         except Exception as error:
             return self._react(time, events, facts, memo, error)
         if events:
             state.configuration = configuration
-            self._collector.count([look for look in looks if look.__class__ is tuple])
+            self._collector.count([one[4] for one in heard])
         self._time = time
         step = Macrostep()
-        step.evidence = (time, looks, memo, values, state.timers, configuration)
+        step.raw = (time, selections, memo, values, state.timers, configuration)
         return step
 
-    def _hear(self, events: Sequence[str], facts: object, memo: dict[Any, Any]) -> tuple[Sequence[Look], Configuration]:
-        """Let events move the machine: what was looked at, and where that leads to."""
+    def _hear(self, events: Sequence[str], facts: object, memo: dict[Any, Any]) -> list[RawSelection]:
+        """Let events, of which there are some, move the machine one after the other."""
         values, hits = self._state.values, self._hits
         configuration = self._state.configuration
-        looks: list[Look] = []
+        selections: list[RawSelection] = []
         for event in events:
             plan = None
             selector = configuration.events[event] if event in configuration.events else configuration.on(event)
@@ -171,10 +174,10 @@ class Supervisor:
                 picked = selector.pick(facts, memo, values, configuration.active, hits)
                 if picked != NONE:
                     plan = configuration.moves[picked]
-            looks.append((event, configuration, values, NOTHING_DUE, plan))
+            selections.append((event, configuration, values, NOTHING_DUE, plan))
             if plan is not None:
                 configuration = plan.target
-        return looks, configuration
+        return selections
 
     def _react(
         self,
@@ -188,21 +191,21 @@ class Supervisor:
         if not self._time <= time < inf:  # NaN is no time, either
             what = "time runs backwards" if time < self._time else "this is no time"
             raise ValueError(f"{what}: {time} s after {self._time} s")
-        reaction = Reaction(self.machine, self._state, time, facts=facts, memo=memo, hits=self._hits)
-        reaction.run((*self._pending, *events), error)
+        execution = MacrostepExecution(self.machine, self._state, time, facts=facts, memo=memo, hits=self._hits)
+        execution.run((*self._pending, *events), error)
         self._pending = []
-        return self._adopt(reaction, time, memo, settled=reaction.state.outcome is None)
+        return self._adopt(execution, time, memo, settled=execution.state.outcome is None)
 
-    def _adopt(self, reaction: Reaction, time: float, memo: dict[Any, Any], *, settled: bool) -> Macrostep:
+    def _adopt(self, execution: MacrostepExecution, time: float, memo: dict[Any, Any], *, settled: bool) -> Macrostep:
         """Make what a step has come to the state of the run."""
         self._time = time
-        self._state = state = reaction.state
+        self._state = state = execution.state
         self._set_wake()
-        self._collector.count(reaction.looks)
-        self._stop(reaction.stopped if state.outcome is None else self._running)
+        self._collector.count([one.plan for one in execution.selections])
+        self._stop(execution.stopped if state.outcome is None else self._running)
         values = state.values if settled else None
         step = Macrostep()
-        step.evidence = (time, reaction.looks, memo, values, state.timers, state.configuration)
+        step.raw = (time, execution.selections, memo, values, state.timers, state.configuration)
         return step
 
     def _set_wake(self) -> None:
@@ -220,7 +223,7 @@ class Supervisor:
         """
         return to_json(self.machine, self._run())
 
-    def reload(self, machine: Machine) -> None:
+    def reload(self, machine: CompiledChart) -> None:
         """Go on with a machine that has changed.
 
         Variables, time-outs and history are kept where the new machine still has them; activities run on where their
@@ -250,7 +253,7 @@ class Supervisor:
         finished = frozenset(index for index, activity in self._running.items() if activity is _FINISHED)
         self._resume(machine, replace(run, finished=finished))
 
-    def _parameter_names(self, machine: Machine) -> set[str]:
+    def _parameter_names(self, machine: CompiledChart) -> set[str]:
         own = {parameter.name: parameter.type for parameter in self.machine.model.parameters}
         return {one.name for one in machine.model.parameters if own.get(one.name) == one.type}
 
@@ -289,7 +292,7 @@ class Supervisor:
             if isinstance(effect, Outcome):
                 self._running[state] = _FINISHED
                 self._collector.outcomes[state, effect.name] += 1
-                self._postpone(Scoped((effect.name,), state, f"done.invoke.{self._name(state)}"))
+                self._postpone(StateEvent((effect.name,), state, f"done.invoke.{self._name(state)}"))
             elif effect is not None:
                 effects.append((self._name(state), effect))
         return effects
@@ -311,7 +314,7 @@ class Supervisor:
             raise fault.unhandled(self.machine)
         self._postpone(fault)
 
-    def _postpone(self, entry: Scoped | Fault) -> None:
+    def _postpone(self, entry: StateEvent | PendingFault) -> None:
         self._pending.append(entry)
         self._set_wake()
 
@@ -325,10 +328,10 @@ class Supervisor:
                 except Exception as error:
                     self._postpone(self._fault_of(state, error))
 
-    def _fault_of(self, state: int, error: Exception) -> Fault:
+    def _fault_of(self, state: int, error: Exception) -> PendingFault:
         call = self.machine.model.states[state].activity
         assert call is not None, "only states with an activity fail in one"
-        return Fault(fault_event(state), f"activity `{call.activity.name}` failed: {error!r}", call.place, error)
+        return PendingFault(fault_event(state), f"activity `{call.activity.name}` failed: {error!r}", call.place, error)
 
     def _name(self, state: int) -> str:
         return self.machine.model.states[state].name

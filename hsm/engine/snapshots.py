@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hsm.engine.clock import nanoseconds
-from hsm.engine.execution import Fault, RunState
+from hsm.engine.compiled import CompiledChart
+from hsm.engine.configuration import Configuration
+from hsm.engine.execution import PendingFault, RunState
 from hsm.engine.limits import duration, within_limits
 from hsm.model.chart import After, Send
-from hsm.model.events import Scoped
+from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
 from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
 from hsm.model.unparse import activity_text, expression_text, trigger_text
-
-if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
-    from hsm.engine.configuration import Configuration
 
 
 class SnapshotError(ValueError):
@@ -38,17 +36,17 @@ class Run:
 
     time: float
     state: RunState
-    pending: tuple[Scoped | Fault, ...]
+    pending: tuple[StateEvent | PendingFault, ...]
     finished: frozenset[int]
 
 
-def to_json(machine: Machine, run: Run) -> dict[str, Any]:
+def to_json(machine: CompiledChart, run: Run) -> dict[str, Any]:
     """A run in a form that JSON can carry: everything in it has a name, nothing a position.
 
     A time-out goes by its state and its text, and has a deadline in nanoseconds, or none where it has acted already.
     """
     state, names = run.state, [one.name for one in machine.model.states]
-    events = [(one.event, one.reason) if isinstance(one, Fault) else (one, None) for one in run.pending]
+    events = [(one.event, one.reason) if isinstance(one, PendingFault) else (one, None) for one in run.pending]
     return {
         "machine": machine.name,
         "time": run.time,
@@ -66,7 +64,7 @@ def to_json(machine: Machine, run: Run) -> dict[str, Any]:
     }
 
 
-def from_json(machine: Machine, snapshot: Mapping[str, Any]) -> Run:
+def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> Run:
     """The run that ``to_json`` wrote.
 
     Raises:
@@ -97,7 +95,7 @@ def from_json(machine: Machine, snapshot: Mapping[str, Any]) -> Run:
         raise SnapshotError(f"this is no snapshot of a run: {error!r}") from error
 
 
-def carry_over(old: Machine, run: Run, new: Machine, parameters: Sequence[Any]) -> Run:
+def carry_over(old: CompiledChart, run: Run, new: CompiledChart, parameters: Sequence[Any]) -> Run:
     """A run of one machine as a run of a changed one, where every active state still exists.
 
     Variables keep their values where name and type are the same. Time-outs go on where the state still has the same
@@ -142,7 +140,7 @@ def carry_over(old: Machine, run: Run, new: Machine, parameters: Sequence[Any]) 
     return Run(run.time, state, pending, finished)
 
 
-def _leaves(machine: Machine, names: Sequence[str]) -> tuple[int, ...]:
+def _leaves(machine: CompiledChart, names: Sequence[str]) -> tuple[int, ...]:
     leaves = []
     for name in names:
         index = machine.indices.get(name, 0)
@@ -162,13 +160,13 @@ def _leaves(machine: Machine, names: Sequence[str]) -> tuple[int, ...]:
     return complete
 
 
-def _index(machine: Machine, name: str) -> int:
+def _index(machine: CompiledChart, name: str) -> int:
     if name not in machine.indices:
         raise SnapshotError(f"the machine has no state `{name}`")
     return machine.indices[name]
 
 
-def _typed(machine: Machine, name: str, value: Any) -> Any:
+def _typed(machine: CompiledChart, name: str, value: Any) -> Any:
     """A value of its variable's type; one of an enumeration comes back as the member."""
     kinds = {one.name: one.type for one in machine.model.parameters}
     kinds |= {one.name: one.type for one in machine.model.variables}
@@ -192,7 +190,7 @@ def _fits(value: Any, kind: Type) -> bool:
             return value in members
 
 
-def _first_value(machine: Machine, name: str) -> Any:
+def _first_value(machine: CompiledChart, name: str) -> Any:
     """What a parameter or a variable begins with, where that is written down."""
     for parameter in machine.model.parameters:
         if parameter.name == name:
@@ -205,7 +203,7 @@ _Key = tuple[str, str, int]
 """What names a time-out: its state, its text with its guard, and which of such in that state it is."""
 
 
-def _time_outs(machine: Machine, configuration: Configuration) -> dict[_Key, int]:
+def _time_outs(machine: CompiledChart, configuration: Configuration) -> dict[_Key, int]:
     """The time-outs of all active states, by their names."""
     model = machine.model
     found: dict[_Key, int] = {}
@@ -220,7 +218,7 @@ def _time_outs(machine: Machine, configuration: Configuration) -> dict[_Key, int
 
 
 def _restored_timers(
-    machine: Machine, configuration: Configuration, saved: Sequence[tuple[str, str, int, int | None]]
+    machine: CompiledChart, configuration: Configuration, saved: Sequence[tuple[str, str, int, int | None]]
 ) -> dict[int, int]:
     """The deadlines of the time-outs; each of the snapshot must be one of the machine, and the other way round."""
     known = _time_outs(machine, configuration)
@@ -232,43 +230,45 @@ def _restored_timers(
     return {known[key]: int(due) for key, due in given.items() if due is not None}
 
 
-def _restored_history(machine: Machine, name: str, states: Sequence[str]) -> tuple[int, tuple[int, ...]]:
+def _restored_history(machine: CompiledChart, name: str, states: Sequence[str]) -> tuple[int, tuple[int, ...]]:
     index, remembered = _index(machine, name), tuple(_index(machine, one) for one in states)
     if not machine.topology.recalls(index, remembered):
         raise SnapshotError(f"`{name}` remembers {' and '.join(f'`{one}`' for one in states)}, and cannot lead there")
     return index, remembered
 
 
-def _activity(machine: Machine, index: int) -> str:
+def _activity(machine: CompiledChart, index: int) -> str:
     call = machine.model.states[index].activity
     return "" if call is None else activity_text(call)
 
 
-def _finished(machine: Machine, name: str, activity: str) -> int:
+def _finished(machine: CompiledChart, name: str, activity: str) -> int:
     index = _index(machine, name)
     if _activity(machine, index) != activity:
         raise SnapshotError(f"state `{name}` does `{_activity(machine, index)}` now, and `{activity}` in the snapshot")
     return index
 
 
-def _pending(machine: Machine, names: Sequence[str], origin: str, standard: str, reason: str | None) -> Scoped | Fault:
-    event = Scoped(tuple(names), _index(machine, origin), standard)
+def _pending(
+    machine: CompiledChart, names: Sequence[str], origin: str, standard: str, reason: str | None
+) -> StateEvent | PendingFault:
+    event = StateEvent(tuple(names), _index(machine, origin), standard)
     if reason is None:
         return event
-    return Fault(event, reason, machine.model.states[event.origin].place, RuntimeError(reason))
+    return PendingFault(event, reason, machine.model.states[event.origin].place, RuntimeError(reason))
 
 
-def _origin(entry: Scoped | Fault) -> int:
-    return entry.event.origin if isinstance(entry, Fault) else entry.origin
+def _origin(entry: StateEvent | PendingFault) -> int:
+    return entry.event.origin if isinstance(entry, PendingFault) else entry.origin
 
 
-def _moved(entry: Scoped | Fault, origin: int) -> Scoped | Fault:
-    if isinstance(entry, Fault):
-        return Fault(Scoped(entry.event.names, origin, entry.event.standard), entry.reason, entry.place, entry.error)
-    return Scoped(entry.names, origin, entry.standard)
+def _moved(entry: StateEvent | PendingFault, origin: int) -> StateEvent | PendingFault:
+    if isinstance(entry, PendingFault):
+        return replace(entry, event=replace(entry.event, origin=origin))
+    return replace(entry, origin=origin)
 
 
-def _kept_values(old: Machine, run: Run, new: Machine) -> dict[str, Any]:
+def _kept_values(old: CompiledChart, run: Run, new: CompiledChart) -> dict[str, Any]:
     types = {one.name: one.type for one in new.model.variables}
     return {
         one.name: value
@@ -278,7 +278,7 @@ def _kept_values(old: Machine, run: Run, new: Machine) -> dict[str, Any]:
     }
 
 
-def _kept_timers(old: Machine, run: Run, new: Machine, values: Sequence[Any]) -> dict[int, int]:
+def _kept_timers(old: CompiledChart, run: Run, new: CompiledChart, values: Sequence[Any]) -> dict[int, int]:
     """Deadlines of the time-outs that are the same as before, else of the same duration; of others, from now on."""
     before = _time_outs(old, run.state.configuration)
     after = _time_outs(new, new.configuration(tuple(new.indices[name] for name in _leaf_names(old, run))))
@@ -296,19 +296,19 @@ def _kept_timers(old: Machine, run: Run, new: Machine, values: Sequence[Any]) ->
     return timers
 
 
-def _leaf_names(machine: Machine, run: Run) -> list[str]:
+def _leaf_names(machine: CompiledChart, run: Run) -> list[str]:
     return [machine.model.states[leaf].name for leaf in run.state.configuration.leaves]
 
 
-def _duration(machine: Machine, index: int) -> Expression:
+def _duration(machine: CompiledChart, index: int) -> Expression:
     trigger = machine.model.transitions[index].trigger
     assert isinstance(trigger, After), "only time-outs have a duration"
     return trigger.duration
 
 
-def _duration_text(machine: Machine, index: int) -> str:
+def _duration_text(machine: CompiledChart, index: int) -> str:
     return expression_text(_duration(machine, index))
 
 
-def _value(machine: Machine, expression: Expression, values: Sequence[Any]) -> Any:
+def _value(machine: CompiledChart, expression: Expression, values: Sequence[Any]) -> Any:
     return machine.generator.arguments((expression,))(None, {}, values, frozenset())[0]

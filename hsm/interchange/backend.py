@@ -20,7 +20,7 @@ from hsm.model.diagnostics import Diagnostic, MachineError, Place
 from hsm.model.topology import HISTORY
 
 if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
+    from hsm.engine.compiled import CompiledChart
 
 DEPTH = 60
 """States nested deeper than this are too much for the recursion in ``transitions``."""
@@ -63,7 +63,7 @@ class TransitionsMachine(HierarchicalMachine):
     state_cls = BackendState
     transition_cls = BackendTransition
 
-    def __init__(self, machine: Machine, model: object, parameters: Mapping[str, Any]) -> None:
+    def __init__(self, machine: CompiledChart, model: object, parameters: Mapping[str, Any]) -> None:
         self.machine = machine
         generator = machine.generator
         self._values = [*machine.parameter_values(parameters), *(None for _ in machine.model.variables)]
@@ -150,20 +150,32 @@ class TransitionsMachine(HierarchicalMachine):
             self.models[0].trigger(event, facts)
 
 
-def to_transitions(machine: Machine, model: object, parameters: Mapping[str, Any]) -> TransitionsMachine:
-    """The machine on ``transitions``; see ``Machine.to_transitions``."""
+def to_transitions(
+    machine: CompiledChart, model: object | None = None, parameters: Mapping[str, Any] | None = None
+) -> TransitionsMachine:
+    """A machine on the library ``transitions``, live: events are sent as ``model.trigger(name, facts)``.
+
+    Args:
+        machine: the machine.
+        model: the object that gets the state and the triggers; by default the result itself.
+        parameters: values by name, in SI units.
+
+    Raises:
+        MachineError: the machine has something that ``transitions`` does not share; all of it is in the error.
+        ValueError: a parameter is unknown, or one without a default is missing.
+    """
     beyond = list(_beyond(machine))
     if beyond:
         raise MachineError(beyond)
-    return TransitionsMachine(machine, model, parameters)
+    return TransitionsMachine(machine, model, parameters or {})
 
 
-def _path(machine: Machine, state: State) -> str:
+def _path(machine: CompiledChart, state: State) -> str:
     names = [machine.model.states[index].name for index in machine.topology.up(state.index) if index]
     return BackendState.separator.join(reversed(names))
 
 
-def _beyond(machine: Machine) -> Iterator[Diagnostic]:
+def _beyond(machine: CompiledChart) -> Iterator[Diagnostic]:
     """What the shared subset does not have."""
     if machine.topology.depth > DEPTH:
         yield _refusal(f"states nested more than {DEPTH} deep", machine.model.states[0].place)
@@ -181,7 +193,7 @@ def _refusal(reason: str, place: Place | None) -> Diagnostic:
     return finding("E0921", place, f"`transitions` does not share this: {reason}")
 
 
-def _state_beyond(machine: Machine, state: State) -> Iterator[str]:
+def _state_beyond(machine: CompiledChart, state: State) -> Iterator[str]:
     if state.kind is StateKind.PARALLEL:
         yield "it is parallel"
     if state.kind in HISTORY:
@@ -197,7 +209,7 @@ def _state_beyond(machine: Machine, state: State) -> Iterator[str]:
     yield from _actions_beyond(machine, state.index, (*state.entry, *state.exit))
 
 
-def _transition_beyond(machine: Machine, transition: Transition) -> Iterator[str]:
+def _transition_beyond(machine: CompiledChart, transition: Transition) -> Iterator[str]:
     if not isinstance(transition.trigger, On):
         yield "it waits for no event"
     elif transition.trigger.prefix and any("*" in name or "." in name for name in transition.trigger.names):
@@ -209,7 +221,7 @@ def _transition_beyond(machine: Machine, transition: Transition) -> Iterator[str
     yield from _actions_beyond(machine, transition.source, transition.actions)
 
 
-def _leaves_alike(machine: Machine, transition: Transition) -> bool:
+def _leaves_alike(machine: CompiledChart, transition: Transition) -> bool:
     """Whether both engines leave the same states, whichever are active.
 
     ``transitions`` leaves what lies in the innermost active state around the target, this engine what lies in the
@@ -229,7 +241,7 @@ def _leaves_alike(machine: Machine, transition: Transition) -> bool:
     return True
 
 
-def _actions_beyond(machine: Machine, state: int, actions: tuple[Action, ...]) -> Iterator[str]:
+def _actions_beyond(machine: CompiledChart, state: int, actions: tuple[Action, ...]) -> Iterator[str]:
     if any(isinstance(action, Send | Cancel) for action in actions):
         yield "an action sends an event in time"
     elif (block := machine.generator.actions(state, Role.ENTRY, actions)) is not None and block.watches:

@@ -12,20 +12,18 @@ import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import cycle
-from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from transitions.extensions.diagrams_mermaid import NestedGraph as MermaidGraph
 from transitions.extensions.diagrams_pygraphviz import NestedGraph
 
-from hsm.engine.plans import own_name
 from hsm.model.chart import After, Model, State, StateKind, Transition
 from hsm.model.topology import HISTORY
 from hsm.model.unparse import action_text, activity_text, trigger_text
 
 if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
+    from hsm.engine.machine import Machine
 
 FORMATS = ("svg", "png", "dot", "mmd")
 """What a diagram can be written as: pictures, Graphviz's language, Mermaid's language."""
@@ -63,24 +61,6 @@ class DiagramError(Exception):
     """A diagram that cannot be drawn; the message says why and what to do."""
 
 
-def draw(machine: Machine, path: str | Path, fills: Mapping[str, str] | None = None) -> None:
-    """Write a diagram of a machine to a file; its name's ending says as what.
-
-    Args:
-        machine: the machine.
-        path: where to: ``.svg``, ``.png``, ``.dot`` or ``.mmd``.
-        fills: colours of states by their full names, such as ``#ffcccc``.
-
-    Raises:
-        DiagramError: the ending is none of these, or Graphviz is not installed.
-        OSError: the file cannot be written.
-    """
-    ending = Path(path).suffix.removeprefix(".")
-    if ending not in FORMATS:
-        raise DiagramError(f"a diagram is written as {', '.join(FORMATS)}, not as `{ending or path}`")
-    Path(path).write_bytes(render(machine, ending, fills))
-
-
 def render(machine: Machine, form: str, fills: Mapping[str, str] | None = None) -> bytes:
     """A diagram as the contents of a file.
 
@@ -90,8 +70,10 @@ def render(machine: Machine, form: str, fills: Mapping[str, str] | None = None) 
         fills: colours of states by their full names.
 
     Raises:
-        DiagramError: Graphviz is not installed, or the states are nested too deep to be drawn.
+        DiagramError: there is no such form, Graphviz is not installed, or the states are nested too deep to be drawn.
     """
+    if form not in FORMATS:
+        raise DiagramError(f"a diagram is written as {', '.join(FORMATS)}, not as `{form}`")
     depth = machine.topology.depth
     if depth > DEPTH:
         raise DiagramError(f"states nested {depth} deep cannot be drawn; {DEPTH} can")
@@ -102,7 +84,10 @@ def render(machine: Machine, form: str, fills: Mapping[str, str] | None = None) 
     except (ImportError, AttributeError) as error:  # `transitions` leaves the module out where it is not installed
         raise DiagramError("this needs pygraphviz: install maze-machine[diagrams], or write a .mmd") from error
     if form == "dot":
-        return str(graph.to_string()).encode()
+        text = str(graph.to_string())
+        if not text.rstrip().endswith("}"):  # Graphviz writes it to a temporary file and does not look back
+            raise DiagramError("the diagram is cut off: is the folder for temporary files full?")
+        return text.encode()
     drawn: bytes = graph.draw(format=form, prog="dot")
     return drawn
 
@@ -179,7 +164,7 @@ def _lines(model: Model, state: State) -> list[str]:
     """What is written in a state."""
     if state.kind in HISTORY:
         return ["H*" if state.kind is StateKind.DEEP_HISTORY else "H"]
-    lines = [own_name(state) + (f" = {state.instance}" if state.instance else "")]
+    lines = [state.own_name + (f" = {state.instance}" if state.instance else "")]
     if state.activity is not None:
         lines += _wrapped(f"do {activity_text(state.activity)}", WIDTH_IN_STATES)
     for word, actions in (("entry", state.entry), ("exit", state.exit)):

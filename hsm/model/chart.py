@@ -204,6 +204,11 @@ class State:
     doc: str = ""
     place: Place | None = None
 
+    @property
+    def own_name(self) -> str:
+        """The last part of the full name."""
+        return self.name.rpartition(".")[2]
+
 
 @dataclass(frozen=True, slots=True)
 class Variable:

@@ -8,7 +8,7 @@ from hsm.model.chart import On
 
 
 @dataclass(frozen=True, slots=True)
-class Scoped:
+class StateEvent:
     """An event that comes from a state: an outcome of its activity, its completion or a fault in it.
 
     Transitions of that state and of the states around it see it by ``names``, those of the state alone by ``own``, too.
@@ -30,7 +30,7 @@ class Scoped:
         return (*self.own, *self.names)[-1]
 
 
-Event = str | Scoped
+Event = str | StateEvent
 """An event by its name, sent from outside or raised by the machine, or one that comes from a state."""
 
 

@@ -7,6 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from maze_machine.errors import FileError, UsageError
+from transport.files import write_text
 
 _PLACES = {
     "maze-machine.toml": "maze-machine.toml",
@@ -46,7 +47,7 @@ def make_project(name: str, folder: Path) -> list[Path]:
     for path, text in texts.items():
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8", newline="\n")
+            write_text(path, text)
         except OSError as error:
             raise FileError(f"{path} cannot be written: {error.strerror or error}") from None
     return list(texts)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from maze_machine.arguments.options import ChartArgument, LibraryOption
-from maze_machine.errors import FileError, UsageError
+from maze_machine.errors import UsageError
 
 if TYPE_CHECKING:
-    from hsm.engine.compiled import Machine
+    from hsm.engine.machine import Machine
 
 
 def diagram(
@@ -28,16 +28,19 @@ def diagram(
 
     Example: `maze-machine diagram pledge -o pledge.svg`
     """
-    from hsm.interchange.diagrams import FORMATS, DiagramError, draw
+    from hsm.interchange.diagrams import FORMATS, DiagramError, render
+    from maze_machine.arguments.files import check_outputs
+    from transport.files import write_bytes
 
-    if output.suffix.removeprefix(".") not in FORMATS:
+    form = output.suffix.removeprefix(".")
+    if form not in FORMATS:
         raise UsageError(f"{output}: a diagram is a {', '.join(f'.{one}' for one in FORMATS)} file")
+    check_outputs({"--output": output}, [file])
     try:
-        draw(load_chart(file, library), output)
+        drawn = render(load_chart(file, library), form)
     except DiagramError as error:
         raise UsageError(str(error)) from None
-    except OSError as error:
-        raise FileError(f"{output} cannot be written: {error.strerror or error}") from None
+    write_bytes(output, drawn)
 
 
 def load_chart(file: str, library: str | None = None) -> Machine:

@@ -9,8 +9,9 @@ from typing import Annotated
 
 import typer
 
+from maze_machine.arguments.files import check_outputs
 from maze_machine.arguments.options import ChartArgument, LibraryOption
-from maze_machine.errors import FileError
+from transport.files import write_text as write_file
 
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", help="Where to; standard output if left out.", metavar="FILE")
@@ -36,6 +37,7 @@ def import_chart(
     from hsm.interchange.scxml import read_file
     from hsm.interchange.scxml.translation import to_machine_text
 
+    check_outputs({"--output": output}, [file])
     _write(format_text(to_machine_text(read_file(file))), output)
 
 
@@ -56,6 +58,7 @@ def export(
     from maze_machine.commands.diagram import load_chart
 
     assert to is Target.SCXML, "there is no other"
+    check_outputs({"--output": output}, [file])
     _write(write_text(load_chart(file, library).model), output)
 
 
@@ -63,7 +66,4 @@ def _write(text: str, output: Path | None) -> None:
     if output is None:
         sys.stdout.write(text)
         return
-    try:
-        output.write_text(text, encoding="utf-8", newline="")
-    except OSError as error:
-        raise FileError(f"{output} cannot be written: {error.strerror or error}") from None
+    write_file(output, text)

@@ -28,9 +28,10 @@ def fmt(
     from pathlib import Path
 
     from hsm.dsl.format.formatter import format_text
+    from hsm.dsl.loading import read_text
     from hsm.dsl.reporting import render
-    from hsm.dsl.semantics.loading import read_text
     from hsm.model.diagnostics import MachineError
+    from transport.files import write_text
 
     status = ExitStatus.OK
     for name in files:
@@ -49,10 +50,10 @@ def fmt(
         if name == "-" and not check:
             print(formatted, end="")
         elif formatted != text:
-            print(f"{name}: {'would be formatted' if check else 'formatted'}")
             if check:
                 status = max(status, ExitStatus.FAILED)
             else:
-                Path(name).write_text(formatted, encoding="utf-8", newline="")
+                write_text(Path(name), formatted)
+            print(f"{name}: {'would be formatted' if check else 'formatted'}")
     if status:
         raise typer.Exit(status)

@@ -111,8 +111,8 @@ def _types(library: Library) -> Iterable[dict[str, str]]:
 
 
 def _machines() -> Iterable[dict[str, str]]:
+    from hsm.dsl.loading import read_text
     from hsm.dsl.lsp.describe import first_line
-    from hsm.dsl.semantics.loading import read_text
     from hsm.dsl.syntax.ast import MachineLine
     from hsm.dsl.syntax.parser import parse
     from maze_machine.catalogue.machines import shipped_machines

@@ -8,7 +8,7 @@ import typer
 
 from maze_machine.arguments.completion import complete_machine
 from maze_machine.arguments.options import JsonOption, RecordingArgument, TraceOption
-from maze_machine.errors import ExitStatus
+from maze_machine.errors import ExitStatus, FileError
 
 
 def replay(
@@ -31,18 +31,22 @@ def replay(
     from contextlib import ExitStack
     from json import dumps
 
+    from maze_machine.arguments.files import check_outputs
     from maze_machine.drive.mission import Watcher
     from maze_machine.drive.replay import recorded_mission
     from maze_machine.drive.replay import replay as show_again
     from maze_machine.drive.trace import TraceWriter
+    from maze_machine.report.outputs import text_stream
     from transport.recording import read_recording
 
     recorded = read_recording(recording)
     mission = recorded_mission(recorded, machine)
+    check_outputs({"--trace": trace}, [recording, *mission.machine.model.files])
+    losses: list[str] = []
     with ExitStack() as stack:
         watchers: list[Watcher] = []
         if trace is not None:
-            watchers.append(TraceWriter(stack.enter_context(trace.open("w", encoding="utf-8", newline="\n")), mission))
+            watchers.append(TraceWriter(stack.enter_context(text_stream(trace, losses)), mission))
         ending, difference = show_again(recorded, mission, watchers)
     told = difference and {"tick": difference.tick, "recorded": difference.recorded, "replayed": difference.replayed}
     if json:
@@ -51,4 +55,6 @@ def replay(
         cut = "" if recorded.complete else " (the recording was cut off)"
         print(f"{mission.machine.name} on {len(recorded.ticks)} recorded ticks{cut}: ", end="")
         print("\n".join(difference.lines()) if difference else "no difference")
+    if losses:
+        raise FileError("; ".join(losses))
     raise typer.Exit(ExitStatus.OK if difference is None else ExitStatus.FAILED)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -22,14 +23,16 @@ from maze_machine.arguments.options import (
     TimeLimitOption,
     TraceOption,
 )
-from maze_machine.errors import ExitStatus, UsageError
+from maze_machine.errors import ExitStatus, FileError, UsageError
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from maze_machine.catalogue.profile import Profile
-    from maze_machine.drive.attempts import RefereedRobot
+    from maze_machine.drive.attempts import Attempt, RefereedRobot
     from maze_machine.drive.mission import Watcher
+    from maze_machine.report.result import Result
+    from maze_machine.simulated.world import SimulatedWorld
     from transport.lockstep import RemoteLockstep
     from transport.realtime import RealtimeRobot
 
@@ -123,8 +126,8 @@ def run(
     Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
     """
     from contextlib import ExitStack, closing
-    from json import dumps
 
+    from maze_machine.arguments.files import check_outputs
     from maze_machine.arguments.parameters import split_setting
     from maze_machine.catalogue.profile import load_profile
     from maze_machine.drive.attempts import KeptRobot
@@ -152,8 +155,13 @@ def run(
             find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0, simulator, pace(profile.robot.period, speed)
         )
     outputs, most = Outputs(trace, record, live), 2 if practice else attempts
+    check_outputs(
+        {"--trace": trace, "--record": record, "--picture": picture}, [robot, maze or "", *mission.machine.model.files]
+    )
     files: dict[str, Path] = {}
+    losses: list[str] = []
     with ExitStack() as stack:
+        stack.push(_telling(losses))
         link = None
         if connect is not None and most > 1:
             link = stack.enter_context(closing(in_lockstep(reached(connect, identity, profile, seed))))
@@ -164,7 +172,7 @@ def run(
             return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
 
         def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
-            return outputs.of_attempt(number).watchers(mission, machine, world)
+            return outputs.of_attempt(number).watchers(mission, machine, world, losses)
 
         repeated = world or link
         begin_again = (lambda: False) if repeated is None else repeated.try_again
@@ -175,13 +183,48 @@ def run(
             told = [] if repeated is None or most == 1 else repeated.attempts()
             result = Result(mission.machine.name, mission.parameters, ending, files, link_counts(attempt.robot), told)
             if not no_picture:
-                from maze_machine.report.picture import save_run
-
                 shown = numbered(picture or default_picture(mission.machine.name, ending.report), number)
-                save_run(shown, world, attempt.trail, result.line)
-                files["picture" + nth] = shown
-    print(dumps(result.as_json()) if json else "\n".join(result.lines()))
+                if has_picture(shown, world, attempt, result.line, losses):
+                    files["picture" + nth] = shown
+    end(result, losses, json)
+
+
+def end(result: Result, losses: Sequence[str], json: bool) -> NoReturn:
+    """Print the result, then say which files are not complete, and end.
+
+    Raises:
+        Exit: with the status of the run.
+        FileError: a file is not complete.
+    """
+    from json import dumps
+
+    print(dumps(result.as_json()) if json else "\n".join(result.lines()), flush=True)
+    if losses:
+        raise FileError("; ".join(losses))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
+
+
+def has_picture(file: Path, world: SimulatedWorld | None, attempt: Attempt, title: str, losses: list[str]) -> bool:
+    """Save the picture of an attempt; whether the disk took it. If not, a sentence is added to the losses."""
+    from maze_machine.report.picture import save_run
+
+    try:
+        save_run(file, world, attempt.trail, title)
+    except OSError as error:
+        losses.append(f"no picture: {error.filename or file}: {error.strerror}")
+        return False
+    return True
+
+
+def _telling(losses: Sequence[str]) -> Callable[..., None]:
+    """On leaving a run that was ended by an error: say too which files lack something."""
+
+    def say(kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None:
+            for loss in losses:
+                print(f"maze-machine: {loss}", file=sys.stderr)
+
+    return say
 
 
 def refuse_with_connect(embedded: Mapping[str, object]) -> None:

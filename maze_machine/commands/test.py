@@ -9,7 +9,7 @@ import typer
 
 from maze_machine.arguments.completion import complete_machine
 from maze_machine.arguments.options import JsonOption, LibraryOption
-from maze_machine.errors import ExitStatus, UsageError
+from maze_machine.errors import ExitStatus, FileError, UsageError
 
 
 def test(
@@ -60,6 +60,7 @@ def test(
 
     from hsm.testing.scenarios.reading import SUFFIX
     from hsm.testing.scenarios.trial import load_machine, load_trial
+    from maze_machine.arguments.files import check_outputs
     from maze_machine.catalogue.library import chosen_library
     from maze_machine.catalogue.machines import find_machine
     from maze_machine.report.trials import Reports, generated, mutated, run_trial
@@ -69,6 +70,8 @@ def test(
         raise UsageError("--output goes with --generate")
     path = Path(file)
     meant = path if path.suffix == SUFFIX else find_machine(file)
+    outputs = {"--output": output, "--lcov": lcov, "--cobertura": cobertura}
+    check_outputs(outputs, [meant])
     names = chosen_library(library, meant)
     if generate:
         with waiting("finding scenarios"):
@@ -80,4 +83,6 @@ def test(
         with waiting("running scenarios, checking properties"):
             result = run_trial(load_trial(meant, names), steps, Reports(coverage, fail_under, html, lcov, cobertura))
     print(dumps(result.as_json, indent=2) if json else "\n".join(result.lines))
+    if result.losses:
+        raise FileError("; ".join(result.losses))
     raise typer.Exit(ExitStatus.OK if result.passed else ExitStatus.FAILED)

@@ -23,13 +23,16 @@ def view(
 
     Example: `maze-machine view run.mcap -o run.html`
     """
+    from maze_machine.arguments.files import check_outputs
     from maze_machine.drive.replay import recorded_profile
     from maze_machine.view.page import frame, head, replay_page
+    from transport.files import write_text
     from transport.recording import read_recording
 
-    recorded = read_recording(recording)
     page = output or recording.with_suffix(".html")
+    check_outputs({"--output": page}, [recording])
+    recorded = read_recording(recording)
     title = f"{Path(recorded.run.get('machine', recorded.robot)).stem}, {len(recorded.ticks)} ticks"
     frames = [frame(tick.observation, tick.command, tick.step) for tick in recorded.ticks]
-    page.write_text(replay_page(head(title, recorded_profile(recorded).robot), frames), encoding="utf-8")
+    write_text(page, replay_page(head(title, recorded_profile(recorded).robot), frames))
     print(page)

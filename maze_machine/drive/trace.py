@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, TextIO
+from typing import Any, Protocol
 
 from hsm import Machine
 from hsm.model.chart import Transition
@@ -54,10 +54,18 @@ def _described(machine: Machine, transition: Transition) -> str:
     return f"{states[transition.source].name}{arrow}{place}"
 
 
+class SupportsWrite(Protocol):
+    """What takes a text."""
+
+    def write(self, text: str, /) -> object:
+        """Take a part of it."""
+        ...
+
+
 class TraceWriter:
     """Writes a trace to an open text file; a watcher of ticks."""
 
-    def __init__(self, file: TextIO, mission: Mission) -> None:
+    def __init__(self, file: SupportsWrite, mission: Mission) -> None:
         self._file = file
         self._machine = mission.machine
         self._write(trace_head(mission))

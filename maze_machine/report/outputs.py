@@ -17,7 +17,8 @@ from maze_machine.drive.trace import TraceWriter
 from maze_machine.errors import UsageError
 from maze_machine.report.progress import Progress
 from maze_machine.simulated.world import SimulatedWorld
-from transport.recording import Recorder
+from transport.files import Stream
+from transport.recording import Recorder, RecordingError
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,32 +47,36 @@ class Outputs:
         return {kind: path for kind, path in asked.items() if path is not None}
 
     @contextmanager
-    def watchers(self, mission: Mission, machine: str, world: SimulatedWorld | None) -> Iterator[list[Watcher]]:
+    def watchers(
+        self, mission: Mission, machine: str, world: SimulatedWorld | None, losses: list[str]
+    ) -> Iterator[list[Watcher]]:
         """The watchers of a run, for as long as the block runs.
+
+        A disk that fails while the robot drives does not end the run: the file is given up, and its loss noted.
 
         Args:
             mission: the run.
             machine: the machine's file, or the name of a shipped one.
             world: where it takes place, if that is in this process.
+            losses: takes a sentence on each file that could not be completed.
 
         Raises:
-            OSError: a file cannot be written.
-            RecordingError: the recording cannot be written.
+            OSError: a file cannot be begun.
+            RecordingError: the recording cannot be begun.
             UsageError: the port is taken.
         """
         with ExitStack() as stack:
             found: list[Watcher] = []
             if self.trace is not None:
-                file = stack.enter_context(self.trace.open("w", encoding="utf-8", newline="\n"))
-                found.append(TraceWriter(file, mission))
+                found.append(TraceWriter(stack.enter_context(text_stream(self.trace, losses)), mission))
             if self.recording is not None:
                 # Nothing is lost where time waits for the disk.
                 patience = 60.0 if world else 0.0
                 recorder = Recorder(
                     self.recording, mission.profile.robot.name, described(mission, machine), patience=patience
                 )
-                stack.callback(_tell_lost, recorder)
-                found.append(keeper(stack.enter_context(recorder), mission))
+                stack.callback(_finish, recorder, losses)
+                found.append(keeper(recorder, mission))
             if self.live is not None:
                 found.append(stack.enter_context(shown_live(self.live, mission, world)))
             found.append(stack.enter_context(Progress(Console(stderr=True))))
@@ -83,7 +88,57 @@ def numbered(file: Path, attempt: int) -> Path:
     return file if attempt == 1 else file.with_stem(f"{file.stem}-{attempt}")
 
 
-def _tell_lost(recorder: Recorder) -> None:
+class TextStream:
+    """Takes a text, line by line, into a file, until the disk fails: from then on it is dropped."""
+
+    def __init__(self, stream: Stream) -> None:
+        self._stream = stream
+        self.failure: OSError | None = None
+
+    def write(self, text: str) -> None:
+        """Write on."""
+        if self.failure is not None:
+            return
+        try:
+            self._stream.write(text.encode())
+        except OSError as error:
+            self.failure = error
+
+    def finish(self) -> None:
+        """Have the file take its place."""
+        try:
+            self._stream.close()
+        except OSError as error:
+            self.failure = error
+
+
+@contextmanager
+def text_stream(path: Path, losses: list[str]) -> Iterator[TextStream]:
+    """A text file that is written while something goes on.
+
+    Args:
+        path: its name.
+        losses: takes a sentence if it could not be completed.
+
+    Raises:
+        OSError: it cannot be begun.
+    """
+    stream = Stream(path)
+    text = TextStream(stream)
+    try:
+        yield text
+    finally:
+        text.finish()
+        if text.failure is not None:
+            losses.append(f"{path} is not complete: {text.failure.strerror}")
+
+
+def _finish(recorder: Recorder, losses: list[str]) -> None:
+    try:
+        recorder.close()
+    except RecordingError as error:
+        losses.append(str(error))
+        return
     if recorder.lost:
         print(f"the recording lacks {recorder.lost} ticks: the disk was too slow for it", file=sys.stderr)
 

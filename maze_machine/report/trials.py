@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.testing.coverage.data import Measured, Measurements
-from hsm.testing.coverage.html import write_html
+from hsm.testing.coverage.html import INDEX, html_pages
 from hsm.testing.coverage.lcov import cobertura, lcov
 from hsm.testing.coverage.table import coverage_table, missed_lines, total_share
-from hsm.testing.exploration.checking import MOST_STEPS, Verdict, check
-from hsm.testing.exploration.generating import MOST_STEPS as MOST_GENERATED
-from hsm.testing.exploration.generating import generate
+from hsm.testing.exploration.checking import MOST_STEPS, PropertyVerdict, check
+from hsm.testing.generation.generating import MOST_STEPS as MOST_GENERATED
+from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import survey
-from hsm.testing.scenarios.running import Failure, Result, run_suite
+from hsm.testing.scenarios.running import Failure, ScenarioResult, run_suite
 from hsm.testing.scenarios.trial import Trial
 from hsm.testing.scenarios.watching import watches
 from hsm.testing.scenarios.writing import Writer
+from transport.files import write_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,11 +32,13 @@ class Told:
         passed: whether all is well.
         lines: for a person.
         as_json: for a program, of JSON values.
+        losses: a sentence on each file that could not be written.
     """
 
     passed: bool
     lines: list[str]
     as_json: Mapping[str, Any]
+    losses: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +65,7 @@ def run_trial(trial: Trial, steps: int | None, reports: Reports) -> Told:
     model = trial.machine.model
     measurements = Measurements()
     lines: list[str] = []
-    results: list[Result] = []
+    results: list[ScenarioResult] = []
     for suite in trial.suites:
         lines.append(suite.file)
         for result in run_suite(suite, trial.machine, lambda: watches(model.properties)):
@@ -82,7 +86,8 @@ def run_trial(trial: Trial, steps: int | None, reports: Reports) -> Told:
     measured = list(measurements.machines.values())
     share = total_share(measured)
     enough = reports.fail_under is None or share >= reports.fail_under
-    lines += _written(measured, reports)
+    losses: list[str] = []
+    lines += _written(measured, reports, losses)
     lines.append(
         f"{len(results)} scenarios, {failed} failed; {len(verdicts)} properties, {violated} violated; "
         f"{share:.1f}% covered{'' if enough else f', which is under {reports.fail_under:g}%'}"
@@ -94,7 +99,7 @@ def run_trial(trial: Trial, steps: int | None, reports: Reports) -> Told:
         "coverage": round(share, 2),
         "missed": [line for one in measured for line in missed_lines(one)],
     }
-    return Told(not failed and not violated and enough, lines, as_json)
+    return Told(not failed and not violated and enough, lines, as_json, losses)
 
 
 def generated(machine: Machine, steps: int | None, output: Path | None) -> Told:
@@ -114,9 +119,11 @@ def generated(machine: Machine, steps: int | None, output: Path | None) -> Told:
     }
     if output is None:
         return Told(not unreached, [text.rstrip("\n")], as_json)
-    output.write_text(text, encoding="utf-8", newline="\n")
+    losses: list[str] = []
+    with _noting(losses):
+        write_text(output, text)
     told = f"{output}: {len(found.scenarios)} scenarios from {found.moments} situations; {len(unreached)} not reached"
-    return Told(not unreached, [*unreached, told], as_json)
+    return Told(not unreached, [*unreached, told], as_json, losses)
 
 
 def mutated(trial: Trial) -> Told:
@@ -132,19 +139,45 @@ def mutated(trial: Trial) -> Told:
     return Told(not survivors, [*survivors, line], as_json)
 
 
-def _written(measured: list[Measured], reports: Reports) -> list[str]:
+@contextmanager
+def _noting(losses: list[str]) -> Iterator[None]:
+    """Go on where a file cannot be written, and note which, and why: what was found out is worth more."""
+    try:
+        yield
+    except OSError as error:
+        losses.append(f"{error.filename}: {error.strerror}")
+
+
+def _written(measured: list[Measured], reports: Reports, losses: list[str]) -> list[str]:
     lines: list[str] = []
     if reports.table:
         lines += ["", *coverage_table(measured, Path.cwd()), ""]
     if reports.html is not None:
-        lines.append(f"coverage report: {write_html(reports.html, measured)}")
+        with _noting(losses):
+            lines.append(f"coverage report: {write_pages(reports.html, measured)}")
     for path, text in ((reports.lcov, lcov), (reports.cobertura, cobertura)):
         if path is not None:
-            path.write_text(text(measured), encoding="utf-8", newline="\n")
+            with _noting(losses):
+                write_text(path, text(measured))
     return lines
 
 
-def _result_json(result: Result) -> dict[str, Any]:
+def write_pages(folder: Path, measured: Sequence[Measured]) -> Path:
+    """Write a coverage report into a folder, which is made if need be.
+
+    Returns:
+        The page to begin with.
+
+    Raises:
+        OSError: a page cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, page in html_pages(measured).items():
+        write_text(folder / name, page)
+    return folder / INDEX
+
+
+def _result_json(result: ScenarioResult) -> dict[str, Any]:
     failure: Failure | None = result.failure
     found: dict[str, Any] = {"name": result.scenario.name, "passed": result.passed}
     if result.scenario.place is not None:
@@ -161,7 +194,7 @@ def _result_json(result: Result) -> dict[str, Any]:
     return found
 
 
-def _verdict_json(verdict: Verdict, writer: Writer) -> dict[str, Any]:
+def _verdict_json(verdict: PropertyVerdict, writer: Writer) -> dict[str, Any]:
     return {
         "name": verdict.name,
         "property": verdict.text,

@@ -16,6 +16,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from transport.files import replacing
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -67,7 +69,8 @@ def save_picture(file: Path, scene: Scene, trail: Trail, title: str = "") -> Non
     _draw_trail(figure, axes, trail)
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     axes.set_title(title, fontsize=10, loc="left")
-    figure.savefig(file, bbox_inches="tight")
+    with replacing(file) as written:
+        figure.savefig(written, format=file.suffix.removeprefix("."), bbox_inches="tight")
 
 
 def draw_scene(axes: Axes, scene: Scene) -> None:

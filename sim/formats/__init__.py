@@ -8,6 +8,7 @@ from sim.formats import heightmap, micromouse, mms, text
 from sim.formats.format import CannotHoldError, Format, Scale, Source
 from sim.maze import Maze, MazeError
 from sim.solvability import UnsolvableError, checked
+from transport.files import write_bytes
 
 FORMATS: tuple[Format, ...] = (heightmap.FORMAT, micromouse.FORMAT, mms.FORMAT, text.FORMAT)
 """All formats; a file is of the first one that recognises it, and the last one takes any text."""
@@ -64,7 +65,7 @@ def write_maze(
         known = ", ".join(suffix for form in FORMATS for suffix in form.suffixes)
         raise MazeError(str(path), f"no maze format has the suffix `{path.suffix}`", hint=f"one of {known}")
     try:
-        path.write_bytes(form.write(maze, path.suffix, Scale(metres_a_pixel, metres_a_cell)))
+        write_bytes(path, form.write(maze, path.suffix, Scale(metres_a_pixel, metres_a_cell)))
     except CannotHoldError as error:
         raise MazeError(str(path), f"a {form.name} cannot hold this maze: {error}", hint="write a .maze file") from None
     except OSError as error:

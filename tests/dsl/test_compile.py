@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 
 from hsm.dsl import check_text, parse_model
-from hsm.engine.compiled import build
+from hsm.engine.machine import build
 from hsm.model.chart import After, Assign, Call, On, Raise, StateKind, TransitionKind, When
 from hsm.model.expressions import Binary, Literal, VariableValue
 from hsm.model.types import INTEGER, NUMBER, Quantity

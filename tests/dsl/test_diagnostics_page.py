@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hsm import MachineError, build
+from hsm import MachineError, build, to_transitions
 from hsm.dsl import check_file, check_text
 from hsm.dsl.reporting.render import as_text
 from hsm.interchange.scxml import read_text
@@ -67,11 +67,11 @@ def test_the_machines_of_a_code(code, library):
     wrong = check_text(blocks["maze-machine wrong"], library, "example.maze-machine")
     assert wrong.diagnostics == ()
     with pytest.raises(MachineError) as raised:
-        build(wrong.model).to_transitions(None)
+        to_transitions(build(wrong.model))
     assert {found.code for found in raised.value.diagnostics} == {code}
     assert as_text(raised.value.diagnostics, wrong.sources) + "\n" == blocks["text"]
     right = check_text(blocks["maze-machine"], library, "example.maze-machine")
-    assert build(right.model).to_transitions(None).active() == {"a"}
+    assert to_transitions(build(right.model)).active() == {"a"}
 
 
 def test_a_file_that_is_not_there(library, tmp_path, monkeypatch):

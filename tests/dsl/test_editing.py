@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hsm.dsl.lsp.editing import Document, Kind
+from hsm.dsl.lsp.editing import Document, SymbolKind
 
 MACHINES = Path(__file__).parent / "machines"
 TEXT = """\
@@ -109,7 +109,7 @@ def at(word, nth=0):
 
 def test_hovering_shows_the_registry(document):
     found = document().hover(*at("drive("))
-    assert (found.kind, found.doc) == (Kind.ACTIVITY, "Drive straight on.")
+    assert (found.kind, found.doc) == (SymbolKind.ACTIVITY, "Drive straight on.")
     assert found.detail == "drive(speed : speed = 0.5 m/s) -> blocked; holds base"
     assert document().hover(*at("space.front")).detail == "space.front : bool"
     assert document().hover(*at("cruise", 1)).detail == "speed"

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hsm.dsl import parse_model
-from hsm.dsl.semantics.logic import UndecidedError, can_hold, case_text, formula_of, models, negation
+from hsm.dsl.logic.formulas import UndecidedError, can_hold, case_text, formula_of, models, negation
 from hsm.model.expressions import Binary, Literal, Unary, VariableValue
 from tests.dsl.library import Junction, make_library
 

@@ -5,7 +5,7 @@ import os
 import pytest
 from hypothesis import event, given, settings
 
-from hsm import MachineError, build
+from hsm import MachineError, build, to_transitions
 from tests.hsm.charts import (
     DONE,
     EXTERNAL,
@@ -40,7 +40,7 @@ def test_both_engines_agree(declared, events):
     run = machine.start()
     begun = list(DONE)
     DONE.clear()
-    backend = machine.to_transitions()
+    backend = to_transitions(machine)
     assert begun == DONE
     assert backend.active() == run.configuration
     taken = 0
@@ -70,7 +70,7 @@ def test_a_live_machine_with_guards_over_facts():
         pass
 
     robot = Robot()
-    backend = machine.to_transitions(robot)
+    backend = to_transitions(machine, robot)
     robot.tick(facts())
     assert robot.state == "drive"
     robot.trigger("tick", facts("a"))
@@ -82,14 +82,14 @@ def test_a_live_machine_with_guards_over_facts():
 
 def test_raised_events_follow():
     machine = build(model(state("a", on("go", "b")), state("b", on("next", "c"), entry=[raising("next")]), state("c")))
-    backend = machine.to_transitions()
+    backend = to_transitions(machine)
     backend.trigger("go")
     assert backend.active() == {"c"}
 
 
 def test_transitions_of_the_whole_machine_come_last():
     machine = build(model(state("a", on("go", "b")), state("b"), state("c"), on("go", "c")))
-    backend = machine.to_transitions()
+    backend = to_transitions(machine)
     backend.trigger("go")
     assert backend.active() == {"b"}
     backend.trigger("go")
@@ -112,14 +112,14 @@ def test_transitions_of_the_whole_machine_come_last():
 )
 def test_what_is_not_shared_is_refused(reason, parts):
     with pytest.raises(MachineError) as raised:
-        build(model(*parts)).to_transitions()
+        to_transitions(build(model(*parts)))
     assert any(reason in one.message and one.code == "E0921" for one in raised.value.diagnostics)
 
 
 def test_a_comparison_of_a_counter_guards_alike():
     guarded = on("go", "b", guard=compare(variable("n"), "<", number(2)))
     machine = build(model(state("a", guarded), state("b", on("go", "a", actions=[add("n")])), variables={"n": 0}))
-    run, backend = machine.start(), machine.to_transitions()
+    run, backend = machine.start(), to_transitions(machine)
     for time in range(8):
         run.step(float(time), ["go"])
         backend.trigger("go")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hsm import MachineError, build
+from hsm import MachineError, build, to_transitions
 from hsm.interchange import scxml
 from hsm.interchange.diagrams import DiagramError, render
 from tests.hsm.charts import facts, model, on, state, when
@@ -28,7 +28,7 @@ def test_a_very_deep_machine_runs():
 def test_what_is_too_deep_for_others_is_refused():
     machine = build(tower(100))
     with pytest.raises(MachineError, match="nested more than"):
-        machine.to_transitions()
+        to_transitions(machine)
     with pytest.raises(DiagramError, match="nested 100 deep"):
         render(machine, "mmd")
 

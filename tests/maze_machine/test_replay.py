@@ -22,7 +22,7 @@ def recorded(tmp_path_factory):
     mission = prepare("pledge", profile, [("cruise", "0.4 m/s")], time_limit=10.0)
     world = SimulatedWorld(find_maze("final_2015"), profile.robot)
     robot, outputs = LockstepRobot(world), Outputs(folder / "run.jsonl", folder / "run.mcap")
-    with outputs.watchers(mission, "pledge", world) as watchers:
+    with outputs.watchers(mission, "pledge", world, []) as watchers:
         drive(mission, robot, robot, watchers)
     return folder / "run.mcap", folder / "run.jsonl"
 

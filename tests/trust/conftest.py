@@ -4,7 +4,7 @@ from textwrap import dedent
 import pytest
 
 from hsm.dsl import parse_model
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.model.registry import Library
 from hsm.testing.scenarios.trial import Trial, load_trial
 from tests.trust.library import make_library

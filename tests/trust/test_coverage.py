@@ -10,8 +10,8 @@ from hsm.engine.coverage import Coverage
 from hsm.interchange.diagrams import DiagramError
 from hsm.testing.coverage.data import Measurements, measured_files
 from hsm.testing.coverage.heat import fills_of, heat_map
-from hsm.testing.coverage.html import write_html
-from hsm.testing.coverage.items import Kind, points
+from hsm.testing.coverage.html import html_pages
+from hsm.testing.coverage.items import ItemKind, points
 from hsm.testing.coverage.lcov import cobertura, lcov
 from hsm.testing.coverage.table import coverage_table, missed_lines, ranges
 from hsm.testing.scenarios.driver import Driver
@@ -35,35 +35,35 @@ def missed(machine, driver, kind):
 def test_states_transitions_outcomes_and_time_outs(machine_of):
     machine = machine_of(TEXT)
     driver = Driver(machine)
-    assert missed(machine, driver, Kind.STATE) == ["b never entered"]
+    assert missed(machine, driver, ItemKind.STATE) == ["b never entered"]
     driver.step(reports={"rotate": "done"})
-    assert missed(machine, driver, Kind.STATE) == []
-    assert missed(machine, driver, Kind.OUTCOME) == ["rotate in a never reported blocked"]
-    assert missed(machine, driver, Kind.TIME_OUT) == ["b: after 2 s -> a never timed out"]
+    assert missed(machine, driver, ItemKind.STATE) == []
+    assert missed(machine, driver, ItemKind.OUTCOME) == ["rotate in a never reported blocked"]
+    assert missed(machine, driver, ItemKind.TIME_OUT) == ["b: after 2 s -> a never timed out"]
     driver.wait(2)
-    assert missed(machine, driver, Kind.TIME_OUT) == []
+    assert missed(machine, driver, ItemKind.TIME_OUT) == []
 
 
 def test_guards_conditions_and_mcdc(machine_of):
     machine = machine_of(TEXT)
     driver = Driver(machine)
-    assert len(missed(machine, driver, Kind.GUARD)) == 1  # false was seen
+    assert len(missed(machine, driver, ItemKind.GUARD)) == 1  # false was seen
     driver.step({"space.left": True})
-    assert missed(machine, driver, Kind.CONDITION) == [
+    assert missed(machine, driver, ItemKind.CONDITION) == [
         "a: when space.left and space.right -> b: `space.right` never true"
     ]
-    assert len(missed(machine, driver, Kind.MCDC)) == 2
+    assert len(missed(machine, driver, ItemKind.MCDC)) == 2
     driver.step({"space.right": True})
-    assert missed(machine, driver, Kind.GUARD) == []
-    assert missed(machine, driver, Kind.CONDITION) == []
-    assert missed(machine, driver, Kind.MCDC) == []
+    assert missed(machine, driver, ItemKind.GUARD) == []
+    assert missed(machine, driver, ItemKind.CONDITION) == []
+    assert missed(machine, driver, ItemKind.MCDC) == []
 
 
 def test_mcdc_asks_more_than_each_condition_both_ways(machine_of):
     machine = machine_of("state a\n    when space.left or space.right -> b\nstate b\n    when space.front -> a\n")
     driver = Driver(machine)  # false, false
     driver.step({"space.left": True})  # true, -
-    assert missed(machine, driver, Kind.MCDC) == [
+    assert missed(machine, driver, ItemKind.MCDC) == [
         "a: when space.left or space.right -> b: `space.right` never decided alone"
     ]
 
@@ -120,7 +120,7 @@ def test_lcov_and_cobertura_agree_with_the_points(measurements):
     assert records[0] == "TN:"
     assert records[-1] == "end_of_record"
     entered = [int(line.split(":")[1].split(",")[0]) for line in records if line.startswith("FNDA")]
-    assert len(entered) == sum(point.kind is Kind.STATE for point in machines[0].points)
+    assert len(entered) == sum(point.kind is ItemKind.STATE for point in machines[0].points)
     assert f"BRF:{sum(line.startswith('BRDA') for line in records)}" in records
     root = ElementTree.fromstring(cobertura(machines))
     assert root.tag == "coverage"
@@ -129,10 +129,10 @@ def test_lcov_and_cobertura_agree_with_the_points(measurements):
     assert lines == {int(one[3:].split(",")[0]): int(one.split(",")[1]) for one in records if one.startswith("DA:")}
 
 
-def test_the_html_report_shows_source_counts_and_reasons(measurements, tmp_path):
-    index = write_html(tmp_path / "report", list(measurements.machines.values()))
-    assert "walker.html" in index.read_text()
-    page = (tmp_path / "report" / "walker.html").read_text()
+def test_the_html_report_shows_source_counts_and_reasons(measurements):
+    pages = html_pages(list(measurements.machines.values()))
+    assert "walker.html" in pages["index.html"]
+    page = pages["walker.html"]
     assert "property quiet" in page
     assert "never" in page
     assert page.count("<svg") == 1

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from hsm.dsl import parse_model
 from hsm.testing.exploration.checking import check
-from hsm.testing.exploration.generating import generate
+from hsm.testing.generation.generating import generate
 from hsm.testing.scenarios.driver import Driver
 from hsm.testing.scenarios.reading import parse_suite
 from hsm.testing.scenarios.running import run_suite

@@ -3,11 +3,11 @@
 import pytest
 from typer.testing import CliRunner
 
-from hsm.testing.coverage.items import Kind, points
+from hsm.testing.coverage.items import ItemKind, points
 from hsm.testing.exploration.checking import NO_FAULT, check
 from hsm.testing.exploration.exploring import Regions
 from hsm.testing.exploration.feasible import CONTRADICTION, TAKEN_BEFORE
-from hsm.testing.exploration.generating import generate
+from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import mutants, survey
 from hsm.testing.scenarios.reading import parse_suite
 from hsm.testing.scenarios.running import run_suite
@@ -48,7 +48,14 @@ def test_generated_tests_reach_everything_and_notice_every_change(text, machine_
     coverage = results[0].coverage
     for result in results[1:]:
         coverage = coverage.merge(result.coverage)
-    kinds = (Kind.STATE, Kind.TRANSITION, Kind.GUARD, Kind.CONDITION, Kind.OUTCOME, Kind.TIME_OUT)
+    kinds = (
+        ItemKind.STATE,
+        ItemKind.TRANSITION,
+        ItemKind.GUARD,
+        ItemKind.CONDITION,
+        ItemKind.OUTCOME,
+        ItemKind.TIME_OUT,
+    )
     assert [one.text for one in points(machine.model, coverage) if one.kind in kinds and not one.covered] == []
     noticed = survey(machine.model, [suite])
     assert noticed.score == 100, [(one.kind, one.text) for one in noticed.survivors]

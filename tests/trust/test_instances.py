@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from hsm.dsl import load_model
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.engine.monitoring import Monitor
 from hsm.testing.exploration.checking import check
 from hsm.testing.scenarios.driver import Driver

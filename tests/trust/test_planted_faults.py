@@ -7,7 +7,7 @@ import pytest
 from hsm.dsl import check_text
 from hsm.model.diagnostics import Severity
 from hsm.testing.exploration.checking import NO_FAULT, check
-from hsm.testing.exploration.generating import generate
+from hsm.testing.generation.generating import generate
 from hsm.testing.scenarios.running import run_suite
 
 MACHINE = Path(__file__).parent / "machines" / "walker.maze-machine"

@@ -5,7 +5,7 @@ import pytest
 from hsm.engine.coverage import Coverage
 from hsm.model.properties import Never, Precedence, Recurrence
 from hsm.testing.coverage.data import Measured
-from hsm.testing.coverage.items import Kind
+from hsm.testing.coverage.items import ItemKind
 from hsm.testing.mutation.mutating import survey
 from hsm.testing.scenarios.running import run_suite
 from hsm.testing.scenarios.trial import load_trial
@@ -27,9 +27,9 @@ def test_scenarios_reach_every_state_and_transition_and_nearly_every_outcome_of_
             assert result.failure is None, result.failure.lines()
             coverage = coverage.merge(result.coverage)
     measured = Measured(trial.machine.model, coverage)
-    assert measured.share(Kind.STATE) == 100
-    assert measured.share(Kind.TRANSITION) == 100
-    assert measured.share(Kind.GUARD) >= 95
+    assert measured.share(ItemKind.STATE) == 100
+    assert measured.share(ItemKind.TRANSITION) == 100
+    assert measured.share(ItemKind.GUARD) >= 95
     assert trial.machine.model.properties
 
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hsm.dsl.checks import conflicts, flow, guards, outcomes, regions, spin, unused
-from hsm.dsl.semantics.subject import Subject
+from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.diagnostics import Diagnostic
 
 
-def errors(subject: Subject) -> Iterator[Diagnostic]:
+def errors(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """What keeps a machine from being built although every line makes sense."""
     yield from conflicts.check(subject)
 
 
-def remarks(subject: Subject) -> Iterator[Diagnostic]:
+def remarks(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """Warnings and notes."""
     for module in (flow, outcomes, guards, spin, regions, unused):
         yield from module.check(subject)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hsm.dsl.semantics.subject import Subject
+from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.chart import State, StateKind
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, Place, Related
 
 
-def check(subject: Subject) -> Iterator[Diagnostic]:
+def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """Two regions, or a state and one around it, that could hold the same at once."""
     states = subject.model.states
     held: list[dict[str, State]] = [{} for _ in states]
@@ -35,7 +35,7 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
                 inside[thing] = state
 
 
-def _clash(subject: Subject, thing: str, first: State, second: State) -> Iterator[Diagnostic]:
+def _clash(subject: AnalysisInput, thing: str, first: State, second: State) -> Iterator[Diagnostic]:
     place, other = _place(subject, second), _place(subject, first)
     if place is None:
         place, other, first, second = other, place, second, first
@@ -50,7 +50,7 @@ def _clash(subject: Subject, thing: str, first: State, second: State) -> Iterato
     yield finding("E0411", place, message, hint, related)
 
 
-def _place(subject: Subject, state: State) -> Place | None:
+def _place(subject: AnalysisInput, state: State) -> Place | None:
     """Where a state's activity is written in this file; of a state inside an instance, where that instance is."""
     if state.activity is not None and state.activity.place is not None and state.activity.place.file == subject.file:
         return state.activity.place

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hsm.dsl.semantics.subject import Subject
+from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.chart import Model, State, StateKind, Transition, TransitionKind
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic
 
 
-def check(subject: Subject) -> Iterator[Diagnostic]:
+def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """Unreachable states, and states with no way out."""
     reached = reachable(subject.model)
     if not subject.unresolved:
@@ -53,7 +53,7 @@ def _next(model: Model, index: int) -> Iterator[int]:
         yield from model.transitions[number].targets
 
 
-def _unreached(subject: Subject, reached: list[bool]) -> Iterator[Diagnostic]:
+def _unreached(subject: AnalysisInput, reached: list[bool]) -> Iterator[Diagnostic]:
     """The outermost states that nothing enters; what they lead to, and what lies inside them, goes without saying."""
     model = subject.model
     outermost = {
@@ -76,7 +76,7 @@ def _unreached(subject: Subject, reached: list[bool]) -> Iterator[Diagnostic]:
         yield finding("W0501", state.place, f"no transition ever enters state `{state.name}`", hint)
 
 
-def _dead_ends(subject: Subject, reached: list[bool]) -> Iterator[Diagnostic]:
+def _dead_ends(subject: AnalysisInput, reached: list[bool]) -> Iterator[Diagnostic]:
     model = subject.model
     outermost = _outermost_domains(model)
     for state in subject.own_states():

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from hsm.dsl.semantics.linear import form_of
-from hsm.dsl.semantics.logic import (
+from hsm.dsl.logic.formulas import (
     Formula,
     UndecidedError,
     both,
@@ -18,7 +17,8 @@ from hsm.dsl.semantics.logic import (
     negation,
     terms_of,
 )
-from hsm.dsl.semantics.subject import Subject
+from hsm.dsl.logic.linear import form_of
+from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.chart import After, On, State, Transition, When
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, Related
@@ -30,7 +30,7 @@ _MOST_GAPS = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class GuardRow:
     """A transition with what its condition and guard say.
 
     Attributes:
@@ -44,7 +44,7 @@ class Row:
     usual: Formula
 
 
-def check(subject: Subject) -> Iterator[Diagnostic]:
+def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """All findings about conditions, state by state."""
     usual = default_values(subject)
     for state in subject.own_states():
@@ -62,7 +62,7 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
         yield from _timeouts(own)
 
 
-def default_values(subject: Subject) -> dict[str, bool | float | int]:
+def default_values(subject: AnalysisInput) -> dict[str, bool | float | int]:
     """The defaults of the machine's numeric parameters."""
     return {
         parameter.name: parameter.default
@@ -71,7 +71,7 @@ def default_values(subject: Subject) -> dict[str, bool | float | int]:
     }
 
 
-def _row(transition: Transition, usual: Mapping[str, bool | float | int]) -> Row:
+def _row(transition: Transition, usual: Mapping[str, bool | float | int]) -> GuardRow:
     conditions: list[Expression] = []
     if isinstance(transition.trigger, When):
         conditions.append(transition.trigger.condition)
@@ -82,12 +82,12 @@ def _row(transition: Transition, usual: Mapping[str, bool | float | int]) -> Row
     for condition in conditions:
         free = both(free, formula_of(condition, {}))
         fixed = both(fixed, formula_of(condition, usual))
-    return Row(transition, free, fixed)
+    return GuardRow(transition, free, fixed)
 
 
-def _table(rows: Sequence[Row], events: Sequence[str] = ()) -> Iterator[Diagnostic]:
+def _table(rows: Sequence[GuardRow], events: Sequence[str] = ()) -> Iterator[Diagnostic]:
     """Rows that never fire, that earlier ones hide, or that overlap earlier ones."""
-    living: list[Row] = []
+    living: list[GuardRow] = []
     subject = "this guard" if events else "this condition"
     for row in rows:
         place = row.transition.place
@@ -109,7 +109,7 @@ def _table(rows: Sequence[Row], events: Sequence[str] = ()) -> Iterator[Diagnost
             living.append(row)
 
 
-def _hiding(row: Row, earlier: Sequence[Row]) -> list[Transition]:
+def _hiding(row: GuardRow, earlier: Sequence[GuardRow]) -> list[Transition]:
     """The earlier transitions that leave nothing to this one; none where they leave something."""
     for one in earlier:
         if not can_hold(both(row.free, negation(one.free))):
@@ -122,7 +122,7 @@ def _hiding(row: Row, earlier: Sequence[Row]) -> list[Transition]:
     return [one.transition for one in earlier if can_hold(both(row.free, one.free))]
 
 
-def _overlaps(row: Row, earlier: Sequence[Row]) -> Iterator[Diagnostic]:
+def _overlaps(row: GuardRow, earlier: Sequence[GuardRow]) -> Iterator[Diagnostic]:
     """One finding for a row that can be enabled together with earlier ones, with a case of the first of them."""
     cases: list[str] = []
     related: list[Related] = []
@@ -141,7 +141,7 @@ def _overlaps(row: Row, earlier: Sequence[Row]) -> Iterator[Diagnostic]:
 
 def _events(own: Sequence[Transition], usual: Mapping[str, bool | float | int]) -> Iterator[Diagnostic]:
     """The transitions on each event, as a table; events that have theirs in common share one."""
-    rows: dict[int, Row] = {}
+    rows: dict[int, GuardRow] = {}
     lists: dict[str, list[int]] = {}
     for transition in own:
         if isinstance(transition.trigger, On):
@@ -181,7 +181,7 @@ def _no_later(earlier: Expression, later: Expression) -> bool:
 
 
 def _gaps(
-    subject: Subject, state: State, table: Sequence[Row], usual: Mapping[str, bool | float | int]
+    subject: AnalysisInput, state: State, table: Sequence[GuardRow], usual: Mapping[str, bool | float | int]
 ) -> Iterator[Diagnostic]:
     """What a table leaves out; without two rows that share a signal or a variable there is no table."""
     stays = subject.stays.get(state.index, ())
@@ -213,9 +213,9 @@ def _gaps_of(state: State, covered: Formula) -> Iterator[Diagnostic]:
         yield finding("N0702", state.place, f"in `{state.name}` there are {found - _MOST_GAPS} more such gaps", hint)
 
 
-def _connected(table: Sequence[Row]) -> list[Row]:
+def _connected(table: Sequence[GuardRow]) -> list[GuardRow]:
     """The rows, those that share most signals and variables first; none where no two rows share any."""
-    groups: list[tuple[set[str], list[Row]]] = []
+    groups: list[tuple[set[str], list[GuardRow]]] = []
     for row in table:
         terms, rows = set(terms_of(row.usual)), [row]
         for group in [one for one in groups if one[0] & terms]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from hsm.dsl.semantics.logic import Formula, UndecidedError, case_text, either, formula_of, models, negation
-from hsm.dsl.semantics.subject import Subject
+from hsm.dsl.logic.formulas import Formula, UndecidedError, case_text, either, formula_of, models, negation
+from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.chart import On, State, StateKind
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic
@@ -27,7 +27,7 @@ class End:
     own: tuple[str, ...] = ()
 
 
-def check(subject: Subject) -> Iterator[Diagnostic]:
+def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """Outcomes that nothing handles, or that are handled only under a condition."""
     for state in subject.own_states():
         if state.index in subject.opaque:
@@ -43,7 +43,7 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
             yield from _handled(subject, state, {"done": End((), ("done",))}, f"of `{state.name}`")
 
 
-def _handled(subject: Subject, state: State, ends: Mapping[str, End], whose: str) -> Iterator[Diagnostic]:
+def _handled(subject: AnalysisInput, state: State, ends: Mapping[str, End], whose: str) -> Iterator[Diagnostic]:
     """One finding for all outcomes that nothing handles, and one for each that is handled only under a condition.
 
     Args:
@@ -74,7 +74,7 @@ def _handled(subject: Subject, state: State, ends: Mapping[str, End], whose: str
         yield finding("W0504", place, message, f"add `on {', '.join(never)} -> ...`")
 
 
-def _handled_when(subject: Subject, state: State, end: End) -> Formula:
+def _handled_when(subject: AnalysisInput, state: State, end: End) -> Formula:
     """When a transition of the state or of one around it handles an outcome; with very many it is not looked at."""
     model = subject.model
     handled: Formula = False
@@ -94,7 +94,7 @@ def _handled_when(subject: Subject, state: State, end: End) -> Formula:
     return True
 
 
-def _can_complete(subject: Subject, state: State) -> bool:
+def _can_complete(subject: AnalysisInput, state: State) -> bool:
     """Whether every region of a parallel state has a final state."""
     states = subject.model.states
     regions = [states[child] for child in state.children]

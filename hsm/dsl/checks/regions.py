@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from itertools import islice, product
 
 from hsm.dsl.checks.flow import domain_of
-from hsm.dsl.semantics.logic import Formula, UndecidedError, both, can_hold, formula_of
-from hsm.dsl.semantics.subject import Subject
+from hsm.dsl.logic.formulas import Formula, UndecidedError, both, can_hold, formula_of
+from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.chart import Model, On, State, StateKind, Transition, When
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, Related
@@ -15,7 +15,7 @@ from hsm.model.diagnostics import Diagnostic, Related
 _MOST_PAIRS = 2000
 
 
-def check(subject: Subject) -> Iterator[Diagnostic]:
+def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """Transitions of two regions that can be enabled at once while one of them leaves the parallel state."""
     model = subject.model
     for state in subject.own_states():
@@ -37,7 +37,7 @@ def _pairs(regions: Sequence[Sequence[Transition]]) -> Iterator[tuple[Transition
             yield from product(earlier, later)
 
 
-def _finding(subject: Subject, earlier: Sequence[Transition], later: Transition) -> Iterator[Diagnostic]:
+def _finding(subject: AnalysisInput, earlier: Sequence[Transition], later: Transition) -> Iterator[Diagnostic]:
     """One finding for a transition with all those of earlier regions that exclude it."""
     places = [one.place for one in earlier if one.place is not None]
     if not places or later.place is None or later.place.file != subject.file:
@@ -46,7 +46,7 @@ def _finding(subject: Subject, earlier: Sequence[Transition], later: Transition)
     yield finding("N0704", later.place, message, related=tuple(Related(place, "the earlier one") for place in places))
 
 
-def _transitions(subject: Subject, region: State) -> list[Transition]:
+def _transitions(subject: AnalysisInput, region: State) -> list[Transition]:
     """The transitions in a region that leave or enter something."""
     model = subject.model
     return [

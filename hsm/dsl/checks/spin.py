@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Set
 from dataclasses import dataclass
 
-from hsm.dsl.semantics.logic import (
+from hsm.dsl.logic.formulas import (
     Formula,
     UndecidedError,
     both,
@@ -16,7 +16,7 @@ from hsm.dsl.semantics.logic import (
     negation,
     terms_of,
 )
-from hsm.dsl.semantics.subject import Subject
+from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.chart import Assign, Model, State, StateKind, Transition, When
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, Related
@@ -27,7 +27,7 @@ _MOST_TRANSITIONS = 40
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class LoopStep:
     """A way from one atomic state to another within a tick: a transition and when it is the one that fires."""
 
     transition: Transition
@@ -35,7 +35,7 @@ class Step:
     target: int
 
 
-def check(subject: Subject) -> Iterator[Diagnostic]:
+def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """One finding for each loop, at its first transition."""
     model = subject.model
     atomic = (state for state in model.states if state.kind is StateKind.ATOMIC)
@@ -54,9 +54,9 @@ def check(subject: Subject) -> Iterator[Diagnostic]:
             yield finding("W0505", places[0], message, "let the conditions exclude one another", related)
 
 
-def _steps(model: Model, state: State, uncertain: Set[int]) -> list[Step]:
+def _steps(model: Model, state: State, uncertain: Set[int]) -> list[LoopStep]:
     """The ``when`` transitions that can fire in an atomic state: its own first, then those of the states around it."""
-    found: list[Step] = []
+    found: list[LoopStep] = []
     blocked: Formula = True
     current = state
     while len(found) <= _MOST_TRANSITIONS:
@@ -68,7 +68,7 @@ def _steps(model: Model, state: State, uncertain: Set[int]) -> list[Step]:
             if transition.guard is not None:
                 condition = both(condition, formula_of(transition.guard, {}))
             for leaf in _leaves(model, transition, state):
-                found.append(Step(transition, both(condition, blocked), leaf))
+                found.append(LoopStep(transition, both(condition, blocked), leaf))
             blocked = both(blocked, negation(condition))
         if current.parent < 0:
             break
@@ -93,7 +93,7 @@ def _leaves(model: Model, transition: Transition, state: State) -> list[int]:
     return found
 
 
-def _on_loops(steps: dict[int, list[Step]]) -> dict[int, list[Step]]:
+def _on_loops(steps: dict[int, list[LoopStep]]) -> dict[int, list[LoopStep]]:
     """Only the states that can be come back to: those with no step in or out are taken away until none is left."""
     while True:
         entered = {step.target for found in steps.values() for step in found}
@@ -107,9 +107,9 @@ def _on_loops(steps: dict[int, list[Step]]) -> dict[int, list[Step]]:
         steps = kept
 
 
-def _loops(steps: dict[int, list[Step]], start: int) -> Iterator[tuple[list[Step], str]]:
+def _loops(steps: dict[int, list[LoopStep]], start: int) -> Iterator[tuple[list[LoopStep], str]]:
     """Loops through a state and states behind it, with a case in which they go round."""
-    pending: list[tuple[int, list[Step], Formula]] = [(start, [], True)]
+    pending: list[tuple[int, list[LoopStep], Formula]] = [(start, [], True)]
     tried = 0
     while pending and tried < _MOST_STEPS:
         state, path, condition = pending.pop()
@@ -130,7 +130,7 @@ def _loops(steps: dict[int, list[Step]], start: int) -> Iterator[tuple[list[Step
                 continue
 
 
-def _changes(loop: list[Step], condition: Formula) -> bool:
+def _changes(loop: list[LoopStep], condition: Formula) -> bool:
     """Whether an action on the way sets a variable that the conditions are about."""
     terms = " ".join(terms_of(condition))
     return any(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from hsm.dsl.semantics.subject import Subject
+from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic
 
@@ -18,7 +18,7 @@ _WORDS = {
 }
 
 
-def check(subject: Subject) -> Iterator[Diagnostic]:
+def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """One finding for each unused import, parameter, variable and event."""
     for kind, name, place in subject.unused:
         yield finding(_CODES[kind], place, _WORDS[kind].format(name))

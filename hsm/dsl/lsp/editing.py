@@ -13,10 +13,10 @@ from pathlib import Path
 
 from lark import Token
 
+from hsm.dsl.loading import SUFFIX
 from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
 from hsm.dsl.reporting.report import Report
-from hsm.dsl.semantics.loading import SUFFIX
-from hsm.dsl.semantics.outline import HISTORY, Outline, outline
+from hsm.dsl.semantics.symbols import HISTORY, SymbolTable, collect_symbols
 from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
@@ -31,7 +31,7 @@ _WORD = re.compile(r"[A-Za-z_][\w.]*")
 _TYPES = ("bool", "int", *QUANTITY_NAMES.values())
 
 
-class Kind(Enum):
+class SymbolKind(Enum):
     """What a word is."""
 
     KEYWORD = "keyword"
@@ -62,7 +62,7 @@ class Entry:
     """
 
     label: str
-    kind: Kind
+    kind: SymbolKind
     detail: str = ""
     doc: str = ""
 
@@ -84,7 +84,7 @@ class Document:
         self.file = file
         self.library = library
         self.tree, findings = parse(text, file)
-        self.outline: Outline = outline(self.tree, Report(file, findings))
+        self.table: SymbolTable = collect_symbols(self.tree, Report(file, findings))
 
     def completions(self, line: int, column: int) -> list[Entry]:
         """What could stand at a position, whatever of it is written already."""
@@ -107,21 +107,21 @@ class Document:
         if word is None:
             return None
         name = word.value.removesuffix(".history").removesuffix(".deep_history")
-        if name in self.outline.imports:
-            path = Path(self.file).parent.joinpath(*self.outline.imports[name].split(".")).with_suffix(SUFFIX)
+        if name in self.table.imports:
+            path = Path(self.file).parent.joinpath(*self.table.imports[name].split(".")).with_suffix(SUFFIX)
             return Place(str(path), 1, 1, 1, 1)
-        token = self.outline.declared.get(name)
+        token = self.table.declared.get(name)
         return None if token is None else place_of(self.file, token)
 
     def symbols(self) -> list[Symbol]:
         """The states, as they lie in one another."""
         made: dict[int, list[Symbol]] = {}
-        for draft in reversed(self.outline.all_states()):
-            inner = tuple(reversed(made.pop(id(draft), [])))
-            if draft.parent is not None and draft.token is not None:
-                symbol = Symbol(draft.name, draft.kind, place_of(self.file, draft.token), inner)
-                made.setdefault(id(draft.parent), []).append(symbol)
-            elif draft.parent is None:
+        for symbol in reversed(self.table.all_states()):
+            inner = tuple(reversed(made.pop(id(symbol), [])))
+            if symbol.parent is not None and symbol.token is not None:
+                entry = Symbol(symbol.name, symbol.kind, place_of(self.file, symbol.token), inner)
+                made.setdefault(id(symbol.parent), []).append(entry)
+            elif symbol.parent is None:
                 return list(inner)
         return []
 
@@ -136,7 +136,7 @@ class Document:
         """What could stand behind the beginning of a line."""
         words = before.split()
         if not words:
-            yield from (Entry(word, Kind.KEYWORD) for word in sorted(STATEMENTS))
+            yield from (Entry(word, SymbolKind.KEYWORD) for word in sorted(STATEMENTS))
             return
         first, last = words[0], words[-1]
         called = re.search(r"([A-Za-z_][\w.]*)\s*\([^()]*$", before)
@@ -154,13 +154,13 @@ class Document:
         elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and "=" not in words:
             return
         elif first == "state":
-            yield from (Entry(name, Kind.MACHINE) for name in self.outline.imports)
+            yield from (Entry(name, SymbolKind.MACHINE) for name in self.table.imports)
         elif re.search(r"\d\s*$", before):
-            yield from (Entry(one.name, Kind.UNIT, str(one.quantity)) for one in UNITS.values())
+            yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
         elif last == "raise" or (first == "on" and re.fullmatch(r"\s*on\s+([\w.]+\s*,\s*)*", before)):
             yield from self._events()
         elif re.search(r"/\s*$|/.*,\s*$", before):
-            yield from (Entry("raise", Kind.KEYWORD), *self._actions(), *self._variables())
+            yield from (Entry("raise", SymbolKind.KEYWORD), *self._actions(), *self._variables())
         else:
             yield from self._values()
 
@@ -171,54 +171,56 @@ class Document:
         yield from self._states()
         yield from self._events()
         yield from self._types()
-        yield from (Entry(one.name, Kind.UNIT, str(one.quantity)) for one in UNITS.values())
+        yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
 
     def _values(self) -> Iterator[Entry]:
         """What an expression is made of."""
         yield from self._variables()
         for one in self.library.signals.values():
             call = signature(one.name, one.parameters, empty="")
-            yield Entry(one.name, Kind.SIGNAL, f"{call} : {type_text(one.type)}", one.doc)
+            yield Entry(one.name, SymbolKind.SIGNAL, f"{call} : {type_text(one.type)}", one.doc)
         for name, enumeration in self.library.enumerations.items():
-            yield from (Entry(member.value, Kind.VALUE, name) for member in enumeration)
-        yield from (Entry(name, Kind.FUNCTION) for name in FUNCTIONS)
+            yield from (Entry(member.value, SymbolKind.VALUE, name) for member in enumeration)
+        yield from (Entry(name, SymbolKind.FUNCTION) for name in FUNCTIONS)
 
     def _variables(self) -> Iterator[Entry]:
-        for line in self.outline.root.lines:
+        for line in self.table.root.lines:
             match line:
                 case ast.ParameterLine(name, kind):
-                    yield Entry(str(name), Kind.PARAMETER, str(kind), self.tree.comment_above(name.line or 1))
+                    yield Entry(str(name), SymbolKind.PARAMETER, str(kind), self.tree.comment_above(name.line or 1))
                 case ast.VariableLine(name, kind):
-                    yield Entry(str(name), Kind.VARIABLE, str(kind), self.tree.comment_above(name.line or 1))
+                    yield Entry(str(name), SymbolKind.VARIABLE, str(kind), self.tree.comment_above(name.line or 1))
 
     def _states(self) -> Iterator[Entry]:
-        for name, draft in self.outline.states.items():
-            line = draft.token.line if draft.token is not None else None
+        for name, symbol in self.table.states.items():
+            line = symbol.token.line if symbol.token is not None else None
             doc = self.tree.comment_above(line or 1)
-            yield Entry(name, Kind.STATE, draft.kind.value, doc)
-            if draft.children or draft.instance is not None:
-                yield from (Entry(f"{name}.{suffix}", Kind.STATE, kind.value, doc) for suffix, kind in HISTORY.items())
+            yield Entry(name, SymbolKind.STATE, symbol.kind.value, doc)
+            if symbol.children or symbol.instance is not None:
+                yield from (
+                    Entry(f"{name}.{suffix}", SymbolKind.STATE, kind.value, doc) for suffix, kind in HISTORY.items()
+                )
 
     def _activities(self) -> Iterator[Entry]:
         for one in self.library.activities.values():
             ends = f"{signature(one.name, one.parameters)} -> {outcomes_text(one)}; {holds_text(one)}"
-            yield Entry(one.name, Kind.ACTIVITY, ends, one.doc)
+            yield Entry(one.name, SymbolKind.ACTIVITY, ends, one.doc)
 
     def _actions(self) -> Iterator[Entry]:
         for one in self.library.actions.values():
-            yield Entry(one.name, Kind.ACTION, signature(one.name, one.parameters), one.doc)
+            yield Entry(one.name, SymbolKind.ACTION, signature(one.name, one.parameters), one.doc)
 
     def _events(self) -> Iterator[Entry]:
-        yield from (Entry(one.name, Kind.EVENT, "event", one.doc) for one in self.library.events.values())
+        yield from (Entry(one.name, SymbolKind.EVENT, "event", one.doc) for one in self.library.events.values())
         outcomes = dict.fromkeys(
             outcome
-            for draft in self.outline.all_states()
-            if draft.activity is not None
-            for outcome in self._outcomes(str(draft.activity.call.name))
+            for symbol in self.table.all_states()
+            if symbol.activity is not None
+            for outcome in self._outcomes(str(symbol.activity.call.name))
         )
-        finals = (name for name, draft in self.outline.states.items() if draft.kind is StateKind.FINAL)
+        finals = (name for name, symbol in self.table.states.items() if symbol.kind is StateKind.FINAL)
         for name in dict.fromkeys((*outcomes, *finals, "done", "fault")):
-            yield Entry(name, Kind.EVENT, "outcome")
+            yield Entry(name, SymbolKind.EVENT, "outcome")
 
     def _outcomes(self, activity: str) -> Iterable[str]:
         declared = self.library.activities.get(activity)
@@ -229,16 +231,16 @@ class Document:
         for table in tables:
             declared = table.get(called)
             for one in declared.parameters if declared is not None else ():
-                yield Entry(f"{one.name} = ", Kind.ARGUMENT, type_text(one.type))
+                yield Entry(f"{one.name} = ", SymbolKind.ARGUMENT, type_text(one.type))
 
     def _types(self) -> Iterator[Entry]:
-        yield from (Entry(name, Kind.TYPE) for name in _TYPES)
+        yield from (Entry(name, SymbolKind.TYPE) for name in _TYPES)
         for name, enumeration in self.library.enumerations.items():
             values = ", ".join(member.value for member in enumeration)
-            yield Entry(name, Kind.TYPE, values, first_line(enumeration.__doc__ or ""))
+            yield Entry(name, SymbolKind.TYPE, values, first_line(enumeration.__doc__ or ""))
 
     def _machines(self) -> Iterator[Entry]:
         folder = Path(self.file).parent
         for path in sorted(folder.glob(f"*{SUFFIX}")):
             if path.name != Path(self.file).name:
-                yield Entry(path.name.removesuffix(SUFFIX), Kind.MACHINE)
+                yield Entry(path.name.removesuffix(SUFFIX), SymbolKind.MACHINE)

@@ -12,8 +12,8 @@ from pygls import uris
 from pygls.lsp.server import LanguageServer
 
 from hsm.dsl.format.formatter import format_text
-from hsm.dsl.lsp.editing import Document, Entry, Kind, Symbol
-from hsm.dsl.semantics.loading import check_text
+from hsm.dsl.loading import check_text
+from hsm.dsl.lsp.editing import Document, Entry, Symbol, SymbolKind
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
 from hsm.model.registry import Library
@@ -24,20 +24,20 @@ _SEVERITIES = {
     Severity.NOTE: types.DiagnosticSeverity.Information,
 }
 _KINDS = {
-    Kind.KEYWORD: types.CompletionItemKind.Keyword,
-    Kind.STATE: types.CompletionItemKind.Class,
-    Kind.SIGNAL: types.CompletionItemKind.Property,
-    Kind.ACTIVITY: types.CompletionItemKind.Method,
-    Kind.ACTION: types.CompletionItemKind.Function,
-    Kind.EVENT: types.CompletionItemKind.Event,
-    Kind.VARIABLE: types.CompletionItemKind.Variable,
-    Kind.PARAMETER: types.CompletionItemKind.Constant,
-    Kind.ARGUMENT: types.CompletionItemKind.Field,
-    Kind.FUNCTION: types.CompletionItemKind.Function,
-    Kind.VALUE: types.CompletionItemKind.EnumMember,
-    Kind.TYPE: types.CompletionItemKind.TypeParameter,
-    Kind.UNIT: types.CompletionItemKind.Unit,
-    Kind.MACHINE: types.CompletionItemKind.Module,
+    SymbolKind.KEYWORD: types.CompletionItemKind.Keyword,
+    SymbolKind.STATE: types.CompletionItemKind.Class,
+    SymbolKind.SIGNAL: types.CompletionItemKind.Property,
+    SymbolKind.ACTIVITY: types.CompletionItemKind.Method,
+    SymbolKind.ACTION: types.CompletionItemKind.Function,
+    SymbolKind.EVENT: types.CompletionItemKind.Event,
+    SymbolKind.VARIABLE: types.CompletionItemKind.Variable,
+    SymbolKind.PARAMETER: types.CompletionItemKind.Constant,
+    SymbolKind.ARGUMENT: types.CompletionItemKind.Field,
+    SymbolKind.FUNCTION: types.CompletionItemKind.Function,
+    SymbolKind.VALUE: types.CompletionItemKind.EnumMember,
+    SymbolKind.TYPE: types.CompletionItemKind.TypeParameter,
+    SymbolKind.UNIT: types.CompletionItemKind.Unit,
+    SymbolKind.MACHINE: types.CompletionItemKind.Module,
 }
 
 _DEEPEST = 40

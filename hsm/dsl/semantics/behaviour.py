@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 from lark import Token
 
+from hsm.dsl.semantics.analysis import Stay
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.declarations import Declarations
-from hsm.dsl.semantics.outline import HISTORY, Draft
-from hsm.dsl.semantics.subject import Stay
+from hsm.dsl.semantics.symbols import HISTORY, StateSymbol
 from hsm.dsl.syntax import ast
 from hsm.model.chart import (
     Action,
@@ -46,11 +46,11 @@ class Behaviour:
     uncertain: set[int] = field(default_factory=set)
     idle: bool = False
 
-    def activity(self, draft: Draft) -> ActivityCall | None:
+    def activity(self, symbol: StateSymbol) -> ActivityCall | None:
         """What a state does; None where that is nothing, or at fault."""
-        if draft.activity is None:
+        if symbol.activity is None:
             return None
-        found = self._activity(draft.activity.call)
+        found = self._activity(symbol.activity.call)
         self.idle |= found is None
         return found
 
@@ -69,7 +69,7 @@ class Behaviour:
         """Report an unknown activity; its arguments are looked at as those of the one that was probably meant."""
         activities = self.context.library.activities
         guess = self.context.report.guess(call.name, activities)
-        if call.name not in self.context.plan.doubt.names:
+        if call.name not in self.context.symbols.doubt.names:
             hint = guess.text
             if call.name.value in self.context.library.actions:
                 hint = f"`{call.name}` is an action: it takes no time, and stands behind a slash"
@@ -91,10 +91,10 @@ class Behaviour:
         last = ast.last_token(line.condition) if line.condition is not None else None
         return Stay(condition, self.context.place(line.keyword, last), always=line.condition is None)
 
-    def transition(self, draft: Draft, line: ast.TransitionLine) -> Transition:
+    def transition(self, symbol: StateSymbol, line: ast.TransitionLine) -> Transition:
         """A transition, the next in document order; its trigger is on nothing where it is at fault."""
         uncertain = False
-        trigger = self._trigger(draft, line)
+        trigger = self._trigger(symbol, line)
         guard = self.context.scope.condition(line.guard) if line.guard is not None else None
         actions = self.actions(line.actions)
         kind = TransitionKind.INTERNAL
@@ -109,20 +109,20 @@ class Behaviour:
                 hint = "say where it goes: `-> state`, or what it does: `/ action`"
                 self.context.add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
             # The line is not at its end: what is missing may name anything.
-            self.context.plan.unresolved = draft.deaf = uncertain = True
+            self.context.symbols.unresolved = symbol.deaf = uncertain = True
             self.context.scope.puzzled = True
         index = len(self.transitions)
         operands = [one for one in (line.operand, line.guard) if one is not None]
-        uncertain |= any(name in self.context.plan.doubt.names for one in operands for name in ast.names_in(one))
-        draft.deaf |= trigger is None
+        uncertain |= any(name in self.context.symbols.doubt.names for one in operands for name in ast.names_in(one))
+        symbol.deaf |= trigger is None
         if uncertain or trigger is None or (guard is None and line.guard is not None):
             self.uncertain.add(index)
         place = self.context.place(line.keyword, _last_token(line))
-        return Transition(index, draft.index, targets, trigger or On(()), guard, actions, kind, place)
+        return Transition(index, symbol.index, targets, trigger or On(()), guard, actions, kind, place)
 
-    def _trigger(self, draft: Draft, line: ast.TransitionLine) -> Trigger | None:
+    def _trigger(self, symbol: StateSymbol, line: ast.TransitionLine) -> Trigger | None:
         if line.operand is None:
-            return On(tuple(self.declarations.event(draft, name) for name in line.names))
+            return On(tuple(self.declarations.event(symbol, name) for name in line.names))
         if line.keyword == "when":
             condition = self.context.scope.condition(line.operand)
             return None if condition is None else When(condition)
@@ -130,37 +130,37 @@ class Behaviour:
         return None if duration is None else After(duration)
 
     def _targets(self, target: ast.TargetSyntax) -> tuple[int, ...]:
-        known: list[Draft] = []
+        known: list[StateSymbol] = []
         for name in target.names:
-            draft = self.named_state(name)
-            if draft is None:
+            symbol = self.named_state(name)
+            if symbol is None:
                 continue
-            clash = next((other for other in known if not _orthogonal(draft, other)), None)
+            clash = next((other for other in known if not _orthogonal(symbol, other)), None)
             if clash is not None:
                 hint = "several targets lie in different regions of a parallel state"
-                self.context.add("E0406", name, f"`{clash.name}` and `{draft.name}` cannot be active together", hint)
+                self.context.add("E0406", name, f"`{clash.name}` and `{symbol.name}` cannot be active together", hint)
                 continue
-            known.append(draft)
+            known.append(symbol)
         return tuple(one.index for one in known)
 
-    def named_state(self, name: Token) -> Draft | None:
+    def named_state(self, name: Token) -> StateSymbol | None:
         """The state with a name; of a misspelt one the state that was probably meant."""
-        found = self.context.plan.states.get(str(name))
+        found = self.context.symbols.states.get(str(name))
         if found is not None:
             return found
         owner, dot, suffix = name.rpartition(".")
-        if dot and owner in self.context.plan.states and suffix in HISTORY:
-            return self.context.plan.states[owner].histories.get(HISTORY[suffix])
-        doubt = self.context.plan.doubt
+        if dot and owner in self.context.symbols.states and suffix in HISTORY:
+            return self.context.symbols.states[owner].histories.get(HISTORY[suffix])
+        doubt = self.context.symbols.doubt
         if name in doubt or owner in doubt:
-            self.context.plan.unresolved = True
+            self.context.symbols.unresolved = True
             return None
-        if dot and owner in self.context.plan.states:
+        if dot and owner in self.context.symbols.states:
             hint = f"go to `{owner}`, or to `{owner}.history`"
             self.context.add("E0201", name, f"a state inside `{owner}` cannot be entered by this name", hint)
-            return self.context.plan.states[owner]
+            return self.context.symbols.states[owner]
         wanted = owner if dot and suffix in HISTORY else str(name)
-        close = self.context.report.guess(wanted, self.context.plan.states)
+        close = self.context.report.guess(wanted, self.context.symbols.states)
         hint = (
             f"say of which state: `state.{name}`"
             if name in HISTORY
@@ -170,8 +170,8 @@ class Behaviour:
         self.context.report.add_once(
             "E0201", place, f"there is no state `{wanted}`", hint or "declare it, or correct the name"
         )
-        self.context.plan.unresolved |= close.name is None
-        return self.context.plan.states.get(close.name or "")
+        self.context.symbols.unresolved |= close.name is None
+        return self.context.symbols.states.get(close.name or "")
 
     def actions(self, lines: tuple[ast.ActionSyntax, ...]) -> tuple[Action, ...]:
         """Actions in order, without those at fault."""
@@ -201,7 +201,7 @@ class Behaviour:
         """Report an unknown action; its arguments are looked at as those of the one that was probably meant."""
         name, actions = line.name, self.context.library.actions
         guess = self.context.report.guess(name, actions)
-        if name not in self.context.plan.doubt.names:
+        if name not in self.context.symbols.doubt.names:
             hint = guess.text
             if name.value in self.context.library.activities:
                 hint = f"`{name}` is an activity: it takes time, and stands behind `do`"
@@ -216,7 +216,7 @@ class Behaviour:
         name = line.variable
         declared = self.context.scope.variables.get(str(name))
         if declared is None:
-            if name not in self.context.plan.doubt:
+            if name not in self.context.symbols.doubt:
                 close = self.context.report.guess(name, self.context.scope.variables)
                 self.context.add_once("E0202", name, f"there is no variable `{name}`", close.text)
                 self.context.scope.puzzled |= close.name is None
@@ -231,7 +231,7 @@ class Behaviour:
         node = line.value
         if line.operator != "=":
             operator = Token.new_borrow_pos("OPERATOR", line.operator[0], line.operator)
-            node = ast.Binary(operator, name, node, 1 + ast.depth_of(node))
+            node = ast.BinarySyntax(operator, name, node, 1 + ast.depth_of(node))
         value = self.context.scope.value(node, declared.type)
         if not was_used and line.operator != "=":
             self.context.scope.used.discard(str(name))
@@ -249,7 +249,7 @@ def _last_token(line: ast.TransitionLine) -> Token:
     return line.names[-1]
 
 
-def _orthogonal(one: Draft, other: Draft) -> bool:
+def _orthogonal(one: StateSymbol, other: StateSymbol) -> bool:
     """Whether two states lie in different regions of a parallel state."""
     above = list(other.ancestors())
     common = next((state for state in one.ancestors() if state in above), None)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from hsm.dsl import checks
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.semantics.analysis import PSEUDO, AnalysisInput
 from hsm.dsl.semantics.behaviour import Behaviour
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.declarations import Declarations
-from hsm.dsl.semantics.instances import Graft, graft
-from hsm.dsl.semantics.outline import HISTORY, Draft, outline
+from hsm.dsl.semantics.instances import InstanceCopy, instantiate
 from hsm.dsl.semantics.properties import compile_properties
-from hsm.dsl.semantics.subject import PSEUDO, Subject
+from hsm.dsl.semantics.symbols import HISTORY, StateSymbol, collect_symbols
 from hsm.dsl.semantics.typing import Scope
 from hsm.dsl.syntax import ast
 from hsm.model.chart import Action, Model, State, StateKind, Variable
@@ -26,7 +25,7 @@ _DURATION = Quantity(time=1)
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
+class CompilationUnit:
     """One file, compiled on its own.
 
     Attributes:
@@ -39,14 +38,14 @@ class Unit:
 
     tree: ast.File
     model: Model | None
-    subject: Subject
+    subject: AnalysisInput
     diagnostics: tuple[Diagnostic, ...]
     events: frozenset[str] = frozenset()
 
 
 def compile_file(
-    tree: ast.File, found: list[Diagnostic], library: Library, machines: Mapping[str, Unit | None]
-) -> Unit:
+    tree: ast.File, found: list[Diagnostic], library: Library, machines: Mapping[str, CompilationUnit | None]
+) -> CompilationUnit:
     """Build a machine from its syntax tree.
 
     Args:
@@ -56,8 +55,8 @@ def compile_file(
         machines: what the file imports, by name; None for a machine that cannot be had.
     """
     report = Report(tree.name, found)
-    plan = outline(tree, report)
-    context = Context(tree, library, report, plan, Scope(library, report))
+    table = collect_symbols(tree, report)
+    context = Context(tree, library, report, table, Scope(library, report))
     declarations = Declarations(context)
     return _Compiler(context, machines, declarations, Behaviour(context, declarations)).run()
 
@@ -76,63 +75,62 @@ class _Compiler:
     """
 
     context: Context
-    machines: Mapping[str, Unit | None]
+    machines: Mapping[str, CompilationUnit | None]
     declarations: Declarations
     behaviour: Behaviour
     strange: bool = False
     copied_properties: list[Property] = field(default_factory=list)
 
-    def run(self) -> Unit:
+    def run(self) -> CompilationUnit:
         """All stages."""
-        plan, report = self.context.plan, self.context.report
-        self.context.scope.doubt = plan.doubt
+        table, report = self.context.symbols, self.context.report
+        self.context.scope.doubt = table.doubt
         self.declarations.declare()
-        drafts = plan.all_states()
-        for draft in drafts:
-            self._find_machine(draft)
-        for draft in drafts:
-            self._request_histories(draft)
+        symbols = table.all_states()
+        for symbol in symbols:
+            self._find_machine(symbol)
+        for symbol in symbols:
+            self._request_histories(symbol)
         order = self._number()
         self.context.scope.states = self._names_of_states(order)
         known = [unit for unit in self.machines.values() if unit is not None and unit.model is not None]
         events = [name for unit in self.machines.values() if unit is not None for name in unit.events]
-        complete = len(known) == len(self.machines) and not self.strange and not plan.doubt.eventful
+        complete = len(known) == len(self.machines) and not self.strange and not table.doubt.eventful
         self.declarations.gather_events(order, events, complete=complete)
         states: list[State] = []
-        for draft in order:
-            states.extend(self._states(draft))
+        for symbol in order:
+            states.extend(self._states(symbol))
         subject = self._subject(order, self._model(states))
-        report.found.extend(checks.errors(subject))
         failed = any(one.severity is Severity.ERROR for one in report.found)
         own = frozenset(self.declarations.events)
-        return Unit(self.context.tree, None if failed else subject.model, subject, tuple(report.found), own)
+        return CompilationUnit(self.context.tree, None if failed else subject.model, subject, tuple(report.found), own)
 
-    def _subject(self, order: Sequence[Draft], model: Model) -> Subject:
-        plan = self.context.plan
-        instantiated = {str(draft.instance.name) for draft in order if draft.instance is not None}
-        idle = [name for name in plan.imports if name not in instantiated and self.machines.get(name) is not None]
-        return Subject(
+    def _subject(self, order: Sequence[StateSymbol], model: Model) -> AnalysisInput:
+        table = self.context.symbols
+        instantiated = {str(symbol.instance.name) for symbol in order if symbol.instance is not None}
+        idle = [name for name in table.imports if name not in instantiated and self.machines.get(name) is not None]
+        return AnalysisInput(
             file=self.context.tree.name,
             model=model,
-            stays={draft.index: tuple(map(self.behaviour.stay, draft.stays)) for draft in order if draft.stays},
-            doubt=plan.doubt,
-            unresolved=plan.unresolved or plan.doubt.unread,
+            stays={symbol.index: tuple(map(self.behaviour.stay, symbol.stays)) for symbol in order if symbol.stays},
+            doubt=table.doubt,
+            unresolved=table.unresolved or table.doubt.unread,
             uncertain=frozenset(self.behaviour.uncertain),
-            deaf=frozenset(draft.index for draft in order if draft.deaf),
-            broken=frozenset(draft.index for draft in order if draft.broken),
-            opaque=frozenset(draft.index for draft in order if draft.opaque),
-            unused=() if plan.doubt.unread else tuple(self.declarations.unused([] if self.strange else idle)),
+            deaf=frozenset(symbol.index for symbol in order if symbol.deaf),
+            broken=frozenset(symbol.index for symbol in order if symbol.broken),
+            opaque=frozenset(symbol.index for symbol in order if symbol.opaque),
+            unused=() if table.doubt.unread else tuple(self.declarations.unused([] if self.strange else idle)),
         )
 
     def _model(self, states: list[State]) -> Model:
-        plan = self.context.plan
-        heading = plan.heading
+        table = self.context.symbols
+        heading = table.heading
         files = [self.context.tree.name]
         for unit in self.machines.values():
             if unit is not None and unit.model is not None:
                 files.extend(name for name in unit.model.files if name not in files)
         return Model(
-            self.context.plan.root.name,
+            self.context.symbols.root.name,
             tuple(states),
             tuple(self.behaviour.transitions),
             tuple(self.declarations.variables),
@@ -140,155 +138,155 @@ class _Compiler:
             tuple(files),
             self.context.tree.comment_above(heading.name.line or 1) if heading is not None else "",
             compile_properties(
-                (line for line in self.context.plan.root.lines if isinstance(line, ast.PropertyLine)),
+                (line for line in self.context.symbols.root.lines if isinstance(line, ast.PropertyLine)),
                 self.context.tree.lines,
                 self.context.scope,
                 states,
-                certain=not (plan.root.opaque or plan.unresolved or self.behaviour.idle or self.declarations.puzzled),
+                certain=not (table.root.opaque or table.unresolved or self.behaviour.idle or self.declarations.puzzled),
             )
             + tuple(self.copied_properties),
         )
 
-    def _find_machine(self, draft: Draft) -> None:
-        if draft.instance is None:
+    def _find_machine(self, symbol: StateSymbol) -> None:
+        if symbol.instance is None:
             return
-        name = draft.instance.name
-        draft.kind = StateKind.COMPOUND
+        name = symbol.instance.name
+        symbol.kind = StateKind.COMPOUND
         unit = self.machines.get(str(name))
-        draft.model = unit.model if unit is not None else None
-        draft.opaque = draft.model is None
+        symbol.model = unit.model if unit is not None else None
+        symbol.opaque = symbol.model is None
         if name in self.machines:
             return
         self.strange = True
         # Where an import is at fault, it is most likely the one that is meant.
-        if None in self.machines.values() or name in self.context.plan.doubt:
+        if None in self.machines.values() or name in self.context.symbols.doubt:
             return
         hint = (
             self.context.report.guess(name, self.machines).text or f"import it at the top of the file: `import {name}`"
         )
         self.context.add_once("E0208", name, f"there is no machine `{name}`", hint)
 
-    def _request_histories(self, draft: Draft) -> None:
-        for line in draft.lines:
+    def _request_histories(self, symbol: StateSymbol) -> None:
+        for line in symbol.lines:
             if not isinstance(line, ast.TransitionLine) or line.target is None:
                 continue
             for target in line.target.names:
                 owner_name, dot, suffix = target.rpartition(".")
-                owner = self.context.plan.states.get(owner_name)
+                owner = self.context.symbols.states.get(owner_name)
                 if not dot or suffix not in HISTORY or owner is None:
                     continue
                 if owner.kind in (StateKind.ATOMIC, StateKind.FINAL):
-                    if not (owner.broken or owner.opaque or self.context.plan.doubt.unread):
+                    if not (owner.broken or owner.opaque or self.context.symbols.doubt.unread):
                         message = f"`{owner_name}` has no states inside, so it has no history"
                         self.context.add_once("E0407", target, message, f"go to `{owner_name}`")
-                    self.context.plan.unresolved = True
+                    self.context.symbols.unresolved = True
                 elif HISTORY[suffix] not in owner.histories:
                     kind = HISTORY[suffix]
-                    owner.histories[kind] = Draft(str(target), kind, owner, owner.token)
+                    owner.histories[kind] = StateSymbol(str(target), kind, owner, owner.token)
 
-    def _number(self) -> list[Draft]:
+    def _number(self) -> list[StateSymbol]:
         """All states in document order, numbered with the states of instances between them."""
-        order: list[Draft] = []
+        order: list[StateSymbol] = []
         count = 0
-        stack = [self.context.plan.root]
+        stack = [self.context.symbols.root]
         while stack:
-            draft = stack.pop()
-            draft.index = count
-            count += len(draft.model.states) if draft.model is not None else 1
-            order.append(draft)
-            stack.extend(reversed(draft.inner()))
-        for draft in reversed(order):
-            inner = draft.inner()
-            copied = len(draft.model.states) - 1 if draft.model is not None else 0
-            draft.last = inner[-1].last if inner else draft.index + copied
+            symbol = stack.pop()
+            symbol.index = count
+            count += len(symbol.model.states) if symbol.model is not None else 1
+            order.append(symbol)
+            stack.extend(reversed(symbol.inner()))
+        for symbol in reversed(order):
+            inner = symbol.inner()
+            copied = len(symbol.model.states) - 1 if symbol.model is not None else 0
+            symbol.last = inner[-1].last if inner else symbol.index + copied
         return order
 
-    def _names_of_states(self, order: list[Draft]) -> frozenset[str]:
-        names = set(self.context.plan.states)
-        for draft in order:
-            if draft.model is not None:
-                names.update(f"{draft.name}.{state.name}" for state in draft.model.states[1:])
+    def _names_of_states(self, order: list[StateSymbol]) -> frozenset[str]:
+        names = set(self.context.symbols.states)
+        for symbol in order:
+            if symbol.model is not None:
+                names.update(f"{symbol.name}.{state.name}" for state in symbol.model.states[1:])
         return frozenset(names)
 
-    def _states(self, draft: Draft) -> list[State]:
+    def _states(self, symbol: StateSymbol) -> list[State]:
         """A state; with its copied states behind it where it is an instance."""
-        if draft.model is None:
-            if draft.instance is not None:
-                self.behaviour.look_at(draft.instance)
-            return [self._state(draft, None)]
-        copied = graft(draft.model, draft.name, draft.index, len(self.behaviour.transitions))
+        if symbol.model is None:
+            if symbol.instance is not None:
+                self.behaviour.look_at(symbol.instance)
+            return [self._state(symbol, None)]
+        copied = instantiate(symbol.model, symbol.name, symbol.index, len(self.behaviour.transitions))
         self.behaviour.transitions.extend(copied.transitions)
         self.copied_properties.extend(copied.properties)
-        self._bind(draft, draft.model, copied)
-        return [self._state(draft, copied.root), *copied.states]
+        self._bind(symbol, symbol.model, copied)
+        return [self._state(symbol, copied.root), *copied.states]
 
-    def _bind(self, draft: Draft, model: Model, copied: Graft) -> None:
+    def _bind(self, symbol: StateSymbol, model: Model, copied: InstanceCopy) -> None:
         """The parameters of an instance become constants that its state's entry sets."""
-        assert draft.instance is not None
-        arguments = self.context.scope.arguments(draft.instance, model.parameters, f"machine `{draft.instance.name}`")
+        assert symbol.instance is not None
+        arguments = self.context.scope.arguments(symbol.instance, model.parameters, f"machine `{symbol.instance.name}`")
         if arguments is not None:
-            place = self.context.place(draft.instance.name, draft.instance.closing)
+            place = self.context.place(symbol.instance.name, symbol.instance.closing)
             for parameter, value in zip(model.parameters, arguments, strict=True):
-                name = f"{draft.name}.{parameter.name}"
+                name = f"{symbol.name}.{parameter.name}"
                 self.declarations.variables.append(
-                    Variable(name, parameter.type, value, draft.index, constant=True, place=place)
+                    Variable(name, parameter.type, value, symbol.index, constant=True, place=place)
                 )
         self.declarations.variables.extend(copied.variables)
 
-    def _state(self, draft: Draft, machine: State | None) -> State:
+    def _state(self, symbol: StateSymbol, machine: State | None) -> State:
         """A state; what an instance's machine says of its root comes first."""
-        base = machine if machine is not None else State(draft.index, draft.name, draft.kind, -1)
+        base = machine if machine is not None else State(symbol.index, symbol.name, symbol.kind, -1)
         numbers, entry, exits = list(base.transitions), list(base.entry), list(base.exit)
-        for line in draft.lines:
+        for line in symbol.lines:
             match line:
                 case ast.TransitionLine():
                     numbers.append(len(self.behaviour.transitions))
-                    self.behaviour.transitions.append(self.behaviour.transition(draft, line))
+                    self.behaviour.transitions.append(self.behaviour.transition(symbol, line))
                 case ast.EntryLine(actions):
                     entry.extend(self.behaviour.actions(actions))
                 case ast.ExitLine(actions):
                     exits.extend(self.behaviour.actions(actions))
-        initial, initial_actions = (base.initial, base.initial_actions) if machine else self._initial(draft)
-        token, nested = draft.token, draft.parent is not None and draft.kind not in PSEUDO
+        initial, initial_actions = (base.initial, base.initial_actions) if machine else self._initial(symbol)
+        token, nested = symbol.token, symbol.parent is not None and symbol.kind not in PSEUDO
         return State(
-            index=draft.index,
-            name=draft.name,
-            kind=draft.kind,
-            parent=draft.parent.index if draft.parent is not None else -1,
-            children=(*base.children, *(one.index for one in draft.inner())),
-            last=draft.last,
+            index=symbol.index,
+            name=symbol.name,
+            kind=symbol.kind,
+            parent=symbol.parent.index if symbol.parent is not None else -1,
+            children=(*base.children, *(one.index for one in symbol.inner())),
+            last=symbol.last,
             initial=initial,
             initial_actions=initial_actions,
             entry=tuple(entry),
             exit=tuple(exits),
-            activity=base.activity if machine else self.behaviour.activity(draft),
+            activity=base.activity if machine else self.behaviour.activity(symbol),
             transitions=tuple(numbers),
-            instance=str(draft.instance.name) if draft.instance is not None else None,
+            instance=str(symbol.instance.name) if symbol.instance is not None else None,
             doc=self.context.tree.comment_above(token.line or 1) if token is not None and nested else "",
             place=self.context.place(token) if token is not None else None,
         )
 
-    def _initial(self, draft: Draft) -> tuple[tuple[int, ...], tuple[Action, ...]]:
-        if draft.kind in PSEUDO:
-            assert draft.parent is not None
-            return self._default_of(draft.parent), ()
-        if draft.initial is None:
-            return self._default_of(draft), ()
-        target = self.behaviour.named_state(draft.initial.target)
-        actions = self.behaviour.actions(draft.initial.actions)
-        if target is not None and not draft.broken and (target is draft or draft not in target.ancestors()):
+    def _initial(self, symbol: StateSymbol) -> tuple[tuple[int, ...], tuple[Action, ...]]:
+        if symbol.kind in PSEUDO:
+            assert symbol.parent is not None
+            return self._default_of(symbol.parent), ()
+        if symbol.initial is None:
+            return self._default_of(symbol), ()
+        target = self.behaviour.named_state(symbol.initial.target)
+        actions = self.behaviour.actions(symbol.initial.actions)
+        if target is not None and not symbol.broken and (target is symbol or symbol not in target.ancestors()):
             hint = "name one of the states inside"
-            self.context.add("E0405", draft.initial.target, f"`{target.name}` does not lie in `{draft.name}`", hint)
+            self.context.add("E0405", symbol.initial.target, f"`{target.name}` does not lie in `{symbol.name}`", hint)
             target = None
         return (target.index,) if target is not None else (), actions
 
-    def _default_of(self, draft: Draft) -> tuple[int, ...]:
+    def _default_of(self, symbol: StateSymbol) -> tuple[int, ...]:
         """What a state's entry enters where no history says otherwise."""
-        if draft.model is not None:
-            return tuple(draft.index + one for one in draft.model.states[0].initial)
-        if draft.kind is StateKind.PARALLEL:
-            return tuple(child.index for child in draft.children)
-        if draft.initial is not None:
-            target = self.context.plan.states.get(str(draft.initial.target))
+        if symbol.model is not None:
+            return tuple(symbol.index + one for one in symbol.model.states[0].initial)
+        if symbol.kind is StateKind.PARALLEL:
+            return tuple(child.index for child in symbol.children)
+        if symbol.initial is not None:
+            target = self.context.symbols.states.get(str(symbol.initial.target))
             return (target.index,) if target is not None else ()
-        return tuple(child.index for child in draft.children[:1])
+        return tuple(child.index for child in symbol.children[:1])

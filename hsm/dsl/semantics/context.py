@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from lark import Token
 
 from hsm.dsl.reporting.report import Report
-from hsm.dsl.semantics.outline import Outline
+from hsm.dsl.semantics.symbols import SymbolTable
 from hsm.dsl.semantics.typing import Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
@@ -23,14 +23,14 @@ class Context:
         tree: the file as read.
         library: the registry.
         report: where findings go.
-        plan: the outline of the file.
+        symbols: the outline of the file.
         scope: what its expressions may name.
     """
 
     tree: ast.File
     library: Library
     report: Report
-    plan: Outline
+    symbols: SymbolTable
     scope: Scope
 
     def place(self, first: Token, last: Token | None = None) -> Place:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from lark import Token
 
 from hsm.dsl.semantics.context import Context
-from hsm.dsl.semantics.outline import Draft
+from hsm.dsl.semantics.symbols import StateSymbol
 from hsm.dsl.semantics.typing import FUNCTIONS, Declared
 from hsm.dsl.syntax import ast
 from hsm.model.chart import StateKind, Variable
@@ -47,7 +47,7 @@ class Declarations:
 
     def declare(self) -> None:
         """Give the lines at the top of the file their meaning."""
-        for line in self.context.plan.root.lines:
+        for line in self.context.symbols.root.lines:
             match line:
                 case ast.ParameterLine(name, type_name, default):
                     self._declare(name, type_name, default, constant=True)
@@ -65,7 +65,7 @@ class Declarations:
                 self.context.report.add("E0209", place, f"event `{name}` is declared twice", related=(related,))
 
     def _declare(self, name: Token, type_name: Token, value: ast.Expression | None, *, constant: bool) -> None:
-        new = self.context.plan.declared.get(str(name)) is name
+        new = self.context.symbols.declared.get(str(name)) is name
         if name in self.context.library.signals or name in FUNCTIONS or name in ("true", "false") or "." in name:
             self.context.add("E0211", name, f"`{name}` cannot name a variable: it means something else already")
             new = False
@@ -80,9 +80,9 @@ class Declarations:
             self.context.report.add("E0303", initial.place, message)
             initial = None
         if value is not None and initial is None:
-            self.context.plan.doubt.names.add(str(name))
+            self.context.symbols.doubt.names.add(str(name))
         if kind is None or not new:
-            self.context.plan.doubt.names.add(str(name))
+            self.context.symbols.doubt.names.add(str(name))
             return
         place = self.context.place(name)
         self.context.scope.variables[str(name)] = Declared(kind, constant, place)
@@ -93,7 +93,7 @@ class Declarations:
         elif constant:
             self.parameters.append(Parameter(str(name), kind))
 
-    def gather_events(self, order: Sequence[Draft], imported: Iterable[str], *, complete: bool) -> None:
+    def gather_events(self, order: Sequence[StateSymbol], imported: Iterable[str], *, complete: bool) -> None:
         """Find out which events each state may hear of: outcomes and final states inside it, what is raised anywhere.
 
         Args:
@@ -102,20 +102,20 @@ class Declarations:
             complete: whether these are all.
         """
         self.complete = complete
-        for draft in order:
-            if draft.initial is not None:
-                self._gather_raised(draft.initial.actions)
-            for line in draft.lines:
+        for symbol in order:
+            if symbol.initial is not None:
+                self._gather_raised(symbol.initial.actions)
+            for line in symbol.lines:
                 if isinstance(line, ast.TransitionLine | ast.EntryLine | ast.ExitLine):
                     self._gather_raised(line.actions)
         for name in imported:
             self.events.setdefault(name, None)
             self.heard.add(name)
-        for draft in reversed(order):
-            self._gather_outcomes(draft)
-            if draft.parent is not None:
-                draft.parent.reported |= draft.reported
-                draft.parent.opaque |= draft.opaque
+        for symbol in reversed(order):
+            self._gather_outcomes(symbol)
+            if symbol.parent is not None:
+                symbol.parent.reported |= symbol.reported
+                symbol.parent.opaque |= symbol.opaque
 
     def _gather_raised(self, actions: tuple[ast.ActionSyntax, ...]) -> None:
         for action in actions:
@@ -123,46 +123,46 @@ class Declarations:
                 self.events.setdefault(str(action.event), None)
                 self.raised.setdefault(str(action.event), action.event)
 
-    def _gather_outcomes(self, draft: Draft) -> None:
-        finals = {child.name for child in draft.children if child.kind is StateKind.FINAL}
-        if draft.activity is not None:
-            name = str(draft.activity.call.name)
+    def _gather_outcomes(self, symbol: StateSymbol) -> None:
+        finals = {child.name for child in symbol.children if child.kind is StateKind.FINAL}
+        if symbol.activity is not None:
+            name = str(symbol.activity.call.name)
             activities = self.context.library.activities
             activity = activities.get(name) or activities.get(self.context.report.guess(name, activities).name or "")
-            draft.reported.update(activity.outcomes if activity is not None else ())
-            draft.opaque |= activity is None
-        if draft.model is not None:
-            for state in draft.model.states:
-                draft.reported.update(state.activity.activity.outcomes if state.activity is not None else ())
+            symbol.reported.update(activity.outcomes if activity is not None else ())
+            symbol.opaque |= activity is None
+        if symbol.model is not None:
+            for state in symbol.model.states:
+                symbol.reported.update(state.activity.activity.outcomes if state.activity is not None else ())
                 if state.kind is StateKind.FINAL:
                     finals.add(state.name.rpartition(".")[2])
-        draft.reported |= finals
-        if finals or draft.kind is StateKind.PARALLEL:
-            draft.completions.add("done")
+        symbol.reported |= finals
+        if finals or symbol.kind is StateKind.PARALLEL:
+            symbol.completions.add("done")
 
-    def event(self, draft: Draft, token: Token) -> str:
+    def event(self, symbol: StateSymbol, token: Token) -> str:
         """The name of an event; of a misspelt one the name that was probably meant."""
         name = str(token)
         self.heard.add(name)
-        sources = (self.context.library.events, self.events, draft.completions, draft.reported, ("fault",))
-        if any(name in source for source in sources) or name in self.context.plan.doubt:
+        sources = (self.context.library.events, self.events, symbol.completions, symbol.reported, ("fault",))
+        if any(name in source for source in sources) or name in self.context.symbols.doubt:
             return name
-        if draft.opaque or not self.complete:
+        if symbol.opaque or not self.complete:
             return name
         guess = self.context.report.guess(name, (one for source in sources for one in source))
-        message = f"nothing sends, raises or reports `{name}` in `{draft.name}`"
+        message = f"nothing sends, raises or reports `{name}` in `{symbol.name}`"
         if guess.name is not None:
             self.heard.add(guess.name)
             self.context.add_once("E0203", token, message, guess.text)
             return guess.name
         # What a state hears of may be missing as a whole: one finding for all that it waits for in vain.
-        subject = self._strange.setdefault(name, draft.index)
-        place, again = self.context.place(token), f"nor `{name}`" if subject == draft.index else "and here"
-        hint = guess.text or self._reporter(name) or _heard(draft)
+        subject = self._strange.setdefault(name, symbol.index)
+        place, again = self.context.place(token), f"nor `{name}`" if subject == symbol.index else "and here"
+        hint = guess.text or self._reporter(name) or _heard(symbol)
         if name in self.context.library.signals:
             hint = f"`{name}` is a signal: `when {name}`"
         self.context.report.add_once("E0203", place, message, hint, subject=subject, again=again)
-        draft.deaf = self.puzzled = True
+        symbol.deaf = self.puzzled = True
         return name
 
     def _reporter(self, outcome: str) -> str | None:
@@ -185,7 +185,7 @@ class Declarations:
         if self.puzzled:
             return found
         for name in imports:
-            found.append(("import", name, self.context.place(self.context.plan.imports[name])))
+            found.append(("import", name, self.context.place(self.context.symbols.imports[name])))
         for name, declared in self.context.scope.variables.items():
             if name not in self.context.scope.used and not self.context.scope.puzzled:
                 found.append(("parameter" if declared.constant else "variable", name, declared.place))
@@ -198,7 +198,7 @@ class Declarations:
         return found
 
 
-def _heard(draft: Draft) -> str | None:
+def _heard(symbol: StateSymbol) -> str | None:
     """What a state hears of, as a way out."""
-    names = sorted(draft.completions | draft.reported)
-    return f"what `{draft.name}` hears of: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None
+    names = sorted(symbol.completions | symbol.reported)
+    return f"what `{symbol.name}` hears of: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None

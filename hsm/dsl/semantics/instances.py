@@ -22,7 +22,7 @@ from hsm.model.properties import Property, with_conditions
 
 
 @dataclass(frozen=True, slots=True)
-class Graft:
+class InstanceCopy:
     """A copy of a machine's parts, renamed and renumbered.
 
     Attributes:
@@ -40,7 +40,7 @@ class Graft:
     properties: tuple[Property, ...]
 
 
-def graft(model: Model, name: str, state_offset: int, transition_offset: int) -> Graft:
+def instantiate(model: Model, name: str, state_offset: int, transition_offset: int) -> InstanceCopy:
     """Copy a machine.
 
     Args:
@@ -51,7 +51,7 @@ def graft(model: Model, name: str, state_offset: int, transition_offset: int) ->
     """
     copier = _Copier(f"{name}.", state_offset, transition_offset)
     states = tuple(map(copier.state, model.states))
-    return Graft(
+    return InstanceCopy(
         states[0],
         states[1:],
         tuple(map(copier.transition, model.transitions)),

@@ -190,11 +190,11 @@ class Scope:
                 return self._number(node)
             case Token():
                 return self._name(node, expected)
-            case ast.Chain():
+            case ast.ChainSyntax():
                 return self._chain(node)
-            case ast.Unary():
+            case ast.UnarySyntax():
                 return self._unary(node)
-            case ast.Binary():
+            case ast.BinarySyntax():
                 return self._binary(node)
             case ast.CallSyntax():
                 return self._call(node)
@@ -280,7 +280,7 @@ class Scope:
             return f"whether a state is active: `in({name})`"
         return None
 
-    def _chain(self, node: ast.Chain) -> Expression | None:
+    def _chain(self, node: ast.ChainSyntax) -> Expression | None:
         operands = [self.value(operand, BOOLEAN) for operand in node.operands]
         known = [one for one in operands if one is not None]
         return self._balanced(node.operator, known) if len(known) == len(operands) else None
@@ -293,7 +293,7 @@ class Scope:
         left, right = self._balanced(operator, operands[:middle]), self._balanced(operator, operands[middle:])
         return Binary(operator, left, right, BOOLEAN, _joined(left, right))
 
-    def _unary(self, node: ast.Unary) -> Expression | None:
+    def _unary(self, node: ast.UnarySyntax) -> Expression | None:
         if node.operator == "not":
             operand = self.value(node.operand, BOOLEAN)
             return None if operand is None else Unary("not", operand, BOOLEAN, self._span(node))
@@ -304,7 +304,7 @@ class Scope:
             return Literal(-operand.value, operand.type, self._span(node))
         return Unary("-", operand, operand.type, self._span(node))
 
-    def _binary(self, node: ast.Binary) -> Expression | None:
+    def _binary(self, node: ast.BinarySyntax) -> Expression | None:
         if node.operator in ("==", "!="):
             return self._equality(node)
         left = self._numeric(node.left)
@@ -343,7 +343,7 @@ class Scope:
             return None
         return Literal(value, kind, place)
 
-    def _equality(self, node: ast.Binary) -> Expression | None:
+    def _equality(self, node: ast.BinarySyntax) -> Expression | None:
         operands: tuple[Expression | None, Expression | None]
         if self._is_bare(node.left):
             right = self.expression(node.right)

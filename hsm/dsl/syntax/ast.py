@@ -19,7 +19,7 @@ DEEPEST_EXPRESSION = 64
 
 
 @dataclass(frozen=True, slots=True)
-class Unary:
+class UnarySyntax:
     """``not x`` or ``-x``."""
 
     operator: Token
@@ -28,7 +28,7 @@ class Unary:
 
 
 @dataclass(frozen=True, slots=True)
-class Binary:
+class BinarySyntax:
     """An arithmetic operation or a comparison."""
 
     operator: Token
@@ -38,7 +38,7 @@ class Binary:
 
 
 @dataclass(frozen=True, slots=True)
-class Chain:
+class ChainSyntax:
     """Two or more operands joined by ``and``, or by ``or``."""
 
     operator: str
@@ -65,7 +65,7 @@ class CallSyntax:
     depth: int
 
 
-Expression: TypeAlias = Token | Unary | Binary | Chain | CallSyntax
+Expression: TypeAlias = Token | UnarySyntax | BinarySyntax | ChainSyntax | CallSyntax
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,11 +326,11 @@ def names_in(expression: Expression | Named) -> Iterator[str]:
         match pending.pop():
             case Token(value=name):
                 yield name
-            case Unary(operand=part) | Named(value=part):
+            case UnarySyntax(operand=part) | Named(value=part):
                 pending.append(part)
-            case Binary(left=left, right=right):
+            case BinarySyntax(left=left, right=right):
                 pending += (left, right)
-            case Chain(operands=parts) | CallSyntax(arguments=parts):
+            case ChainSyntax(operands=parts) | CallSyntax(arguments=parts):
                 pending.extend(parts)
 
 
@@ -338,11 +338,11 @@ def first_token(expression: Expression | Named) -> Token:
     """The leftmost token of an expression."""
     while not isinstance(expression, Token):
         match expression:
-            case Unary(operator=token) | CallSyntax(name=token) | Named(name=token):
+            case UnarySyntax(operator=token) | CallSyntax(name=token) | Named(name=token):
                 return token
-            case Binary(left=part):
+            case BinarySyntax(left=part):
                 expression = part
-            case Chain(operands=parts):
+            case ChainSyntax(operands=parts):
                 expression = parts[0]
     return expression
 
@@ -353,9 +353,9 @@ def last_token(expression: Expression | Named) -> Token:
         match expression:
             case CallSyntax(closing=token):
                 return token
-            case Unary(operand=part) | Binary(right=part) | Named(value=part):
+            case UnarySyntax(operand=part) | BinarySyntax(right=part) | Named(value=part):
                 expression = part
-            case Chain(operands=parts):
+            case ChainSyntax(operands=parts):
                 expression = parts[-1]
     return expression
 

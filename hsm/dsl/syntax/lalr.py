@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from lark import Lark, Token
 
 Reduction: TypeAlias = tuple[int, str, Callable[[list[Any]], Any] | None]
-Row: TypeAlias = dict[str, int | Reduction]
+TableRow: TypeAlias = dict[str, int | Reduction]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Table:
         end: the state of a whole text.
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
     start: int
     end: int
 
@@ -36,9 +36,9 @@ class Table:
     def of(cls, lark: Lark) -> Table:
         """The table of a grammar."""
         conf = lark.parse_interactive().parser_state.parse_conf
-        rows: list[Row] = []
+        rows: list[TableRow] = []
         for number in range(len(conf.states)):
-            row: Row = {}
+            row: TableRow = {}
             for name, (action, target) in conf.states[number].items():
                 kind = intern(str(name))  # some of lark's names are tokens, which are slow to compare
                 if action.name == "Shift":

@@ -29,7 +29,7 @@ _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|import)\b(?! *[A-Za-z_])")
 
 
-class _Builder:
+class TreeBuilder:
     """Makes the nodes of the syntax tree; lark calls the method named after each rule with the rule's parts."""
 
     def file(self, parts: list[Any]) -> tuple[ast.Item, ...]:
@@ -129,22 +129,22 @@ class _Builder:
     def raise_event(self, parts: list[Any]) -> ast.RaiseSyntax:
         return ast.RaiseSyntax(parts[0])
 
-    def disjunction(self, parts: list[Any]) -> ast.Chain:
-        return ast.Chain("or", tuple(parts), 1 + max(map(depth_of, parts)))
+    def disjunction(self, parts: list[Any]) -> ast.ChainSyntax:
+        return ast.ChainSyntax("or", tuple(parts), 1 + max(map(depth_of, parts)))
 
-    def conjunction(self, parts: list[Any]) -> ast.Chain:
-        return ast.Chain("and", tuple(parts), 1 + max(map(depth_of, parts)))
+    def conjunction(self, parts: list[Any]) -> ast.ChainSyntax:
+        return ast.ChainSyntax("and", tuple(parts), 1 + max(map(depth_of, parts)))
 
-    def binary(self, parts: list[Any]) -> ast.Binary:
+    def binary(self, parts: list[Any]) -> ast.BinarySyntax:
         left, operator, right = parts
-        return ast.Binary(operator, left, right, 1 + max(depth_of(left), depth_of(right)))
+        return ast.BinarySyntax(operator, left, right, 1 + max(depth_of(left), depth_of(right)))
 
     comparison = binary
     undivided = binary
     product = binary
 
-    def negation(self, parts: list[Any]) -> ast.Unary:
-        return ast.Unary(parts[0], parts[1], 1 + depth_of(parts[1]))
+    def negation(self, parts: list[Any]) -> ast.UnarySyntax:
+        return ast.UnarySyntax(parts[0], parts[1], 1 + depth_of(parts[1]))
 
     unary = negation
 
@@ -167,7 +167,7 @@ class _Builder:
 @cache
 def _tools() -> tuple[Table, Lexer]:
     grammar = files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
-    builder: Any = _Builder()
+    builder: Any = TreeBuilder()
     lark = Lark(grammar, parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False)
     return Table.of(lark), Lexer.of(lark)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hsm.engine.compiled import Machine, build
+from hsm.engine.machine import Machine, build
 from hsm.interchange.scxml.reader import read_file, read_text
 from hsm.interchange.scxml.writer import write_text
 

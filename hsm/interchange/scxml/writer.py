@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
-from hsm.engine.plans import own_name
 from hsm.interchange.scxml.elements import NAMESPACE
 from hsm.model.chart import (
     Action,
@@ -187,7 +186,7 @@ def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, 
         yield f"done.state.{state.name}", []
     for around in model.states[max(state.index, 1) : state.last + 1]:
         finals = _finals(model, around)
-        meant = [one for one in finals if own_name(one) in trigger.names]
+        meant = [one for one in finals if one.own_name in trigger.names]
         if meant and not (around is state and "done" in trigger.names):
             reached = " or ".join(f"In('{one.name}')" for one in meant)
             yield f"done.state.{around.name}", [] if len(meant) == len(finals) else [reached]

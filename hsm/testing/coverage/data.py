@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hsm.engine.coverage import Coverage
 from hsm.model.chart import Model
-from hsm.testing.coverage.items import Kind, Point, points, share
+from hsm.testing.coverage.items import CoverageItem, ItemKind, points, share
 
 DATA = ".machine-coverage"
 """Folder of the data files; each process writes its own."""
@@ -30,11 +30,11 @@ class Measured:
         return self.model.files[0] if self.model.files else self.model.name
 
     @property
-    def points(self) -> list[Point]:
+    def points(self) -> list[CoverageItem]:
         """All that there is to cover."""
         return points(self.model, self.coverage)
 
-    def share(self, *kinds: Kind) -> float:
+    def share(self, *kinds: ItemKind) -> float:
         """Percentage covered of some kinds of points; of all without any."""
         return share(one for one in self.points if not kinds or one.kind in kinds)
 

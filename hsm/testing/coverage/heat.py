@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 from math import log1p
 
-from hsm.engine.compiled import build
+from hsm.engine.machine import build
 from hsm.interchange.diagrams import DiagramError, render
 from hsm.model.chart import Model
 from hsm.model.topology import HISTORY

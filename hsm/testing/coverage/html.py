@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
+from itertools import chain, count
 from pathlib import Path
+from urllib.parse import quote
 
 from hsm.testing.coverage.data import Measured
 from hsm.testing.coverage.heat import heat_map
-from hsm.testing.coverage.items import Kind, Point, share
+from hsm.testing.coverage.items import CoverageItem, ItemKind, share
 from hsm.testing.coverage.table import COLUMNS
 
 _STYLE = """
@@ -32,34 +34,44 @@ pre { margin: 0; font: 13px/1.45 ui-monospace, monospace; }
 """
 
 
-def write_html(folder: Path, machines: Sequence[Measured]) -> Path:
-    """Write a report: a page for each machine and one that leads to them.
+INDEX = "index.html"
+"""The page of a report to begin with."""
 
-    Args:
-        folder: where to; made if need be.
-        machines: what was exercised of them.
 
-    Returns:
-        The page to begin with.
+def html_pages(machines: Sequence[Measured]) -> dict[str, str]:
+    """A report as files, by name: a page for each machine, and the one that leads to them.
+
+    Machines of one name have pages of their own, and so has one that is called as the page to begin with.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    rows = []
-    for machine in machines:
-        page = folder / f"{machine.model.name}.html"
-        page.write_text(_machine_page(machine), encoding="utf-8", newline="\n")
-        rows.append(_row(f'<a href="{page.name}">{escape(machine.file)}</a>', machine.points))
+    names = _page_names(machines)
+    pages = {name: _machine_page(machine) for name, machine in zip(names, machines, strict=True)}
+    rows = [
+        _row(f'<a href="{escape(quote(name))}">{escape(machine.file)}</a>', machine.points)
+        for name, machine in zip(names, machines, strict=True)
+    ]
     heads = "".join(f"<th>{escape(kind.value)}</th>" for kind in COLUMNS)
     body = f"<h1>Coverage of machines</h1><table><tr><th>Machine</th>{heads}<th>Cover</th></tr>{''.join(rows)}</table>"
-    index = folder / "index.html"
-    index.write_text(_page("Coverage of machines", body), encoding="utf-8", newline="\n")
-    return index
+    return pages | {INDEX: _page("Coverage of machines", body)}
+
+
+def _page_names(machines: Sequence[Measured]) -> list[str]:
+    """A file name for each machine's page: no two alike, also where a file system ignores case."""
+    taken = {INDEX}
+    names = []
+    for machine in machines:
+        stem = machine.model.name
+        candidates = (f"{stem}{number}.html" for number in chain([""], (f"-{more}" for more in count(2))))
+        name = next(one for one in candidates if one.lower() not in taken)
+        taken.add(name.lower())
+        names.append(name)
+    return names
 
 
 def _machine_page(machine: Measured) -> str:
     points = machine.points
     heads = "".join(f"<th>{escape(kind.value)}</th>" for kind in COLUMNS)
     parts = [
-        f'<p><a href="index.html">All machines</a></p><h1>{escape(machine.model.name)}</h1>',
+        f'<p><a href="{INDEX}">All machines</a></p><h1>{escape(machine.model.name)}</h1>',
         f"<table><tr><th>Machine</th>{heads}<th>Cover</th></tr>{_row(escape(machine.file), points)}</table>",
         heat_map(machine),
     ]
@@ -71,11 +83,11 @@ def _machine_page(machine: Measured) -> str:
     return _page(f"Coverage of {machine.model.name}", "".join(parts))
 
 
-def _in(point: Point, file: str) -> bool:
+def _in(point: CoverageItem, file: str) -> bool:
     return point.place is not None and point.place.file == file
 
 
-def _row(name: str, points: Iterable[Point]) -> str:
+def _row(name: str, points: Iterable[CoverageItem]) -> str:
     listed = list(points)
     cells = []
     for kind in COLUMNS:
@@ -84,9 +96,9 @@ def _row(name: str, points: Iterable[Point]) -> str:
     return f"<tr><td>{name}</td>{''.join(cells)}<td>{share(listed):.1f}%</td></tr>"
 
 
-def _source(text: str, points: Sequence[Point]) -> str:
+def _source(text: str, points: Sequence[CoverageItem]) -> str:
     """The lines of a file, coloured by what was covered, with what was missed below each."""
-    by_line: dict[int, list[Point]] = {}
+    by_line: dict[int, list[CoverageItem]] = {}
     for point in points:
         if point.place is not None:
             by_line.setdefault(point.place.line, []).append(point)
@@ -95,7 +107,7 @@ def _source(text: str, points: Sequence[Point]) -> str:
         here = by_line.get(number, [])
         missed = [one for one in here if not one.covered]
         style = "" if not here else "good" if not missed else "bad" if len(missed) == len(here) else "part"
-        counts = [one.count for one in here if one.kind in (Kind.STATE, Kind.TRANSITION)]
+        counts = [one.count for one in here if one.kind in (ItemKind.STATE, ItemKind.TRANSITION)]
         count = f"{min(counts)}&times;" if counts else ""
         rows.append(
             f'<div class="{style}"><pre class="number">{number}</pre><pre class="count">{count}</pre>'

@@ -15,7 +15,7 @@ from hsm.model.topology import HISTORY
 from hsm.model.unparse import expression_text, trigger_text
 
 
-class Kind(Enum):
+class ItemKind(Enum):
     """What a point is about; the value heads its column."""
 
     STATE = "States"
@@ -29,7 +29,7 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class CoverageItem:
     """One thing that tests can exercise.
 
     Attributes:
@@ -40,7 +40,7 @@ class Point:
         count: how often it was exercised; for what is not counted 1 or 0.
     """
 
-    kind: Kind
+    kind: ItemKind
     key: tuple[object, ...]
     text: str
     place: Place | None
@@ -52,9 +52,9 @@ class Point:
         return self.count > 0
 
 
-def points(model: Model, coverage: Coverage) -> list[Point]:
+def points(model: Model, coverage: Coverage) -> list[CoverageItem]:
     """All points of a machine, in the order of the document."""
-    found: list[Point] = []
+    found: list[CoverageItem] = []
     for state in model.states[1:]:
         found.extend(_of_state(state, coverage))
     for transition in model.transitions:
@@ -62,7 +62,7 @@ def points(model: Model, coverage: Coverage) -> list[Point]:
     return found
 
 
-def share(among: Iterable[Point]) -> float:
+def share(among: Iterable[CoverageItem]) -> float:
     """Percentage that is covered; 100 of nothing."""
     listed = [one.covered for one in among]
     return 100.0 * sum(listed) / len(listed) if listed else 100.0
@@ -75,31 +75,33 @@ def transition_text(model: Model, transition: Transition) -> str:
     return f"{source}: {trigger_text(transition.trigger, transition.guard)}{f' -> {targets}' if targets else ''}"
 
 
-def _of_state(state: State, coverage: Coverage) -> Iterator[Point]:
+def _of_state(state: State, coverage: Coverage) -> Iterator[CoverageItem]:
     name = state.name
     if state.kind in HISTORY:
         for remembered in (False, True):
             how = "with something remembered" if remembered else "with nothing remembered"
             count = coverage.history.get((state.index, remembered), 0)
-            yield Point(Kind.HISTORY, ("history", name, remembered), f"{name} never entered {how}", state.place, count)
+            yield CoverageItem(
+                ItemKind.HISTORY, ("history", name, remembered), f"{name} never entered {how}", state.place, count
+            )
         return
     count = coverage.states.get(state.index, 0)
-    yield Point(Kind.STATE, ("state", name), f"{name} never entered", state.place, count)
+    yield CoverageItem(ItemKind.STATE, ("state", name), f"{name} never entered", state.place, count)
     if state.activity is not None:
         activity = state.activity.activity.name
         for outcome in state.activity.activity.outcomes:
             count = coverage.outcomes.get((state.index, outcome), 0)
             text = f"{activity} in {name} never reported {outcome}"
-            yield Point(Kind.OUTCOME, ("outcome", name, outcome), text, state.activity.place, count)
+            yield CoverageItem(ItemKind.OUTCOME, ("outcome", name, outcome), text, state.activity.place, count)
 
 
-def _of_transition(model: Model, transition: Transition, coverage: Coverage) -> Iterator[Point]:
+def _of_transition(model: Model, transition: Transition, coverage: Coverage) -> Iterator[CoverageItem]:
     index, place = transition.index, transition.place
     text = transition_text(model, transition)
     count = coverage.transitions.get(index, 0)
-    yield Point(Kind.TRANSITION, ("transition", index), f"{text} never taken", place, count)
+    yield CoverageItem(ItemKind.TRANSITION, ("transition", index), f"{text} never taken", place, count)
     if isinstance(transition.trigger, After):
-        yield Point(Kind.TIME_OUT, ("time-out", index), f"{text} never timed out", place, count)
+        yield CoverageItem(ItemKind.TIME_OUT, ("time-out", index), f"{text} never timed out", place, count)
     decision = decision_of(transition)
     if not decision.conditions:
         return
@@ -107,12 +109,12 @@ def _of_transition(model: Model, transition: Transition, coverage: Coverage) -> 
     outcomes = [decision.outcome(path) for path in paths]
     for held in (True, False):
         missed = f"{text} never {'true' if held else 'false'}"
-        yield Point(Kind.GUARD, ("guard", index, held), missed, place, outcomes.count(held))
+        yield CoverageItem(ItemKind.GUARD, ("guard", index, held), missed, place, outcomes.count(held))
     if len(decision.conditions) > 1:
         yield from _of_conditions(decision, transition, text, paths)
 
 
-def _of_conditions(decision: Decision, transition: Transition, text: str, paths: list[int]) -> Iterator[Point]:
+def _of_conditions(decision: Decision, transition: Transition, text: str, paths: list[int]) -> Iterator[CoverageItem]:
     seen = [decision.values(path) for path in paths]
     for number, condition in enumerate(decision.conditions):
         name = expression_text(condition)
@@ -120,10 +122,10 @@ def _of_conditions(decision: Decision, transition: Transition, text: str, paths:
         for held in (True, False):
             count = sum(values[number] is held for values in seen)
             missed = f"{text}: `{name}` never {'true' if held else 'false'}"
-            yield Point(Kind.CONDITION, ("condition", transition.index, number, held), missed, place, count)
+            yield CoverageItem(ItemKind.CONDITION, ("condition", transition.index, number, held), missed, place, count)
         missed = f"{text}: `{name}` never decided alone"
         alone = int(_decides_alone(decision, paths, number))
-        yield Point(Kind.MCDC, ("mcdc", transition.index, number), missed, place, alone)
+        yield CoverageItem(ItemKind.MCDC, ("mcdc", transition.index, number), missed, place, alone)
 
 
 def _decides_alone(decision: Decision, paths: list[int], number: int) -> bool:

@@ -8,10 +8,10 @@ from pathlib import Path
 from xml.etree import ElementTree as Xml
 
 from hsm.testing.coverage.data import Measured
-from hsm.testing.coverage.items import Kind
+from hsm.testing.coverage.items import ItemKind
 
-_LINES = (Kind.STATE, Kind.TRANSITION)
-_BRANCHES = (Kind.GUARD, Kind.CONDITION)
+_LINES = (ItemKind.STATE, ItemKind.TRANSITION)
+_BRANCHES = (ItemKind.GUARD, ItemKind.CONDITION)
 
 
 @dataclass(slots=True)
@@ -31,12 +31,12 @@ class SourceLines:
 
 def by_source(machines: Sequence[Measured]) -> dict[str, SourceLines]:
     """Coverage by source file and line; what several instances of one machine exercise adds up."""
-    seen: dict[tuple[str, Kind, object, int, int], int] = {}
+    seen: dict[tuple[str, ItemKind, object, int, int], int] = {}
     for machine in machines:
         for point in machine.points:
             if point.place is not None:
                 own: object = point.key[2:]
-                if point.kind is Kind.STATE:
+                if point.kind is ItemKind.STATE:
                     own = str(point.key[1]).rpartition(".")[2]
                 key = (str(Path(point.place.file)), point.kind, own, point.place.line, point.place.column)
                 seen[key] = seen.get(key, 0) + point.count
@@ -47,7 +47,7 @@ def by_source(machines: Sequence[Measured]) -> dict[str, SourceLines]:
         source = found.setdefault(file, SourceLines())
         if kind in _LINES:
             source.hits[line] = min(source.hits.get(line, count), count)
-            if kind is Kind.STATE:
+            if kind is ItemKind.STATE:
                 source.functions[str(own)] = (line, count)
         elif kind in _BRANCHES:
             source.branches.setdefault(line, []).append((f"{kind.value} {own}", count))

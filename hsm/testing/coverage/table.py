@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from hsm.testing.coverage.data import Measured
-from hsm.testing.coverage.items import Kind, Point, share
+from hsm.testing.coverage.items import CoverageItem, ItemKind, share
 
-COLUMNS = tuple(Kind)
+COLUMNS = tuple(ItemKind)
 
 
 def coverage_table(machines: Sequence[Measured], base: Path | None = None) -> list[str]:
@@ -48,7 +48,7 @@ def _name(machine: Measured, base: Path | None) -> str:
     return machine.file
 
 
-def _counts(points: Sequence[Point]) -> list[str]:
+def _counts(points: Sequence[CoverageItem]) -> list[str]:
     cells = []
     for kind in COLUMNS:
         listed = [one.covered for one in points if one.kind is kind]

@@ -7,13 +7,14 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.engine.monitoring import Holds, begin, deadline, look
 from hsm.model.chart import Model
 from hsm.model.expressions import Expression
 from hsm.model.properties import AlwaysHolds, Never, Property, conditions_of
-from hsm.testing.exploration.exploring import Edge, Explorer, Input, Moment, Regions, Watcher
+from hsm.testing.exploration.exploring import Edge, Explorer, Moment, Regions, Watcher
 from hsm.testing.scenarios.driver import TICK, Driver
+from hsm.testing.scenarios.inputs import Input
 from hsm.testing.scenarios.replaying import replay
 from hsm.testing.scenarios.scenarios import Scenario
 from hsm.testing.scenarios.script import scripted_machine
@@ -31,7 +32,7 @@ NO_FAULT = "no step fails"
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class PropertyVerdict:
     """What is known of one property.
 
     Attributes:
@@ -74,7 +75,7 @@ def check(
     tick: float = TICK,
     steps: int = MOST_STEPS,
     only: Collection[str] | None = None,
-) -> list[Verdict]:
+) -> list[PropertyVerdict]:
     """Check the properties of a machine, its signals, outcomes and events free.
 
     Args:
@@ -88,7 +89,7 @@ def check(
     ready = scripted_machine(machine)
     stated = [one for one in ready.model.properties if only is None or one.name in only]
     instant = [one for one in stated if isinstance(one.claim, Never | AlwaysHolds)]
-    verdicts: list[Verdict] = []
+    verdicts: list[PropertyVerdict] = []
     if instant or only is None or NO_FAULT in only:
         search = _search(
             ready, parameters, tick, instant, steps=steps, wanted={one.name for one in instant} or {NO_FAULT}
@@ -198,7 +199,7 @@ class _Search:
             self.parents[key] = (source, edge)
             self.queue.append((depth, key, edge.target))
 
-    def verdict(self, name: str, text: str, machine: Machine, tick: float) -> Verdict:
+    def verdict(self, name: str, text: str, machine: Machine, tick: float) -> PropertyVerdict:
         """What was found out about one property."""
         violation = example = None
         if name in self.violations:
@@ -207,7 +208,7 @@ class _Search:
             violation = edges[-1].fault or text
             example = self._example(name, machine, edges, tick)
         complete = not self.queue
-        return Verdict(name, text, violation, example, len(self.parents), self.steps, self.depth, complete)
+        return PropertyVerdict(name, text, violation, example, len(self.parents), self.steps, self.depth, complete)
 
     def _way(self, source: tuple[Any, ...] | None, edge: Edge) -> Iterator[Edge]:
         yield edge

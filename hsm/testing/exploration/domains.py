@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from hsm.model.chart import After, Assign, Call, Model, When
 from hsm.model.expressions import Binary, Expression, SignalValue, VariableValue
 from hsm.model.registry import SignalDeclaration
+from hsm.model.rewriting import parts_of
 from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Type, si_value
 from hsm.model.unparse import value_text
-from hsm.testing.mutation.rewriting import actions_of, parts_of
 from hsm.testing.scenarios.script import default_of, member_of
 
 _BINARY: dict[str, Callable[[float, float], bool]] = {
@@ -81,27 +80,6 @@ class Domains:
         for one in tried:
             distinct.setdefault(tuple(_truth(comparison, residue(comparison, one)) for comparison in found), one)
         return list(distinct.values()) or [default_of(signal)]
-
-
-def expressions_of(model: Model) -> Iterator[Expression]:
-    """Everything in a machine that is evaluated."""
-    for state in model.states:
-        if state.activity is not None:
-            yield from state.activity.arguments
-    for transition in model.transitions:
-        match transition.trigger:
-            case When(condition):
-                yield condition
-            case After(duration):
-                yield duration
-        if transition.guard is not None:
-            yield transition.guard
-    for action in actions_of(model):
-        match action:
-            case Assign(value=value):
-                yield value
-            case Call(arguments=arguments):
-                yield from arguments
 
 
 def _written(value: float, kind: Type) -> float:

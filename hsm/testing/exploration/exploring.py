@@ -12,62 +12,29 @@ from itertools import product
 from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
-from hsm.engine.compiled import Machine
+from hsm.engine.configuration import Plan
 from hsm.engine.evaluation import Evaluation
-from hsm.engine.execution import Fault, Reaction, RunState, fault_event
-from hsm.engine.macrostep import Look
+from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
+from hsm.engine.machine import Machine
 from hsm.engine.monitoring import Holds
+from hsm.engine.record import Selection
 from hsm.model.chart import On, Raise, Send, State, StateKind, Transition
-from hsm.model.events import Scoped
+from hsm.model.events import StateEvent
 from hsm.model.expressions import Binary, Expression, SignalValue
 from hsm.model.faults import MachineFault
 from hsm.model.registry import ActionDeclaration, SignalDeclaration
-from hsm.testing.exploration.domains import Domains, expressions_of
-from hsm.testing.mutation.rewriting import actions_of, parts_of
+from hsm.model.rewriting import actions_of, expressions_of, parts_of
+from hsm.testing.exploration.domains import Domains
 from hsm.testing.scenarios.driver import TICK
+from hsm.testing.scenarios.inputs import NO_WAIT, Input, Wait
 from hsm.testing.scenarios.script import FAULT, ScriptedFault, SignalKey, default_of
 
 _DIGITS = 6
 
 
-@dataclass(frozen=True, slots=True)
-class Wait:
-    """Time that passes before a step.
-
-    Attributes:
-        seconds: how much.
-        early: it ends one tick before the next deadline.
-        promised: that deadline is a watcher's, not one of the machine.
-    """
-
-    seconds: float = 0.0
-    early: bool = False
-    promised: bool = False
-
-
-NO_WAIT = Wait()
-
-
 def _coarse(nanoseconds: int) -> float:
     """Time to go in seconds, without the digits in which sums of waiting times differ."""
     return round(seconds(nanoseconds), _DIGITS)
-
-
-@dataclass(frozen=True, slots=True)
-class Input:
-    """What happens in one step.
-
-    Attributes:
-        wait: how long after the step before.
-        reports: outcomes by the full name of the state whose activity it is.
-        events: events from outside.
-        signals: the signals that were asked for, with their values.
-    """
-
-    wait: Wait = NO_WAIT
-    reports: tuple[tuple[str, str], ...] = ()
-    events: tuple[str, ...] = ()
-    signals: tuple[tuple[SignalKey, Any], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +76,7 @@ class Edge:
     Attributes:
         input: what happened.
         target: where it led.
-        looks: what was looked at and taken.
+        selections: what was looked at and taken.
         paths: the paths through guards that were seen, by transition.
         fault: why the step failed; the target is then where it came from.
         violations: what a watcher objects to.
@@ -117,30 +84,35 @@ class Edge:
 
     input: Input
     target: Moment
-    looks: tuple[Look, ...]
+    selections: tuple[Selection, ...]
     paths: Mapping[int, frozenset[int]]
     fault: str | None = None
     violations: tuple[str, ...] = ()
 
     @property
+    def plans(self) -> Iterator[Plan]:
+        """The microsteps, in order."""
+        return (one.plan for one in self.selections if one.plan is not None)
+
+    @property
     def transitions(self) -> Iterator[int]:
         """The transitions taken, by index."""
-        return (index for look in self.looks if look[4] is not None for index in look[4].transitions)
+        return (index for plan in self.plans for index in plan.transitions)
 
     @property
     def entered(self) -> Iterator[int]:
         """The states entered, by index."""
-        return (index for look in self.looks if look[4] is not None for index in look[4].entered)
+        return (index for plan in self.plans for index in plan.entered)
 
     @property
     def exited(self) -> Iterator[int]:
         """The states left, by index."""
-        return (index for look in self.looks if look[4] is not None for index in look[4].exited)
+        return (index for plan in self.plans for index in plan.exited)
 
     @property
     def restored(self) -> Iterator[tuple[int, bool]]:
         """The history states entered, each with whether it remembered something."""
-        return (one for look in self.looks if look[4] is not None for one in look[4].restored)
+        return (one for plan in self.plans for one in plan.restored)
 
 
 class Watcher:
@@ -219,7 +191,7 @@ class _Choices:
         chosen: the values in this step.
         region: the one region whose signals change; -1 for any.
         opened: attempts that are to be made besides.
-        reaction: the step.
+        execution: the step.
     """
 
     explorer: Explorer
@@ -227,7 +199,7 @@ class _Choices:
     chosen: dict[SignalKey, Any]
     region: int
     opened: list[tuple[dict[SignalKey, Any], int]] = field(default_factory=list)
-    reaction: Reaction | None = None
+    execution: MacrostepExecution | None = None
 
     def read(self, signal: SignalDeclaration, arguments: tuple[Any, ...]) -> Any:
         """The value of a signal: as chosen before, or the first of those worth trying."""
@@ -296,15 +268,17 @@ class Explorer:
         )
         before = Moment(state, 0.0, frozenset(), {}, self._watcher.begin())
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Look]]:
-            reaction = choices.reaction = Reaction(self.machine, state, 0.0, facts=choices, memo={}, hits=hits)
-            reaction.start(plan)
-            if reaction.state.outcome is not None:
-                return reaction.state, reaction.looks
-            first = Reaction(self.machine, reaction.state, 0.0, facts=choices, memo={}, hits=hits)
-            choices.reaction = first
+        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+            execution = choices.execution = MacrostepExecution(
+                self.machine, state, 0.0, facts=choices, memo={}, hits=hits
+            )
+            execution.start(plan)
+            if execution.state.outcome is not None:
+                return execution.state, execution.selections
+            first = MacrostepExecution(self.machine, execution.state, 0.0, facts=choices, memo={}, hits=hits)
+            choices.execution = first
             first.run(())
-            return first.state, [*reaction.looks, *first.looks]
+            return first.state, [*execution.selections, *first.selections]
 
         return list(self._edges(before, Input(), attempt, -1))
 
@@ -333,11 +307,11 @@ class Explorer:
         time = moment.time + given.wait.seconds
         before = Moment(moment.state, time, over, moment.signals, self._watched_until(moment, time))
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Look]]:
-            reaction = Reaction(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
-            choices.reaction = reaction
-            reaction.run((*pending, *given.events))
-            return reaction.state, reaction.looks
+        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+            execution = MacrostepExecution(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
+            choices.execution = execution
+            execution.run((*pending, *given.events))
+            return execution.state, execution.selections
 
         return self._edges(before, given, attempt, region)
 
@@ -345,22 +319,22 @@ class Explorer:
         self,
         before: Moment,
         given: Input,
-        attempt: Callable[[_Choices, list[Any]], tuple[RunState, list[Look]]],
+        attempt: Callable[[_Choices, list[Any]], tuple[RunState, list[Selection]]],
         region: int,
     ) -> Iterator[Edge]:
         """One edge for each combination of the signals that are asked for."""
-        marks = self.machine.generator.marks
+        marks = self.machine.generator.probes
         open_choices: list[tuple[dict[SignalKey, Any], int]] = [(dict(given.signals), region)]
         while open_choices:
             choices = _Choices(self, before.signals, *open_choices.pop())
             hits = marks.new()
-            looks: list[Look] = []
+            selections: list[Selection] = []
             state, fault = before.state, None
             try:
-                state, looks = attempt(choices, hits)
+                state, selections = attempt(choices, hits)
             except MachineFault as error:
                 fault = str(error)
-            plans = [look[4] for look in looks if look[4] is not None]
+            plans = [one.plan for one in selections if one.plan is not None]
             over = before.over.difference(*((*plan.exited, *plan.entered) for plan in plans))
             watched, violations = before.watched, tuple[str, ...]()
             if fault is None:
@@ -370,7 +344,7 @@ class Explorer:
             signals = tuple(choices.chosen.items())
             target = Moment(state, before.time, over, {**before.signals, **choices.chosen}, watched)
             taken = Input(given.wait, given.reports, given.events, signals)
-            yield Edge(taken, target, tuple(looks), dict(marks.seen(hits)), fault, violations)
+            yield Edge(taken, target, tuple(selections), dict(marks.seen(hits)), fault, violations)
 
     def _watch(
         self, before: Moment, state: RunState, choices: _Choices, entered: Collection[str]
@@ -379,7 +353,7 @@ class Explorer:
             return choices.read(call.signal, tuple(evaluation.value(one) for one in call.arguments))
 
         active = state.configuration.active
-        evaluation = self.machine.evaluation({}, state.values, active, ask)
+        evaluation = self.machine.generator.evaluation({}, state.values, active, ask)
         return self._watcher.look(before.watched, before.time, _holding(evaluation), entered)
 
     def _watched_until(self, moment: Moment, time: float) -> Any:
@@ -393,7 +367,7 @@ class Explorer:
             return moment.signals[key] if key in moment.signals else default_of(call.signal)
 
         state = moment.state
-        evaluation = self.machine.evaluation({}, state.values, state.configuration.active, ask)
+        evaluation = self.machine.generator.evaluation({}, state.values, state.configuration.active, ask)
         return self._watcher.look(moment.watched, last, _holding(evaluation), ())[0]
 
     # What may happen.
@@ -444,14 +418,14 @@ class Explorer:
                 found.update(dict.fromkeys(self._heard.get(index, ())))
         return list(found)
 
-    def _outcome(self, state: str, outcome: str) -> Scoped | Fault:
+    def _outcome(self, state: str, outcome: str) -> StateEvent | PendingFault:
         index = self.machine.indices[state]
         if outcome == FAULT:
             call = self.machine.model.states[index].activity
             name = call.activity.name if call is not None else state
             error = ScriptedFault(f"activity `{name}` is to fail")
-            return Fault(fault_event(index), str(error), call.place if call is not None else None, error)
-        return Scoped((outcome,), index, f"done.invoke.{state}")
+            return PendingFault(fault_event(index), str(error), call.place if call is not None else None, error)
+        return StateEvent((outcome,), index, f"done.invoke.{state}")
 
     def region_of(self, signal: SignalDeclaration) -> int:
         """The region that asks for a signal; -1 where that does not matter."""
@@ -459,9 +433,9 @@ class Explorer:
 
     def values(self, signal: SignalDeclaration, key: SignalKey, choices: _Choices) -> list[Any]:
         """What to try for a signal, with the variables and the other signals as they are."""
-        reaction = choices.reaction
-        assert reaction is not None, "signals are asked for in a step"
-        state = reaction.state
+        execution = choices.execution
+        assert execution is not None, "signals are asked for in a step"
+        state = execution.state
         variables, signals = self._domains.depends(signal)
         slots = self.machine.generator.variables
         others = tuple((one, value) for one, value in choices.chosen.items() if one[0] in signals)
@@ -478,7 +452,9 @@ class Explorer:
                     return value
                 return choices.chosen[asked]
 
-            evaluation: Evaluation = self.machine.evaluation({}, state.values, state.configuration.active, ask)
+            evaluation: Evaluation = self.machine.generator.evaluation(
+                {}, state.values, state.configuration.active, ask
+            )
             try:
                 return float(evaluation.value(comparison.left) - evaluation.value(comparison.right))
             except (KeyError, TypeError, ArithmeticError):

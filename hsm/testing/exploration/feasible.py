@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from functools import reduce
 
-from hsm.dsl.semantics.logic import Formula, UndecidedError, both, can_hold, formula_of, negation
+from hsm.dsl.logic.formulas import Formula, UndecidedError, both, can_hold, formula_of, negation
 from hsm.model.chart import Always, Model, On, Transition, When
 from hsm.model.expressions import Binary, Expression
 from hsm.model.types import BOOLEAN

@@ -12,11 +12,11 @@ from hsm.engine.decisions import decision_of
 from hsm.model.chart import Action, After, Model, State, Transition, When
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression, Literal, Unary
+from hsm.model.rewriting import Rewriter
 from hsm.model.types import BOOLEAN, Integer, Quantity
 from hsm.model.unparse import action_text, expression_text, value_text
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.feasible import guard_of
-from hsm.testing.mutation.rewriting import Rewriter
 from hsm.testing.scenarios.running import run_scenario
 from hsm.testing.scenarios.scenarios import Scenario, Suite
 from hsm.testing.scenarios.script import scripted_machine

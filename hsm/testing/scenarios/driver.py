@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from hsm.engine.compiled import Machine
 from hsm.engine.evaluation import UNSET
+from hsm.engine.machine import Machine
 from hsm.engine.macrostep import Macrostep
 from hsm.model.chart import Model, Raise, Send
 from hsm.model.expressions import Expression, SignalValue
@@ -174,7 +174,7 @@ class Driver:
 
         active = frozenset(self.machine.indices[name] for name in self.configuration)
         values = [supervisor.variables.get(name) for name in self.machine.generator.variables]
-        evaluation = self.machine.evaluation({}, values, active, ask)
+        evaluation = self.machine.generator.evaluation({}, values, active, ask)
         try:
             return evaluation.value(expression)
         except (TypeError, ArithmeticError, ScriptedFault):

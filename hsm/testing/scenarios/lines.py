@@ -17,7 +17,7 @@ from lark.exceptions import UnexpectedInput
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
-from hsm.dsl.syntax.parser import _Builder as Builder
+from hsm.dsl.syntax.parser import TreeBuilder
 from hsm.model.diagnostics import Place
 
 _WORDS = {
@@ -28,7 +28,7 @@ _BEGINNINGS = ("test", "tick", "scenario", "given", "when", "after", "expect")
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class ScenarioLine:
     """One line of the file.
 
     Attributes:
@@ -75,7 +75,7 @@ class Performance:
     negated: bool
 
 
-class _LineBuilder(Builder):
+class _LineBuilder(TreeBuilder):
     """Makes the parts of a line; the parts of expressions are made as in a machine's file."""
 
     def test_line(self, parts: list[Any]) -> tuple[str, tuple[Any, ...]]:
@@ -117,7 +117,7 @@ def _parser() -> Lark:
     )
 
 
-def read_lines(text: str, report: Report) -> Iterator[Line]:
+def read_lines(text: str, report: Report) -> Iterator[ScenarioLine]:
     """The lines that can be read; of the others is said what is wrong. A comma at the end joins the next line."""
     pending, begin = "", 0
     for number, raw in enumerate(text.split("\n"), 1):
@@ -134,7 +134,7 @@ def read_lines(text: str, report: Report) -> Iterator[Line]:
             yield line
 
 
-def _line(text: str, number: int, report: Report) -> Line | None:
+def _line(text: str, number: int, report: Report) -> ScenarioLine | None:
     column = len(text) - len(text.lstrip()) + 1
     last = text.rsplit("\n", maxsplit=1)[-1]
     end = number + text.count("\n")
@@ -150,7 +150,7 @@ def _line(text: str, number: int, report: Report) -> Line | None:
     if (column > 1) == (kind in ("heading", "tick", "scenario")):
         wanted = "is indented under its scenario" if column == 1 else "begins at the margin"
         report.add("E0105", place, f"a line that begins with `{text.split(maxsplit=1)[0]}` {wanted}")
-    return Line(kind, parts, place)
+    return ScenarioLine(kind, parts, place)
 
 
 def _explain(error: UnexpectedInput, text: str, place: Place, report: Report) -> None:
@@ -182,13 +182,13 @@ def text_of(node: ast.Expression | ast.Named) -> str:
     match node:
         case Token():
             return str(node)
-        case ast.Unary(operator, operand):
+        case ast.UnarySyntax(operator, operand):
             return f"{operator}{' ' if operator == 'not' else ''}{text_of(operand)}"
-        case ast.Binary(operator, left, right):
+        case ast.BinarySyntax(operator, left, right):
             return f"{text_of(left)} {operator} {text_of(right)}"
-        case ast.Chain(operator, operands):
+        case ast.ChainSyntax(operator, operands):
             return f" {operator} ".join(
-                f"({text_of(one)})" if isinstance(one, ast.Chain) else text_of(one) for one in operands
+                f"({text_of(one)})" if isinstance(one, ast.ChainSyntax) else text_of(one) for one in operands
             )
         case ast.Named(name, value):
             return f"{name} = {text_of(value)}"

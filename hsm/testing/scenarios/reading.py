@@ -9,8 +9,8 @@ from typing import Any
 
 from lark import Token
 
+from hsm.dsl.loading import read_text
 from hsm.dsl.reporting.report import Report
-from hsm.dsl.semantics.loading import read_text
 from hsm.dsl.semantics.typing import Declared, Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
@@ -18,14 +18,23 @@ from hsm.model.chart import Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
 from hsm.model.expressions import Literal
 from hsm.model.registry import Library, Parameter, SignalDeclaration
+from hsm.model.rewriting import actions_of
 from hsm.model.types import BOOLEAN, Quantity
-from hsm.testing.mutation.rewriting import actions_of
 from hsm.testing.scenarios.driver import TICK
-from hsm.testing.scenarios.lines import Line, Performance, Reporting, Sending, Setting, name_of, read_lines, text_of
+from hsm.testing.scenarios.lines import (
+    Performance,
+    Reporting,
+    ScenarioLine,
+    Sending,
+    Setting,
+    name_of,
+    read_lines,
+    text_of,
+)
 from hsm.testing.scenarios.scenarios import (
-    Claim,
+    ConditionHolds,
     Expectation,
-    Holds,
+    ExpectationClause,
     InState,
     Performs,
     Raises,
@@ -110,7 +119,7 @@ class _Reader:
                 self.states.setdefault(name.rpartition(".")[2], []).append(name)
         self.scope = Scope(self.library, self.report, declared, frozenset(names))
 
-    def suite(self, lines: list[Line]) -> Suite:
+    def suite(self, lines: list[ScenarioLine]) -> Suite:
         """The whole file."""
         if not lines or lines[0].kind != "heading":
             place = lines[0].place if lines else Place(self.report.file, 1, 1, 1, 2)
@@ -143,7 +152,7 @@ class _Reader:
                 self.report.add("E0403", one.place, f"scenario `{one.name}` expects nothing", "add a line `expect ...`")
         return Suite(self.report.file, self.model.name, tick, tuple(scenarios))
 
-    def _extended(self, scenario: Scenario, line: Line) -> Scenario:
+    def _extended(self, scenario: Scenario, line: ScenarioLine) -> Scenario:
         if line.kind == "given":
             if scenario.steps:
                 self.report.add("E0402", line.place, "`given` goes before what happens", "use `when`")
@@ -154,7 +163,7 @@ class _Reader:
         step = self._expectation(line) if line.kind == "expect" else self._stimulus(line)
         return replace(scenario, steps=(*scenario.steps, step))
 
-    def _stimulus(self, line: Line) -> Stimulus:
+    def _stimulus(self, line: ScenarioLine) -> Stimulus:
         after = None if line.kind == "step" else self._seconds(line.parts[1], 0.0)
         signals: dict[str | SignalKey, Any] = {}
         reports: dict[str, str] = {}
@@ -251,20 +260,20 @@ class _Reader:
                 self.report.guess(event, heard).text,
             )
 
-    def _expectation(self, line: Line) -> Expectation:
+    def _expectation(self, line: ScenarioLine) -> Expectation:
         parts = [part for part in line.parts if not isinstance(part, tuple)]
         limits = [part[1][0] for part in line.parts if isinstance(part, tuple)]
         claims = [self._claim(part) for part in parts]
         within = self._seconds(limits[0], 0.0) if limits else None
         return Expectation(tuple(one for one in claims if one is not None), within, line.place)
 
-    def _claim(self, part: Performance | ast.Expression) -> Claim | None:
+    def _claim(self, part: Performance | ast.Expression) -> ExpectationClause | None:
         match part:
             case Performance():
                 return self._performs(part)
             case Token(type="NAME") if str(part) in self.states:
                 return self._in_state(part, negated=False)
-            case ast.Unary(operator="not", operand=Token(type="NAME") as name) if str(name) in self.states:
+            case ast.UnarySyntax(operator="not", operand=Token(type="NAME") as name) if str(name) in self.states:
                 return self._in_state(name, negated=True)
             case Token(type="NAME") if str(part) not in self.scope.variables and str(part) not in self.library.signals:
                 hint = self.report.guess(part, [*self.states, *self.scope.variables, *self.library.signals])
@@ -272,17 +281,17 @@ class _Reader:
                 self.report.add("E0201", self._span(part), message, hint.text)
                 return None
         condition = self.scope.condition(part)
-        return None if condition is None else Claim(Holds(condition), text_of(part))
+        return None if condition is None else ExpectationClause(ConditionHolds(condition), text_of(part))
 
-    def _in_state(self, name: Token, *, negated: bool) -> Claim | None:
+    def _in_state(self, name: Token, *, negated: bool) -> ExpectationClause | None:
         found = self.states[str(name)]
         if found[0] != str(name) and len(found) > 1:
             message = f"`{name}` may be {' or '.join(f'`{one}`' for one in found)}"
             self.report.add("E0201", self._span(name), message, "write its full name")
             return None
-        return Claim(InState(found[0], negated), f"{'not ' if negated else ''}{name}")
+        return ExpectationClause(InState(found[0], negated), f"{'not ' if negated else ''}{name}")
 
-    def _performs(self, part: Performance) -> Claim | None:
+    def _performs(self, part: Performance) -> ExpectationClause | None:
         if part.keyword.type == "RAISED":
             return self._raises(part)
         action = part.keyword.type == "CALLED"
@@ -300,16 +309,16 @@ class _Reader:
             if arguments is None:
                 return None
         text = f"{'not ' if part.negated else ''}{part.keyword} {text_of(part.what)}"
-        return Claim(Performs(str(name), arguments, action, part.negated), text)
+        return ExpectationClause(Performs(str(name), arguments, action, part.negated), text)
 
-    def _raises(self, part: Performance) -> Claim | None:
+    def _raises(self, part: Performance) -> ExpectationClause | None:
         raised = {one.event for one in actions_of(self.model) if isinstance(one, Raise | Send)}
         name = name_of(part.what)
         if str(name) not in raised:
             hint = self.report.guess(name, raised).text
             self.report.add("E0203", self._span(name), f"the machine never raises `{name}`", hint)
             return None
-        return Claim(Raises(str(name), part.negated), f"{'not ' if part.negated else ''}raised {name}")
+        return ExpectationClause(Raises(str(name), part.negated), f"{'not ' if part.negated else ''}raised {name}")
 
     def _given_arguments(self, call: ast.CallSyntax, parameters: tuple[Parameter, ...]) -> dict[int, Any] | None:
         """The arguments that are given, by position; what is left out may be anything."""

@@ -6,15 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hsm.engine.compiled import Machine
 from hsm.engine.explanation import Verdict
+from hsm.engine.machine import Machine
 from hsm.model.expressions import Binary, Literal, Unary, VariableValue
 from hsm.model.faults import MachineFault
 from hsm.model.topology import HISTORY
 from hsm.model.types import BOOLEAN, Type
-from hsm.testing.exploration.exploring import Input
 from hsm.testing.scenarios.driver import TICK, Driver
-from hsm.testing.scenarios.scenarios import Claim, Expectation, Holds, Scenario, Stimulus, close
+from hsm.testing.scenarios.inputs import Input
+from hsm.testing.scenarios.scenarios import ConditionHolds, Expectation, ExpectationClause, Scenario, Stimulus, close
 from hsm.testing.scenarios.script import SignalKey
 from hsm.testing.scenarios.writing import Writer
 
@@ -125,7 +125,7 @@ class _Teller:
     def expect(self) -> None:
         """Take down what is to be seen now, as far as it is new."""
         model = self.machine.model
-        claims: list[Claim] = []
+        claims: list[ExpectationClause] = []
         leaves = [
             state.name
             for state in model.states[1:]
@@ -150,7 +150,7 @@ class _Teller:
                 continue
             self.seen[variable.name] = value
             text = self.writer.value(variable.name, value, variable.type)
-            claims.append(Claim(Holds(_is(variable.name, value, variable.type)), text))
+            claims.append(ExpectationClause(ConditionHolds(_is(variable.name, value, variable.type)), text))
         self.steps.append(Expectation(tuple(claims)))
 
 

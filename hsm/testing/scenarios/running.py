@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from hsm.engine.compiled import Machine
 from hsm.engine.coverage import Coverage
+from hsm.engine.machine import Machine
 from hsm.model.chart import Model, Transition
 from hsm.model.diagnostics import Place
 from hsm.model.faults import MachineFault
@@ -14,9 +14,9 @@ from hsm.model.types import Type
 from hsm.model.unparse import trigger_text, value_text
 from hsm.testing.scenarios.driver import Driver
 from hsm.testing.scenarios.scenarios import (
-    Claim,
+    ConditionHolds,
     Expectation,
-    Holds,
+    ExpectationClause,
     InState,
     Performs,
     Raises,
@@ -67,7 +67,7 @@ class Failure:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class ScenarioResult:
     """What came of a scenario.
 
     Attributes:
@@ -86,7 +86,7 @@ class Result:
         return self.failure is None
 
 
-Watch = Callable[[Driver], str | None]
+RunWatch = Callable[[Driver], str | None]
 """Looks at a run after each step; says what is wrong, or None."""
 
 
@@ -97,7 +97,9 @@ class _Unmet(Exception):  # noqa: N818 - how a scenario ends early
         super().__init__(message)
 
 
-def run_suite(suite: Suite, machine: Machine | Model, watches: Callable[[], Sequence[Watch]] = tuple) -> list[Result]:
+def run_suite(
+    suite: Suite, machine: Machine | Model, watches: Callable[[], Sequence[RunWatch]] = tuple
+) -> list[ScenarioResult]:
     """Run all scenarios of a suite.
 
     Args:
@@ -109,7 +111,9 @@ def run_suite(suite: Suite, machine: Machine | Model, watches: Callable[[], Sequ
     return [run_scenario(one, ready, suite.tick, watches()) for one in suite.scenarios]
 
 
-def run_scenario(scenario: Scenario, machine: Machine | Model, tick: float, watches: Iterable[Watch] = ()) -> Result:
+def run_scenario(
+    scenario: Scenario, machine: Machine | Model, tick: float, watches: Iterable[RunWatch] = ()
+) -> ScenarioResult:
     """Run one scenario to its end or to the first thing that is not as expected."""
     run = _Run(scenario, tick, tuple(watches))
     failure = None
@@ -123,11 +127,11 @@ def run_scenario(scenario: Scenario, machine: Machine | Model, tick: float, watc
     except _Unmet as unmet:
         failure = run.failure(unmet.message, unmet.place)
     coverage = run.driver.supervisor.coverage if run.driver else Coverage()
-    return Result(scenario, failure, coverage)
+    return ScenarioResult(scenario, failure, coverage)
 
 
 class _Run:
-    def __init__(self, scenario: Scenario, tick: float, watches: tuple[Watch, ...]) -> None:
+    def __init__(self, scenario: Scenario, tick: float, watches: tuple[RunWatch, ...]) -> None:
         self._scenario = scenario
         self._tick = tick
         self._watches = watches
@@ -200,10 +204,10 @@ class _Run:
                 self.driver = driver
                 raise _Unmet(message, self._place)
 
-    def _unmet(self, claims: tuple[Claim, ...]) -> list[Claim]:
+    def _unmet(self, claims: tuple[ExpectationClause, ...]) -> list[ExpectationClause]:
         return [one for one in claims if not self._met(one)]
 
-    def _met(self, claim: Claim) -> bool:
+    def _met(self, claim: ExpectationClause) -> bool:
         driver = self._driven()
         match claim.content:
             case InState(state, negated):
@@ -213,7 +217,7 @@ class _Run:
                 return any(map(performs.matches, among)) != performs.negated
             case Raises(event, negated):
                 return (event in driver.raised) != negated
-            case Holds(condition):
+            case ConditionHolds(condition):
                 return driver.value(condition) is True
 
 

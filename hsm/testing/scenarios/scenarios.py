@@ -11,7 +11,7 @@ from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression
 from hsm.testing.scenarios.script import Performed, SignalKey
 
-Settings = Mapping[str | SignalKey, Any]
+SignalValues = Mapping[str | SignalKey, Any]
 """Values of signals, by name or by name and arguments."""
 
 
@@ -28,7 +28,7 @@ class Stimulus:
     """
 
     after: float | None = None
-    signals: Settings = field(default_factory=dict)
+    signals: SignalValues = field(default_factory=dict)
     reports: Mapping[str, str] = field(default_factory=dict)
     failing: frozenset[str] = frozenset()
     events: tuple[str, ...] = ()
@@ -74,17 +74,17 @@ class Raises:
 
 
 @dataclass(frozen=True, slots=True)
-class Holds:
+class ConditionHolds:
     """A condition over variables, parameters and signals is true."""
 
     condition: Expression
 
 
 @dataclass(frozen=True, slots=True)
-class Claim:
+class ExpectationClause:
     """One thing that is expected, with its text."""
 
-    content: InState | Performs | Raises | Holds
+    content: InState | Performs | Raises | ConditionHolds
     text: str
 
 
@@ -98,7 +98,7 @@ class Expectation:
         place: where it is written.
     """
 
-    claims: tuple[Claim, ...]
+    claims: tuple[ExpectationClause, ...]
     within: float | None = None
     place: Place | None = None
 
@@ -117,7 +117,7 @@ class Scenario:
 
     name: str
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    given: Settings = field(default_factory=dict)
+    given: SignalValues = field(default_factory=dict)
     steps: tuple[Stimulus | Expectation, ...] = ()
     place: Place | None = None
 

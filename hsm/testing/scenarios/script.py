@@ -8,12 +8,12 @@ from enum import Enum
 from functools import partial
 from typing import Any, Protocol
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.model.chart import Action, ActivityCall, Call, Model, State
 from hsm.model.expressions import Expression, SignalValue
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Outcome, SignalDeclaration
+from hsm.model.rewriting import Rewriter
 from hsm.model.types import Boolean, Enumeration, Integer
-from hsm.testing.mutation.rewriting import Rewriter
 
 FAULT = "fault"
 """In place of an outcome: the activity raises an exception."""
@@ -34,7 +34,7 @@ class Performed:
     arguments: tuple[Any, ...] = ()
 
 
-class Facts(Protocol):
+class ScriptedFacts(Protocol):
     """What the stand-ins of a scripted machine are given in place of a robot's facts."""
 
     def read(self, signal: SignalDeclaration, arguments: tuple[Any, ...]) -> Any:
@@ -92,7 +92,7 @@ class StandIn:
         self._state = state
         self._performed = Performed(activity.name, arguments)
 
-    def tick(self, facts: Facts) -> Performed | Outcome:
+    def tick(self, facts: ScriptedFacts) -> Performed | Outcome:
         """What is asked for, or how it ended."""
         outcome = facts.report(self._state)
         if outcome == FAULT:
@@ -124,18 +124,18 @@ def member_of(signal: SignalDeclaration, name: str) -> Any:
 
 
 def scripted(model: Model) -> Model:
-    """A machine whose signals, actions and activities ask ``Facts`` instead of a robot's facts."""
+    """A machine whose signals, actions and activities ask ``ScriptedFacts`` instead of a robot's facts."""
     signals: dict[str, SignalDeclaration] = {}
     actions: dict[str, ActionDeclaration] = {}
 
     def signal(declared: SignalDeclaration) -> SignalDeclaration:
-        def read(facts: Facts, *arguments: Any) -> Any:
+        def read(facts: ScriptedFacts, *arguments: Any) -> Any:
             return facts.read(declared, arguments)
 
         return replace(declared, function=read)
 
     def action(declared: ActionDeclaration) -> ActionDeclaration:
-        def call(facts: Facts, *arguments: Any) -> None:
+        def call(facts: ScriptedFacts, *arguments: Any) -> None:
             facts.call(declared, arguments)
 
         return replace(declared, function=call)
@@ -163,7 +163,7 @@ def scripted(model: Model) -> Model:
 
 
 class ScriptedMachine(Machine):
-    """A machine whose signals, actions and activities ask ``Facts``; what it compiles is kept from run to run."""
+    """A machine whose signals, actions and activities ask ``ScriptedFacts``; all of its runs share what it compiles."""
 
 
 def scripted_machine(machine: Machine | Model) -> ScriptedMachine:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hsm.dsl import load_model
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
 from hsm.testing.scenarios.reading import SUFFIX, read_suite, tested_machine

@@ -8,11 +8,19 @@ from typing import Any
 from hsm.model.chart import Call, Model
 from hsm.model.expressions import Expression, SignalValue
 from hsm.model.registry import Parameter
+from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
 from hsm.model.unparse import value_text
-from hsm.testing.exploration.domains import expressions_of
-from hsm.testing.mutation.rewriting import actions_of, parts_of
-from hsm.testing.scenarios.scenarios import Claim, Expectation, InState, Performs, Raises, Scenario, Settings, Stimulus
+from hsm.testing.scenarios.scenarios import (
+    Expectation,
+    ExpectationClause,
+    InState,
+    Performs,
+    Raises,
+    Scenario,
+    SignalValues,
+    Stimulus,
+)
 from hsm.testing.scenarios.script import FAULT
 
 _WIDTH = 110
@@ -70,7 +78,7 @@ class Writer:
             return _wrapped("when", happens)
         return _wrapped(f"after {step.after:.10g} s", happens, ",")
 
-    def settings(self, settings: Settings) -> list[str]:
+    def settings(self, settings: SignalValues) -> list[str]:
         """Signals with their values."""
         told = []
         for key, value in settings.items():
@@ -92,20 +100,22 @@ class Writer:
             lines[-1] += f" within {step.within:.10g} s"
         return lines
 
-    def in_state(self, state: str) -> Claim:
+    def in_state(self, state: str) -> ExpectationClause:
         """The claim that a state is active."""
-        return Claim(InState(state), self._short[state])
+        return ExpectationClause(InState(state), self._short[state])
 
-    def performs(self, name: str, arguments: Sequence[Any], *, action: bool) -> Claim:
+    def performs(self, name: str, arguments: Sequence[Any], *, action: bool) -> ExpectationClause:
         """The claim that an activity runs or an action was called, with all its arguments."""
         given = dict(enumerate(arguments))
         parameters = self._actions[name].parameters if action else self._activities[name].parameters
         content = Performs(name, given, action=action)
-        return Claim(content, f"{'called' if action else 'doing'} {name}({self._arguments(parameters, given)})")
+        return ExpectationClause(
+            content, f"{'called' if action else 'doing'} {name}({self._arguments(parameters, given)})"
+        )
 
-    def raises(self, event: str) -> Claim:
+    def raises(self, event: str) -> ExpectationClause:
         """The claim that the machine raised an event."""
-        return Claim(Raises(event), f"raised {event}")
+        return ExpectationClause(Raises(event), f"raised {event}")
 
     def value(self, name: str, value: Any, kind: Type) -> str:
         """The text of the claim that a variable has a value."""

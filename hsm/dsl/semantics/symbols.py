@@ -18,7 +18,7 @@ HISTORY = {"history": StateKind.SHALLOW_HISTORY, "deep_history": StateKind.DEEP_
 
 
 @dataclass(slots=True, eq=False)
-class Draft:
+class StateSymbol:
     """A state while its machine is being built.
 
     Attributes:
@@ -45,10 +45,10 @@ class Draft:
 
     name: str
     kind: StateKind
-    parent: Draft | None
+    parent: StateSymbol | None
     token: Token | None = None
-    children: list[Draft] = field(default_factory=list)
-    histories: dict[StateKind, Draft] = field(default_factory=dict)
+    children: list[StateSymbol] = field(default_factory=list)
+    histories: dict[StateKind, StateSymbol] = field(default_factory=dict)
     lines: list[ast.Item] = field(default_factory=list)
     stays: list[ast.StayLine] = field(default_factory=list)
     initial: ast.InitialLine | None = None
@@ -63,13 +63,13 @@ class Draft:
     index: int = -1
     last: int = -1
 
-    def inner(self) -> list[Draft]:
+    def inner(self) -> list[StateSymbol]:
         """The states directly inside it, histories last."""
         return [*self.children, *self.histories.values()]
 
-    def ancestors(self) -> Iterator[Draft]:
+    def ancestors(self) -> Iterator[StateSymbol]:
         """The state and all that it lies in, innermost first."""
-        found: Draft | None = self
+        found: StateSymbol | None = self
         while found is not None:
             yield found
             found = found.parent
@@ -96,7 +96,7 @@ class Doubt:
 
 
 @dataclass(slots=True)
-class Outline:
+class SymbolTable:
     """What a file declares.
 
     Attributes:
@@ -109,28 +109,28 @@ class Outline:
         unresolved: some transition may lead anywhere, because its target is not known.
     """
 
-    root: Draft
-    states: dict[str, Draft] = field(default_factory=dict)
+    root: StateSymbol
+    states: dict[str, StateSymbol] = field(default_factory=dict)
     heading: ast.MachineLine | None = None
     imports: dict[str, Token] = field(default_factory=dict)
     declared: dict[str, Token] = field(default_factory=dict)
     doubt: Doubt = field(default_factory=Doubt)
     unresolved: bool = False
 
-    def all_states(self) -> list[Draft]:
-        """All drafts in document order, the root first, also those that bear no good name."""
-        found: list[Draft] = []
+    def all_states(self) -> list[StateSymbol]:
+        """All symbols in document order, the root first, also those that bear no good name."""
+        found: list[StateSymbol] = []
         stack = [self.root]
         while stack:
-            draft = stack.pop()
-            found.append(draft)
-            stack.extend(reversed(draft.children))
+            symbol = stack.pop()
+            found.append(symbol)
+            stack.extend(reversed(symbol.children))
         return found
 
 
-def outline(tree: ast.File, report: Report) -> Outline:
+def collect_symbols(tree: ast.File, report: Report) -> SymbolTable:
     """Walk a file once; whatever stands in the wrong place or twice is reported."""
-    walker = _Walker(tree, report, Outline(Draft("", StateKind.COMPOUND, None)))
+    walker = _Walker(tree, report, SymbolTable(StateSymbol("", StateKind.COMPOUND, None)))
     misfit = any(one.code == "E0105" for one in report.found)
     walker.result.doubt.unread = walker.result.doubt.eventful = misfit
     walker.walk()
@@ -142,15 +142,15 @@ def outline(tree: ast.File, report: Report) -> Outline:
 class _Walker:
     tree: ast.File
     report: Report
-    result: Outline
+    result: SymbolTable
 
     def walk(self) -> None:
         """Take all lines, blocks from an explicit stack: a deep file needs no deep recursion."""
-        stack: list[tuple[Draft, Iterator[ast.Item]]] = [(self.result.root, iter(self.tree.items))]
+        stack: list[tuple[StateSymbol, Iterator[ast.Item]]] = [(self.result.root, iter(self.tree.items))]
         while stack:
-            draft, items = stack[-1]
+            symbol, items = stack[-1]
             for item in items:
-                block = self._take(draft, item)
+                block = self._take(symbol, item)
                 if block is not None:
                     stack.append(block)
                     break
@@ -160,12 +160,12 @@ class _Walker:
     def check_whole(self) -> None:
         """What only the whole file tells."""
         result = self.result
-        for draft in result.states.values():
-            few = draft.kind is StateKind.PARALLEL and len(draft.children) < 2
-            if few and not draft.broken and not result.doubt.unread:
+        for symbol in result.states.values():
+            few = symbol.kind is StateKind.PARALLEL and len(symbol.children) < 2
+            if few and not symbol.broken and not result.doubt.unread:
                 result.unresolved = True
-                message = f"parallel state `{draft.name}` has fewer than two states inside"
-                self._add("E0408", draft.token, message, "write `state`, or give it a second region")
+                message = f"parallel state `{symbol.name}` has fewer than two states inside"
+                self._add("E0408", symbol.token, message, "write `state`, or give it a second region")
         if result.heading is None:
             if not result.doubt.unread:
                 message = "the first line is to be `machine`, with a name"
@@ -186,96 +186,96 @@ class _Walker:
         if not result.root.children and not result.doubt.unread:
             self._add("E0409", name, f"machine `{name}` has no state", "begin with one: `state waiting`")
 
-    def _take(self, draft: Draft, item: ast.Item) -> tuple[Draft, Iterator[ast.Item]] | None:
+    def _take(self, symbol: StateSymbol, item: ast.Item) -> tuple[StateSymbol, Iterator[ast.Item]] | None:
         """Note one line; a block is returned to be walked next."""
         match item:
             case ast.StateBlock():
-                return self._new_state(draft, item), iter(item.items)
+                return self._new_state(symbol, item), iter(item.items)
             case ast.BadLine(names, items, nameless):
                 doubt = self.result.doubt
                 doubt.names |= names
                 doubt.nameless |= nameless
-                doubt.unread = draft.opaque = draft.deaf = True
-                doubt.eventful |= draft is self.result.root or "raise" in names
+                doubt.unread = symbol.opaque = symbol.deaf = True
+                doubt.eventful |= symbol is self.result.root or "raise" in names
                 if items and not names:
-                    self._leave_open(draft)
-                broken = Draft("", StateKind.ATOMIC, draft, broken=True, opaque=True, deaf=True)
+                    self._leave_open(symbol)
+                broken = StateSymbol("", StateKind.ATOMIC, symbol, broken=True, opaque=True, deaf=True)
                 if items:
                     self._add_child(broken)
                 return broken, iter(items)
             case ast.TransitionLine() | ast.EntryLine() | ast.ExitLine():
-                draft.lines.append(item)
+                symbol.lines.append(item)
             case ast.StayLine():
-                draft.stays.append(item)
+                symbol.stays.append(item)
             case ast.FinalLine() | ast.InitialLine() | ast.DoLine():
-                self._take_part(draft, item)
+                self._take_part(symbol, item)
             case ast.MachineLine():
                 self._take_heading(item)
             case _:
-                self._take_declaration(draft, item)
+                self._take_declaration(symbol, item)
         return None
 
-    def _leave_open(self, draft: Draft) -> None:
+    def _leave_open(self, symbol: StateSymbol) -> None:
         """Lines that belong to nothing may be meant for the state before them, or for one that is not there."""
-        self.result.doubt.nameless = draft.broken = True
-        if draft.children:
-            draft.children[-1].opaque = True
+        self.result.doubt.nameless = symbol.broken = True
+        if symbol.children:
+            symbol.children[-1].opaque = True
 
-    def _new_state(self, parent: Draft, block: ast.StateBlock) -> Draft:
+    def _new_state(self, parent: StateSymbol, block: ast.StateBlock) -> StateSymbol:
         if parent.instance is not None:
             self._not_here(
                 parent, block.name, "an instance of a machine has no further states: its states are in its file"
             )
-        draft = Draft(str(block.name), block.kind, parent, block.name, instance=block.instance)
-        self._insert(draft, block.name)
-        return draft
+        symbol = StateSymbol(str(block.name), block.kind, parent, block.name, instance=block.instance)
+        self._insert(symbol, block.name)
+        return symbol
 
-    def _insert(self, draft: Draft, name: Token) -> None:
+    def _insert(self, symbol: StateSymbol, name: Token) -> None:
         if "." in name:
             message = f"`{name}` cannot name a state: a name that is declared has no dot"
             self._add("E0211", name, message, f"write `{name.replace('.', '_')}`")
-            self.result.doubt.names.add(draft.name)
-            draft.broken = True
+            self.result.doubt.names.add(symbol.name)
+            symbol.broken = True
         elif self.is_new(name):
-            self.result.states[draft.name] = draft
+            self.result.states[symbol.name] = symbol
         else:
-            self.result.unresolved = draft.broken = True
-            if draft.name in self.result.states:
-                self.result.states[draft.name].broken = True
-        self._add_child(draft)
+            self.result.unresolved = symbol.broken = True
+            if symbol.name in self.result.states:
+                self.result.states[symbol.name].broken = True
+        self._add_child(symbol)
 
-    def _add_child(self, draft: Draft) -> None:
-        parent = draft.parent
+    def _add_child(self, symbol: StateSymbol) -> None:
+        parent = symbol.parent
         assert parent is not None
         if parent.kind is StateKind.ATOMIC:
             parent.kind = StateKind.COMPOUND
-        parent.children.append(draft)
+        parent.children.append(symbol)
 
-    def _take_part(self, draft: Draft, item: ast.FinalLine | ast.InitialLine | ast.DoLine) -> None:
+    def _take_part(self, symbol: StateSymbol, item: ast.FinalLine | ast.InitialLine | ast.DoLine) -> None:
         match item:
             case ast.FinalLine(name):
-                if draft.kind is StateKind.PARALLEL or draft.instance is not None:
+                if symbol.kind is StateKind.PARALLEL or symbol.instance is not None:
                     self._add("E0402", name, "a final state lies in the machine or in a state that is not parallel")
-                self._insert(Draft(str(name), StateKind.FINAL, draft, name), name)
+                self._insert(StateSymbol(str(name), StateKind.FINAL, symbol, name), name)
             case ast.InitialLine(target):
-                if draft.kind is StateKind.PARALLEL:
+                if symbol.kind is StateKind.PARALLEL:
                     self._add("E0402", target, "all regions of a parallel state are entered: it has no `initial`")
-                    draft.broken = True
-                elif draft.instance is not None:
-                    self._not_here(draft, target, "where an instance begins is said in its machine's file")
-                elif draft.initial is not None:
-                    self._second("initial", target, draft.initial.target)
-                    draft.broken = draft.opaque = True
+                    symbol.broken = True
+                elif symbol.instance is not None:
+                    self._not_here(symbol, target, "where an instance begins is said in its machine's file")
+                elif symbol.initial is not None:
+                    self._second("initial", target, symbol.initial.target)
+                    symbol.broken = symbol.opaque = True
                 else:
-                    draft.initial = item
+                    symbol.initial = item
             case ast.DoLine(call):
-                if draft.instance is not None:
-                    self._not_here(draft, call.name, "an instance of a machine does what that machine does")
-                elif draft.activity is not None:
-                    self._second("do", call.name, draft.activity.call.name)
-                    draft.broken = draft.opaque = True
+                if symbol.instance is not None:
+                    self._not_here(symbol, call.name, "an instance of a machine does what that machine does")
+                elif symbol.activity is not None:
+                    self._second("do", call.name, symbol.activity.call.name)
+                    symbol.broken = symbol.opaque = True
                 else:
-                    draft.activity = item
+                    symbol.activity = item
 
     def _take_heading(self, item: ast.MachineLine) -> None:
         if self.result.heading is not None:
@@ -285,7 +285,7 @@ class _Walker:
             self._add("E0401", item.name, "the line `machine` is the first of its file")
         self.result.heading = item
 
-    def _take_declaration(self, draft: Draft, item: ast.Item) -> None:
+    def _take_declaration(self, symbol: StateSymbol, item: ast.Item) -> None:
         match item:
             case ast.ImportLine(name) | ast.ParameterLine(name) | ast.VariableLine(name):
                 first = name
@@ -295,7 +295,7 @@ class _Walker:
                 first = name
             case _:
                 raise AssertionError(item)
-        if draft is not self.result.root and not draft.broken:
+        if symbol is not self.result.root and not symbol.broken:
             message = "this is declared at the top of the file, not in a state"
             self._add("E0402", first, message, "move it up, in front of the first state")
         if isinstance(item, ast.ImportLine):
@@ -318,7 +318,7 @@ class _Walker:
         self.report.add("E0209", place_of(self.tree.name, name), message, hint, (related,))
         return False
 
-    def _not_here(self, instance: Draft, token: Token, message: str) -> None:
+    def _not_here(self, instance: StateSymbol, token: Token, message: str) -> None:
         """An instance has lines that it cannot have: told once, as they are likely those of a state of their own."""
         place = place_of(self.tree.name, token)
         self.report.add_once("E0402", place, message, subject=id(instance), again="nor does this belong here")

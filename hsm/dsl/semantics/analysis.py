@@ -29,7 +29,7 @@ class Stay:
 
 
 @dataclass(frozen=True, slots=True)
-class Subject:
+class AnalysisInput:
     """One file's machine for the checks; only what is written in this file is reported.
 
     Attributes:

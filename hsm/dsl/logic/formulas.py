@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from hsm.dsl.semantics.linear import Constraint, Form, LinearAtom, feasible, form_of
+from hsm.dsl.logic.linear import Constraint, Form, LinearAtom, feasible, form_of
 from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.types import BOOLEAN, Enumeration
 from hsm.model.unparse import expression_text, value_text
@@ -35,7 +35,7 @@ class Flag:
 
 
 @dataclass(frozen=True, slots=True)
-class Member:
+class EnumerationValue:
     """An enumeration that has one of its values."""
 
     text: str
@@ -43,7 +43,7 @@ class Member:
     values: tuple[str, ...]
 
 
-Atom: TypeAlias = Flag | Member | LinearAtom
+Atom: TypeAlias = Flag | EnumerationValue | LinearAtom
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ class Either:
     right: Formula
 
 
-Formula: TypeAlias = bool | Flag | Member | LinearAtom | Not | Both | Either
+Formula: TypeAlias = bool | Flag | EnumerationValue | LinearAtom | Not | Both | Either
 Assignment: TypeAlias = dict[Atom, bool]
 
 _MOST_CASES = 3000
@@ -144,7 +144,7 @@ def _equality(left: Expression, right: Expression, values: Values) -> Formula:
     if isinstance(left, Literal) and isinstance(right, Literal):
         return bool(left.value == right.value)
     if isinstance(right, Literal) and isinstance(left.type, Enumeration):
-        return Member(expression_text(left), str(right.value), left.type.members)
+        return EnumerationValue(expression_text(left), str(right.value), left.type.members)
     return Flag(f"{expression_text(left)} == {expression_text(right)}")
 
 
@@ -227,7 +227,7 @@ def terms_of(formula: Formula) -> frozenset[str]:
     match formula:
         case bool():
             return frozenset()
-        case Flag(text) | Member(text):
+        case Flag(text) | EnumerationValue(text):
             return frozenset((text,))
         case LinearAtom(form):
             return frozenset(term.text for term, _ in form.coefficients)
@@ -246,7 +246,7 @@ def case_text(case: Assignment) -> str:
         match atom:
             case Flag(text):
                 parts[text if truth else f"not {text}"] = None
-            case Member(text):
+            case EnumerationValue(text):
                 parts.update(dict.fromkeys(kinds[text]))
             case LinearAtom(form):
                 if form not in bounds:
@@ -262,7 +262,7 @@ def _kinds(case: Assignment) -> dict[str, list[str]]:
     known: dict[str, list[str]] = {}
     excluded: dict[str, set[str]] = {}
     for atom, truth in case.items():
-        if isinstance(atom, Member):
+        if isinstance(atom, EnumerationValue):
             excluded.setdefault(atom.text, set()).update(set(atom.values) - {atom.value} if truth else {atom.value})
             left = [value for value in atom.values if value not in excluded[atom.text]]
             others = [f"{atom.text} != {value}" for value in atom.values if value not in left]
@@ -329,9 +329,11 @@ def _possible(assigned: Assignment, newest: Atom) -> bool:
     match newest:
         case Flag():
             return True
-        case Member(text, _, values):
+        case EnumerationValue(text, _, values):
             same = {
-                atom.value: truth for atom, truth in assigned.items() if isinstance(atom, Member) and atom.text == text
+                atom.value: truth
+                for atom, truth in assigned.items()
+                if isinstance(atom, EnumerationValue) and atom.text == text
             }
             return sum(same.values()) <= 1 and (len(same) < len(values) or any(same.values()))
         case LinearAtom(form):

@@ -8,16 +8,16 @@ from heapq import heappop, heappush
 from itertools import islice
 from typing import Any
 
-from hsm.engine.compiled import Machine
+from hsm.engine.machine import Machine
 from hsm.model.chart import Model, On
 from hsm.model.expressions import Expression, VariableValue
+from hsm.model.rewriting import parts_of
 from hsm.model.unparse import expression_text
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.exploring import Edge, Explorer, Moment, Regions
-from hsm.testing.exploration.goals import Goal, goals_of, goals_on, impossible_goals, short, title_of
+from hsm.testing.generation.distinguishing import telling
+from hsm.testing.generation.goals import Goal, goals_of, goals_on, impossible_goals, short, title_of
 from hsm.testing.mutation.mutating import Mutant, survivors
-from hsm.testing.mutation.rewriting import parts_of
-from hsm.testing.scenarios.distinguishing import telling
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.replaying import replay
 from hsm.testing.scenarios.running import run_scenario

@@ -123,3 +123,24 @@ class Rewriter:
     def expression(self, expression: Expression) -> Expression:
         """An expression with every node replaced."""
         return rewrite_expression(expression, self._rewrite)
+
+
+def expressions_of(model: Model) -> Iterator[Expression]:
+    """Everything in a machine that is evaluated."""
+    for state in model.states:
+        if state.activity is not None:
+            yield from state.activity.arguments
+    for transition in model.transitions:
+        match transition.trigger:
+            case When(condition):
+                yield condition
+            case After(duration):
+                yield duration
+        if transition.guard is not None:
+            yield transition.guard
+    for action in actions_of(model):
+        match action:
+            case Assign(value=value):
+                yield value
+            case Call(arguments=arguments):
+                yield from arguments

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from lark import Token
 from hsm.dsl import checks
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.acceptance import accepted
-from hsm.dsl.semantics.compile import Unit, compile_file
+from hsm.dsl.semantics.compile import CompilationUnit, compile_file
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
 from hsm.dsl.syntax.layout import without_doubtful
@@ -145,7 +145,7 @@ class _Loader:
     """Compiles each file once; knows which files are being compiled, so that a ring of imports is seen."""
 
     library: Library
-    units: dict[Path, Unit] = field(default_factory=dict)
+    units: dict[Path, CompilationUnit] = field(default_factory=dict)
     open_files: list[Path] = field(default_factory=list)
     sources: dict[str, str] = field(default_factory=dict)
 
@@ -163,17 +163,20 @@ class _Loader:
             findings.extend(sorted(found, key=_position))
         return Checked(None if failed else main.model, tuple(findings), self.sources)
 
-    def _compile(self, text: str, file: str) -> Unit:
+    def _compile(self, text: str, file: str) -> CompilationUnit:
         path = Path(file).resolve()
         self.sources[file] = text
         self.open_files.append(path)
         tree, findings = parse(text, file)
-        machines: dict[str, Unit | None] = {}
+        machines: dict[str, CompilationUnit | None] = {}
         report = Report(file, findings)
         for name in ast.imports_of(tree):
             machines[name.rpartition(".")[2]] = self._import(name, report)
         self.open_files.pop()
         unit = compile_file(tree, findings, self.library, machines)
+        errors = tuple(checks.errors(unit.subject))
+        if errors:
+            unit = replace(unit, model=None, diagnostics=(*unit.diagnostics, *errors))
         self.units[path] = unit
         return unit
 
@@ -188,7 +191,7 @@ class _Loader:
         paths = (path for folder in (file.parent, *self.library.folders) for path in sorted(folder.glob(f"*{SUFFIX}")))
         return [path.stem for path in paths if path.stem != file.stem]
 
-    def _import(self, name: Token, report: Report) -> Unit | None:
+    def _import(self, name: Token, report: Report) -> CompilationUnit | None:
         path = self._find(name, Path(report.file).parent)
         key = path.resolve()
         place = place_of(report.file, name)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterator
 from textwrap import shorten
 
-from hsm.engine.compiled import Machine
 from hsm.engine.decisions import Decision
+from hsm.engine.machine import Machine
 from hsm.model.chart import After, Model
 from hsm.model.topology import HISTORY
 from hsm.testing.coverage.items import transition_text
@@ -68,7 +68,7 @@ def goals_on(machine: Machine, edge: Edge) -> Iterator[Goal]:
         else:
             for path in paths:
                 yield "held", index, decision.outcome(path)
-    if edge.input.wait.early and not edge.looks:
+    if edge.input.wait.early and not edge.selections:
         for index in edge.target.state.timers:
             yield "early", index
 

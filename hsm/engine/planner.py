@@ -10,59 +10,14 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING
 
 from hsm.engine.codegen import Block, Generator, Role
-from hsm.model.chart import Action, After, State, StateKind, Transition
-from hsm.model.events import Scoped
+from hsm.engine.configuration import CACHE, Configuration, Picked, Plan
+from hsm.model.chart import After, StateKind, Transition
+from hsm.model.events import StateEvent
 from hsm.model.topology import HISTORY, Remembered, Topology
 
-if TYPE_CHECKING:
-    from hsm.engine.configuration import Configuration
-
 _DONE = ("done",)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Plan:
-    """One microstep.
-
-    Attributes:
-        transitions: the transitions taken, in order.
-        preempted: transitions that were enabled but conflict with one taken.
-        exited: the states left, in order.
-        entered: the states entered, in order.
-        source: the configuration before, None for the start.
-        target: the configuration afterwards.
-        work: blocks of actions to run, each with the states active at that moment, and completions to announce.
-        remembered: what the history states within the states left now remember.
-        disarmed: time-outs that no longer run.
-        timed: whether time-outs start or end.
-        stopped: states whose activity ends.
-        restored: history states that were entered, each with whether it remembered something.
-        outcome: the name of the top-level final state that is entered.
-        plain: whether nothing has to be done but to move to the target, and nothing follows at once.
-    """
-
-    transitions: tuple[int, ...]
-    preempted: tuple[int, ...]
-    exited: tuple[int, ...]
-    entered: tuple[int, ...]
-    source: Configuration | None
-    target: Configuration
-    work: tuple[tuple[Block, frozenset[int]] | Scoped, ...]
-    remembered: tuple[tuple[int, tuple[int, ...]], ...]
-    disarmed: tuple[int, ...]
-    timed: bool
-    stopped: tuple[int, ...]
-    restored: tuple[tuple[int, bool], ...]
-    outcome: str | None
-    plain: bool
-
-    @property
-    def actions(self) -> tuple[Action, ...]:
-        """The actions that are run, in order."""
-        return tuple(action for one in self.work if not isinstance(one, Scoped) for action in one[0].actions)
 
 
 class _EntrySet:
@@ -192,7 +147,25 @@ class Planner:
         entry.states.insert(0, 0)
         return self._plan(None, entry)
 
-    def plan(self, source: Configuration, enabled: tuple[int, ...], remembered: Remembered) -> Plan:
+    def plan(self, source: Configuration, picked: Picked, remembered: Remembered) -> Plan:
+        """What is done for the transitions that a selector picked, given what each history state remembers."""
+        plan = source.plans.get(picked)
+        if plan is not None:
+            return plan
+        key = (picked, tuple(sorted(remembered.items())))
+        plan = source.plans.get(key)
+        if plan is None:
+            if len(source.plans) >= CACHE:
+                source.forget()
+            enabled = (picked,) if isinstance(picked, int) else picked
+            plan = self._work_out(source, enabled, remembered)
+            depends = plan.restored or any(self._topology.has_history_target(one) for one in enabled)
+            source.plans[key if depends else picked] = plan
+            if plan.plain and not depends:
+                source.moves[picked] = plan
+        return plan
+
+    def _work_out(self, source: Configuration, enabled: tuple[int, ...], remembered: Remembered) -> Plan:
         """The plan for transitions that are enabled, in the order in which they were selected."""
         active = source.active
         taken, preempted, exits = self._without_conflicts(active, enabled, remembered)
@@ -281,7 +254,7 @@ class Planner:
                 work.run(self._block(Role.INITIAL, entry.history[state]))
             if self._states[state].kind is StateKind.FINAL:
                 if self._states[state].parent == 0:
-                    outcome = outcome or own_name(self._states[state])
+                    outcome = outcome or self._states[state].own_name
                 else:
                     work.done.extend(self._completions(state, work.active))
         leaves = tuple(sorted(state for state in work.active if self._topology.atomic(state)))
@@ -310,13 +283,13 @@ class Planner:
     def _timed(self, index: int) -> bool:
         return isinstance(self._transitions[index].trigger, After)
 
-    def _completions(self, final: int, active: set[int]) -> Iterator[Scoped]:
+    def _completions(self, final: int, active: set[int]) -> Iterator[StateEvent]:
         """What a final state completes: the state around it, and every parallel state around that is complete now."""
         around = self._states[final].parent
-        yield Scoped((own_name(self._states[final]),), around, f"done.state.{self._states[around].name}", _DONE)
+        yield StateEvent((self._states[final].own_name,), around, f"done.state.{self._states[around].name}", _DONE)
         outer = self._states[around].parent
         while self._states[outer].kind is StateKind.PARALLEL and self._complete(outer, active):
-            yield Scoped((), outer, f"done.state.{self._states[outer].name}", _DONE)
+            yield StateEvent((), outer, f"done.state.{self._states[outer].name}", _DONE)
             outer = self._states[outer].parent
 
     def _complete(self, parallel: int, active: set[int]) -> bool:
@@ -350,13 +323,8 @@ class _Work:
     """What is to be done, while it is put together, and the states active at that moment."""
 
     active: set[int]
-    done: list[tuple[Block, frozenset[int]] | Scoped] = field(default_factory=list)
+    done: list[tuple[Block, frozenset[int]] | StateEvent] = field(default_factory=list)
 
     def run(self, block: Block | None) -> None:
         if block is not None:
             self.done.append((block, frozenset(self.active) if block.watches else frozenset()))
-
-
-def own_name(state: State) -> str:
-    """The last part of a state's full name."""
-    return state.name.rpartition(".")[2]

@@ -1,0 +1,1 @@
+"""Conditions as formulas: whether they can hold together, exact for linear arithmetic."""

@@ -1,0 +1,94 @@
+"""What a step leaves behind: which transitions it looked for, on what grounds, and what it did."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from typing import Any, NamedTuple
+
+from hsm.engine.configuration import Configuration, Plan, Selector
+from hsm.model.events import Event
+
+
+class Phase(Enum):
+    """What a machine looks for, where that is not an event."""
+
+    START = "start"
+    ALWAYS = "always"
+    AFTER = "after"
+    WHEN = "when"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+NOTHING_DUE: frozenset[int] = frozenset()
+
+
+class Selection(NamedTuple):
+    """The choice of transitions for one trigger.
+
+    Attributes:
+        trigger: what was looked for.
+        configuration: the states that were active.
+        values: the variables.
+        due: the time-outs that were due.
+        plan: what was done; None where no transition was enabled.
+    """
+
+    trigger: Phase | Event
+    configuration: Configuration
+    values: Sequence[Any]
+    due: frozenset[int]
+    plan: Plan | None
+
+    @property
+    def selector(self) -> Selector | None:
+        """The transitions to choose from."""
+        match self.trigger:
+            case Phase.START:
+                return None
+            case Phase.ALWAYS:
+                return self.configuration.always
+            case Phase.AFTER:
+                return self.configuration.after
+            case Phase.WHEN:
+                return self.configuration.when
+            case event:
+                return self.configuration.on(event)
+
+
+class StepRecord(NamedTuple):
+    """What a step leaves behind.
+
+    Attributes:
+        time: logical time in seconds.
+        selections: in order; of a step without anything unusual as plain tuples, or as the plan alone where conditions
+            were the trigger and the variables are the last ones. ``Macrostep.selections`` has them in full.
+        memo: the signals evaluated.
+        values: the variables at the last selection for conditions, which took nothing and is not among the selections;
+            None where there was no such selection.
+        timers: the deadlines of time-outs afterwards, in nanoseconds.
+        after: the configuration afterwards.
+    """
+
+    time: float
+    selections: Sequence[Selection | RawSelection | Plan]
+    memo: Mapping[Any, Any]
+    values: Sequence[Any] | None
+    timers: Mapping[int, int]
+    after: Configuration
+
+
+RawSelection = tuple[Event, Configuration, Sequence[Any], frozenset[int], Plan | None]
+"""A ``Selection`` before it has names: to make one takes a fifth of the time of a step."""
+
+RawRecord = tuple[
+    float,
+    Sequence[Selection | RawSelection | Plan],
+    Mapping[Any, Any],
+    Sequence[Any] | None,
+    Mapping[int, int],
+    Configuration,
+]
+"""A ``StepRecord`` before it has names."""

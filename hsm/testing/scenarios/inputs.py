@@ -1,0 +1,43 @@
+"""What happens to a machine in one step, as an exploration chooses it and a scenario replays it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from hsm.testing.scenarios.script import SignalKey
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """Time that passes before a step.
+
+    Attributes:
+        seconds: how much.
+        early: it ends one tick before the next deadline.
+        promised: that deadline is a watcher's, not one of the machine.
+    """
+
+    seconds: float = 0.0
+    early: bool = False
+    promised: bool = False
+
+
+NO_WAIT = Wait()
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """What happens in one step.
+
+    Attributes:
+        wait: how long after the step before.
+        reports: outcomes by the full name of the state whose activity it is.
+        events: events from outside.
+        signals: the signals that were asked for, with their values.
+    """
+
+    wait: Wait = NO_WAIT
+    reports: tuple[tuple[str, str], ...] = ()
+    events: tuple[str, ...] = ()
+    signals: tuple[tuple[SignalKey, Any], ...] = ()

@@ -1,0 +1,41 @@
+"""Files that a command reads and writes: no output may be an input, nor two outputs one file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from maze_machine.errors import UsageError
+
+
+def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path | str] = ()) -> None:
+    """Make sure that nothing is written over what the same command reads or writes.
+
+    Args:
+        outputs: files to write, by the option that names each; None where it was not given.
+        inputs: files that are read; names of shipped things among them, which are no files, do no harm.
+
+    Raises:
+        UsageError: an output is an input, or two outputs are one file.
+    """
+    given = {option: path for option, path in outputs.items() if path is not None and not _is_device(path)}
+    for option, path in given.items():
+        if any(_same(path, Path(read)) for read in inputs):
+            raise UsageError(f"{option} {path} would overwrite what is read", "choose another file")
+    named = list(given.items())
+    for number, (option, path) in enumerate(named):
+        for other, written in named[:number]:
+            if _same(path, written):
+                raise UsageError(f"{other} and {option} are one file, {path}", "choose another file")
+
+
+def _is_device(path: Path) -> bool:
+    """Whether a path is something that several may write to, such as ``/dev/null``."""
+    return path.exists() and not path.is_file()
+
+
+def _same(one: Path, other: Path) -> bool:
+    if os.path.realpath(one) == os.path.realpath(other):
+        return True
+    return one.exists() and other.exists() and one.samefile(other)

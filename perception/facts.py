@@ -115,8 +115,8 @@ class Facts:
 
     @cached_property
     def space(self) -> Space:
-        """Space to the left, ahead and to the right."""
-        return space_of(self.sweep, self.settings.space)
+        """Space to the left, ahead and to the right, along the walls."""
+        return space_of(self.sweep, quantised(self.misalignment), self.settings.space)
 
     @cached_property
     def wall_left(self) -> Wall:

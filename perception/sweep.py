@@ -54,7 +54,7 @@ class Fan:
         return _sector(self, centre, width)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=1024)
 def _sector(fan: Fan, centre: float, width: float) -> Indices:
     offset = np.abs((fan.angles - centre + math.pi) % math.tau - math.pi)
     return np.flatnonzero(offset <= width / 2 + 1e-9)

@@ -44,6 +44,18 @@ class LaserFrozen(_Fault):
     kind: Literal["laser_frozen"] = "laser_frozen"
 
 
+class LaserSilent(_Fault):
+    """No scan comes any more: the last one grows old."""
+
+    kind: Literal["laser_silent"] = "laser_silent"
+
+
+class OdometrySilent(_Fault):
+    """No odometry comes any more: the last one grows old."""
+
+    kind: Literal["odometry_silent"] = "odometry_silent"
+
+
 class BeamsMissing(_Fault):
     """The beams between two directions measure nothing: NaN."""
 
@@ -91,7 +103,16 @@ class ObjectStops(_Fault):
 
 
 Fault = Annotated[
-    LaserBlinded | LaserFrozen | BeamsMissing | OdometryJump | CommandLost | CommandLate | DoorStuck | ObjectStops,
+    LaserBlinded
+    | LaserFrozen
+    | LaserSilent
+    | OdometrySilent
+    | BeamsMissing
+    | OdometryJump
+    | CommandLost
+    | CommandLate
+    | DoorStuck
+    | ObjectStops,
     Field(discriminator="kind"),
 ]
 _ANY: TypeAdapter[Fault] = TypeAdapter(Fault)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -99,20 +97,7 @@ def read_text(path: str | Path) -> str:
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
     """Check a text as ``check_file`` does; imports are looked for beside ``file``."""
-    with _no_collection():
-        return _Loader(library).check(text, file, remarks=remarks)
-
-
-@contextmanager
-def _no_collection() -> Iterator[None]:
-    """Without it, the garbage collector walks all of a large machine again and again, and finds nothing."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
+    return _Loader(library).check(text, file, remarks=remarks)
 
 
 def _model(checked: Checked) -> Model:

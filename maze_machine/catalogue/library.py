@@ -16,6 +16,7 @@ from maze_machine.catalogue.machines import SHIPPED
 from maze_machine.catalogue.project import find_project
 from maze_machine.catalogue.trust import require_trust
 from maze_machine.errors import UsageError
+from maze_machine.installation import HiddenPackageError, require_packages
 from skills.settings import SkillSettings
 
 
@@ -79,7 +80,10 @@ def named_library(name: str, folder: Path | None = None) -> Library:
     if place not in sys.path:
         sys.path.insert(0, place)
     try:
+        require_packages()
         found = getattr(import_module(module), attribute)
+    except HiddenPackageError as error:
+        raise UsageError(str(error)) from None
     except ModuleNotFoundError as error:
         if error.name != module.split(".")[0] and error.name != module:
             raise UsageError(f"`{name}` cannot be imported: {_fault(error)}") from None

@@ -123,7 +123,7 @@ def drive(
     with closing(robot):
         perception = perception or Perception(mission.profile.robot, mission.profile.perception)
         chain = MotionChain(mission.profile.robot, mission.profile.skills)
-        for tick in ticks(robot, mission.machine, mission.parameters, perception, chain):
+        for tick in ticks(robot, mission.machine, mission.parameters, perception, chain, settings=mission.profile.link):
             first, last = first or tick, tick
             violations.extend(map(str, tick.violations))
             for watch in watchers:

@@ -7,10 +7,10 @@ import math
 from hsm.model.registry import Outcome
 from hsm.model.types import Length, Speed
 from perception.facts import Facts
-from skills.frames import Frame, rotated
+from skills.frames import Frame
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, PATIENCE, Progress, Skill, above_zero, finite, not_negative
-from transport.messages import Command, Pose, Twist
+from transport.messages import Command, Pose
 
 THERE = 0.02
 """The robot has arrived when it is this near, m."""
@@ -42,8 +42,7 @@ class Move(Skill):
         left = math.hypot(here.x, here.y)
         if left < THERE:
             return DONE
-        if self._progress.lost(left, facts.time):
+        if self._progress.lost(left, facts):
             return BLOCKED
-        speed = min(self._speed, max(SLOWEST, self.settings.arc.gain * left)) / left
-        turn = -self.settings.motion.heading_gain * here.heading
-        return Command(Twist(*rotated(-speed * here.x, -speed * here.y, -here.heading), turn))
+        speed = min(self._speed, max(SLOWEST, self.settings.arc.gain * left))
+        return Command(self.steering(facts).to_point(Frame(pose).local(self._goal.origin), speed))

@@ -15,7 +15,7 @@ from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import depth_of, place_of
 from hsm.dsl.syntax.lalr import Parser, Table
 from hsm.dsl.syntax.layout import LAYOUT
-from hsm.dsl.syntax.lexer import Lexer
+from hsm.dsl.syntax.lexer import Lexer, Terminals
 from hsm.dsl.syntax.syntax_errors import report_line
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Diagnostic, Place
@@ -165,11 +165,11 @@ class TreeBuilder:
 
 
 @cache
-def _tools() -> tuple[Table, Lexer]:
+def _grammar() -> tuple[Table, Terminals]:
     grammar = files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
     builder: Any = TreeBuilder()
     lark = Lark(grammar, parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False)
-    return Table.of(lark), Lexer.of(lark)
+    return Table.of(lark), Terminals.of(lark)
 
 
 def parse(text: str, file: str) -> tuple[ast.File, list[Diagnostic]]:
@@ -185,8 +185,8 @@ def parse(text: str, file: str) -> tuple[ast.File, list[Diagnostic]]:
     report = Report(file)
     text = _without_tabs(text.replace("\r\n", "\n"), report)
     lines = text.split("\n")
-    table, lexer = _tools()
-    parser = Parser(table)
+    table, terminals = _grammar()
+    parser, lexer = Parser(table), Lexer(terminals)
     tokens = lexer.tokens(text + "\n")
     for token in tokens:
         if parser.feed(token):
@@ -223,7 +223,7 @@ def _forget_between(report: Report, first: int, last: int) -> None:
 
 def tokens_of(text: str) -> Iterator[Token]:
     """The tokens of a text, with the beginnings and ends of blocks."""
-    return _tools()[1].tokens(text + "\n")
+    return Lexer(_grammar()[1]).tokens(text + "\n")
 
 
 def _skip_line(parser: Parser, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:

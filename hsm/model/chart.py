@@ -244,6 +244,7 @@ class Model:
         files: the source files it was read from, the machine's own first.
         doc: the comment at the top of the file.
         properties: what must hold of every run, those of instances included.
+        events: the events that its files declare: somebody outside may send them.
     """
 
     name: str
@@ -254,3 +255,4 @@ class Model:
     files: tuple[str, ...] = ()
     doc: str = ""
     properties: tuple[Property, ...] = ()
+    events: tuple[str, ...] = ()

@@ -98,6 +98,7 @@ CODES: dict[str, Code] = {
         # other engines and formats
         "E0921": "something that the library transitions does not share",
         "E0922": "something of a chart that the language does not have",
+        "W0923": "something of a machine that means otherwise in SCXML",
     }.items()
 }
 """All codes, in order."""

@@ -47,9 +47,7 @@ RULES: dict[str, Rule] = {
         "initial name version datamodel binding",
         (_STATES - {"history"}) | _HANDLERS | {"datamodel", "script", "initial", "transition", "invoke", "history"},
     ),
-    "state": _rule(
-        "id initial", _STATES | _HANDLERS | {"transition", "initial", "datamodel", "invoke"}
-    ),
+    "state": _rule("id initial", _STATES | _HANDLERS | {"transition", "initial", "datamodel", "invoke"}),
     "parallel": _rule("id", _STATES - {"final"} | _HANDLERS | {"transition", "datamodel", "invoke"}),
     "final": _rule("id", _HANDLERS | {"donedata"}),
     "history": _rule("id type", frozenset({"transition"})),

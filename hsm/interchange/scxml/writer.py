@@ -148,7 +148,9 @@ def _transition(model: Model, state: State, transition: Transition) -> Iterator[
     texts = [_condition(expression_text(one)) for one in conditions]
     match transition.trigger:
         case On(names):
-            yield _element(model, state, transition, " ".join(dict.fromkeys(names)), texts)
+            plain = [one for one in dict.fromkeys(names) if one != "done" or _may_report(model, state, "done")]
+            if plain:
+                yield _element(model, state, transition, " ".join(plain), texts)
             for event, condition in _completion(model, state, transition.trigger):
                 yield _element(model, state, transition, event, [*condition, *texts])
         case After():
@@ -176,6 +178,12 @@ def _element(
 
 def _condition(text: str) -> str:
     return _IN.sub(r"In('\1')", text)
+
+
+def _may_report(model: Model, state: State, outcome: str) -> bool:
+    """Whether an activity of a state, or of one inside it, can end so."""
+    inside = model.states[state.index : state.last + 1]
+    return any(one.activity is not None and outcome in one.activity.activity.outcomes for one in inside)
 
 
 def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, list[str]]]:

@@ -14,6 +14,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from transport.arithmetic import cosines, sines
 from transport.messages import Pose, Scan, ScanGeometry
 
 Floats = NDArray[np.float64]
@@ -67,7 +68,7 @@ def fan_of(geometry: ScanGeometry, mount: Pose) -> Fan:
     if geometry.angle_increment < 0:
         angles = angles[::-1]
     angles = (angles + math.pi) % math.tau - math.pi
-    return Fan(angles, np.cos(angles), np.sin(angles), mount, abs(geometry.angle_increment))
+    return Fan(angles, cosines(angles), sines(angles), mount, abs(geometry.angle_increment))
 
 
 _NOTHING = np.empty(0)

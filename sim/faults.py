@@ -8,6 +8,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import Field, TypeAdapter, ValidationError
 
 from sim.maze import Point
+from transport.arithmetic import distance_between
 from transport.messages import Pose
 from transport.section import Settings
 from transport.wording import in_words
@@ -167,4 +168,4 @@ class Watch:
         if self.fault.place is None:
             return True
         x, y, radius = self.fault.place
-        return math.dist(point, (x, y)) <= radius
+        return distance_between(point, (x, y)) <= radius

@@ -9,6 +9,7 @@ from hsm.model.registry import Outcome
 from perception.facts import Facts
 from skills.settings import SkillSettings
 from skills.steering import Steering, steering_of
+from transport.arithmetic import norm
 from transport.messages import Pose
 
 DONE, BLOCKED = Outcome("done"), Outcome("blocked")
@@ -99,7 +100,7 @@ class Headway:
     def lost(self, facts: Facts) -> bool:
         """Whether the robot has moved less than 5 cm and turned less than 0.1 rad for the time of its patience (s)."""
         time, pose = self._watch.update(facts), facts.observation.odometry.pose
-        moved = math.hypot(pose.x - self._pose.x, pose.y - self._pose.y) > MOVED
+        moved = norm(pose.x - self._pose.x, pose.y - self._pose.y) > MOVED
         if self._since is None or moved or abs(math.remainder(pose.heading - self._pose.heading, math.tau)) > 0.1:
             self._since, self._pose = time, pose
         return time - self._since > self._patience

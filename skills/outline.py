@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skills.surroundings import Points
+from transport.arithmetic import cosines, norms, sines
 from transport.section import Point
 
 _EXACT, _SLIGHT = 1e-9, 1e-6
@@ -42,7 +43,7 @@ class Outline:
         """The way from the outline's core to each point, m, and how far each is from the outline; zero within it."""
         offset = points - self.middle
         apart = np.sign(offset) * np.maximum(np.abs(offset) - self._core, 0)
-        return np.asarray(apart), np.maximum(np.hypot(apart[:, 0], apart[:, 1]) - self.rounding, 0)
+        return np.asarray(apart), np.maximum(norms(apart[:, 0], apart[:, 1]) - self.rounding, 0)
 
     def out_of(self, points: Points) -> NDArray[np.float64]:
         """Where to go from the point deepest within the box, m: to the box's far side, by the middle."""
@@ -57,11 +58,11 @@ class Outline:
             points: in the robot's frame, m, shape (n, 2).
             poses: x, y, heading in the same frame, shape (k, 3).
         """
-        cos, sin = np.cos(poses[:, 2])[:, None], np.sin(poses[:, 2])[:, None]
+        cos, sin = cosines(poses[:, 2])[:, None], sines(poses[:, 2])[:, None]
         dx, dy = points[:, 0] - poses[:, 0, None], points[:, 1] - poses[:, 1, None]
         x = np.abs(cos * dx + sin * dy - self.middle[0]) - self._core[0]
         y = np.abs(cos * dy - sin * dx - self.middle[1]) - self._core[1]
-        outside = np.hypot(np.maximum(x, 0), np.maximum(y, 0))
+        outside = norms(np.maximum(x, 0), np.maximum(y, 0))
         return float((outside + np.minimum(np.maximum(x, y), 0)).min()) - self.rounding
 
 
@@ -75,7 +76,7 @@ def _rounding(corners: Points, half: NDArray[np.float64]) -> float:
 
     def holds(rounding: float) -> bool:
         out = np.maximum(corners - (half - rounding), 0)
-        return bool((np.hypot(out[:, 0], out[:, 1]) <= rounding + _EXACT).all())
+        return bool((norms(out[:, 0], out[:, 1]) <= rounding + _EXACT).all())
 
     low, high = 0.0, float(half.min())
     if holds(high):

@@ -55,7 +55,8 @@ def points_along(facts: Facts, error: float) -> Points:
     points = facts.sweep.points[::2]
     points = points[np.abs(points).max(axis=1) < REACH]
     cos, sin = math.cos(error), math.sin(error)
-    return np.asarray(points @ np.array([[cos, -sin], [sin, cos]]))
+    x, y = points[:, 0], points[:, 1]
+    return np.column_stack([cos * x + sin * y, cos * y - sin * x])
 
 
 def passage_of(points: Points, robot: RobotDescription, look_ahead: float) -> Passage:

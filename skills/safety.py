@@ -11,6 +11,7 @@ from skills.giving_way import alternatives
 from skills.outline import Outline
 from skills.settings import SafetySettings
 from skills.surroundings import Points
+from transport.arithmetic import norm, norms
 from transport.base import Holonomic, integrate
 from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist
@@ -74,7 +75,7 @@ class Guard:
         if now >= margin and self.clearance(points, self._stop(reachable)) >= margin:
             return reachable
         away = -apart[nearest] if now > 0 else self._outline.out_of(points)
-        x, y = (away / max(float(np.hypot(*away)), 1e-9)).tolist()
+        x, y = (away / max(norm(*away.tolist()), 1e-9)).tolist()
         keep = min(margin, now if now > 0 else self.clearance(points, STANDING))
         if self._outline.is_round and not wanted.speed and self.clearance(points, self._stop(reachable)) >= keep - SAME:
             return reachable
@@ -133,7 +134,7 @@ class Guard:
 
     def _margin_across(self, apart: Points, distance: NDArray[np.float64], nearest: int) -> float:
         """The margin between the nearest point and what is opposite to it, however the robot stands."""
-        lengths = np.hypot(apart[:, 0], apart[:, 1])
+        lengths = norms(apart[:, 0], apart[:, 1])
         towards = apart[nearest] / max(float(lengths[nearest]), 1e-9)
         opposite = distance[apart[:, 0] * towards[0] + apart[:, 1] * towards[1] < -OPPOSITE * lengths]
         return self._margin_for(float(distance[nearest] + opposite.min()) if len(opposite) else math.inf)

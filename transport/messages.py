@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from transport.arithmetic import norm
+
 NANOSECONDS = 1_000_000_000
 
 ALL_ROUND = 4.5
@@ -46,7 +48,7 @@ class Twist:
     @property
     def speed(self) -> float:
         """The norm of the translational velocity in m/s."""
-        return math.hypot(self.forward, self.left)
+        return norm(self.forward, self.left)
 
 
 STOP = Twist()

@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from transport.arithmetic import norm
 from transport.description import Laser
 from transport.messages import NANOSECONDS, DoorReply, LinkStatus, Observation, Odometry, Scan, ScanGeometry
 
@@ -122,9 +123,9 @@ def odometry_fault(odometry: Odometry) -> str:
     twist = odometry.twist
     if not all(map(math.isfinite, (odometry.x, odometry.y, twist.forward, twist.left, twist.turn))):
         return "the odometry is not finite"
-    norm = math.hypot(odometry.qz, odometry.qw)
-    if not abs(norm - 1) < 0.01:
-        return f"the odometry's heading is no unit quaternion about the vertical: its norm is {norm:.3f}"
+    length = norm(odometry.qz, odometry.qw)
+    if not abs(length - 1) < 0.01:
+        return f"the odometry's heading is no unit quaternion about the vertical: its norm is {length:.3f}"
     return ""
 
 

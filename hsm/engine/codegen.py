@@ -77,6 +77,11 @@ class Block:
     places: tuple[Place | None, ...]
     watches: bool
 
+    @property
+    def enters(self) -> bool:
+        """Whether the state is entered: its variables are set and its time-outs begin before the actions."""
+        return self.role is Role.ENTRY
+
     def place_of(self, error: BaseException) -> Place | None:
         """Where in the machine's file an exception came from."""
         lines = [line for code, line in _frames(error.__traceback__) if code is self.code]
@@ -278,7 +283,7 @@ class Generator:
         """What happens when a state is entered: its variables, its time-outs, its entry actions."""
         writer = _Writer()
         writer.add(0, "def run(f, m, v, c, q, t, now):")
-        for slot in self._opened.get(state.index, ()):
+        for slot in self.opened(state.index):
             variable = self.model.variables[slot - len(self.model.parameters)]
             writer.add(1, f"v[{slot}] = {self._held(writer, variable.initial, variable.type)}", variable.place)
         for index in state.transitions:
@@ -292,6 +297,10 @@ class Generator:
         writer = _Writer()
         writer.add(0, "def run(f, m, v, c, q, t, now):")
         return self._block(writer, state, role, actions)
+
+    def opened(self, state: int) -> tuple[int, ...]:
+        """The slots of the variables that are set when a state is entered."""
+        return self._opened.get(state, ())
 
     def _block(self, writer: _Writer, state: int, role: Role, actions: tuple[Action, ...]) -> Block | None:
         for action in actions:

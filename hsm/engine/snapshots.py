@@ -24,7 +24,7 @@ class SnapshotError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class SavedRun:
     """What a snapshot holds, in terms of a machine.
 
     Attributes:
@@ -40,7 +40,7 @@ class Run:
     finished: frozenset[int]
 
 
-def to_json(machine: CompiledChart, run: Run) -> dict[str, Any]:
+def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
     """A run in a form that JSON can carry: everything in it has a name, nothing a position.
 
     A time-out goes by its state and its text, and has a deadline in nanoseconds, or none where it has acted already.
@@ -64,7 +64,7 @@ def to_json(machine: CompiledChart, run: Run) -> dict[str, Any]:
     }
 
 
-def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> Run:
+def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
     """The run that ``to_json`` wrote.
 
     Raises:
@@ -88,14 +88,14 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> Run:
         state = RunState(configuration, values, timers, sent, history, snapshot["outcome"])
         pending = tuple(_pending(machine, *one) for one in snapshot["pending"])
         finished = frozenset(_finished(machine, name, activity) for name, activity in snapshot["finished"])
-        return Run(float(snapshot["time"]), state, pending, finished)
+        return SavedRun(float(snapshot["time"]), state, pending, finished)
     except SnapshotError:
         raise
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise SnapshotError(f"this is no snapshot of a run: {error!r}") from error
 
 
-def carry_over(old: CompiledChart, run: Run, new: CompiledChart, parameters: Sequence[Any]) -> Run:
+def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters: Sequence[Any]) -> SavedRun:
     """A run of one machine as a run of a changed one, where every active state still exists.
 
     Variables keep their values where name and type are the same. Time-outs go on where the state still has the same
@@ -137,7 +137,7 @@ def carry_over(old: CompiledChart, run: Run, new: CompiledChart, parameters: Seq
     state = RunState(configuration, values, timers, run.state.sent, history, run.state.outcome)
     pending = tuple(_moved(one, known[names[_origin(one)]]) for one in run.pending if names[_origin(one)] in known)
     finished = frozenset(known[names[one]] for one in run.finished if names[one] in known)
-    return Run(run.time, state, pending, finished)
+    return SavedRun(run.time, state, pending, finished)
 
 
 def _leaves(machine: CompiledChart, names: Sequence[str]) -> tuple[int, ...]:
@@ -268,7 +268,7 @@ def _moved(entry: StateEvent | PendingFault, origin: int) -> StateEvent | Pendin
     return replace(entry, origin=origin)
 
 
-def _kept_values(old: CompiledChart, run: Run, new: CompiledChart) -> dict[str, Any]:
+def _kept_values(old: CompiledChart, run: SavedRun, new: CompiledChart) -> dict[str, Any]:
     types = {one.name: one.type for one in new.model.variables}
     return {
         one.name: value
@@ -278,7 +278,7 @@ def _kept_values(old: CompiledChart, run: Run, new: CompiledChart) -> dict[str, 
     }
 
 
-def _kept_timers(old: CompiledChart, run: Run, new: CompiledChart, values: Sequence[Any]) -> dict[int, int]:
+def _kept_timers(old: CompiledChart, run: SavedRun, new: CompiledChart, values: Sequence[Any]) -> dict[int, int]:
     """Deadlines of the time-outs that are the same as before, else of the same duration; of others, from now on."""
     before = _time_outs(old, run.state.configuration)
     after = _time_outs(new, new.configuration(tuple(new.indices[name] for name in _leaf_names(old, run))))
@@ -296,7 +296,7 @@ def _kept_timers(old: CompiledChart, run: Run, new: CompiledChart, values: Seque
     return timers
 
 
-def _leaf_names(machine: CompiledChart, run: Run) -> list[str]:
+def _leaf_names(machine: CompiledChart, run: SavedRun) -> list[str]:
     return [machine.model.states[leaf].name for leaf in run.state.configuration.leaves]
 
 

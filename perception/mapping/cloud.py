@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from perception.mapping.frames import placed, turned
 from perception.mapping.settings import CloudSettings
@@ -57,8 +58,7 @@ class Cloud:
         if not len(self):
             return self
         x, y = np.floor(self.points / cell).astype(np.int64)
-        way = np.floor(np.arctan2(self.normals[1], self.normals[0]) * (4 / math.pi) + 0.5).astype(np.int64) % 8
-        keys = (x * 1_000_003 + y) * 8 + way
+        keys = (x * 1_000_003 + y) * 8 + _octants(*self.normals)
         order = np.argsort(keys, kind="stable")
         starts = np.flatnonzero(np.concatenate([[True], np.diff(keys[order]) != 0]))
         weights = 1.0 / self.variances[order]
@@ -148,9 +148,28 @@ def _normals(points: Floats, joined: Mask, settings: CloudSettings) -> tuple[Flo
     cyy = sums[5] / number - mean_y * mean_y
     # The eigenvalues of a symmetric matrix of two rows.
     middle, half = (cxx + cyy) / 2, np.sqrt(((cxx - cyy) / 2) ** 2 + cxy * cxy)
-    angle = np.arctan2(-2 * cxy, cyy - cxx) / 2
     straight: Mask = (number >= 3) & (middle - half <= settings.crooked**2 * (middle + half))
-    return np.stack([np.cos(angle), np.sin(angle)]), straight
+    return np.stack(_bisected((cyy - cxx) / 2, -cxy, half)), straight
+
+
+def _octants(x: Floats, y: Floats) -> NDArray[np.int64]:
+    """Which of the eight directions from x counter-clockwise, in steps of 45 degrees, vectors are nearest to."""
+    across, along = np.abs(y), np.abs(x)
+    diagonal = np.where(x > 0, np.where(y > 0, 1, 7), np.where(y > 0, 3, 5))
+    straight = np.where(along > across, np.where(x > 0, 0, 4), np.where(y > 0, 2, 6))
+    narrow = np.minimum(across, along) <= (math.sqrt(2) - 1) * np.maximum(across, along)  # tan 22.5 degrees
+    return np.where(narrow, straight, diagonal).astype(np.int64)
+
+
+def _bisected(x: Floats, y: Floats, length: Floats) -> tuple[Floats, Floats]:
+    """Cosine and sine of half the directions of vectors, by the half-angle formulas; x where a vector has no length."""
+    length = np.where(length > 0, length, 1.0)
+    cosine, sine = np.where((x == 0) & (y == 0), 1.0, x / length), y / length
+    # Of the two halves the one that is not small is taken from the root, the other from it: sin a = 2 sin a/2 cos a/2.
+    large = np.sqrt((1 + np.abs(cosine)) / 2)
+    small = np.abs(sine) / (2 * large)
+    sign = np.where(sine < 0, -1.0, 1.0)
+    return np.where(cosine >= 0, large, small), sign * np.where(cosine >= 0, small, large)
 
 
 def thinned(cloud: Cloud, most: int) -> Cloud:

@@ -18,6 +18,7 @@ from perception.mapping.matching import Match, Reference, matched
 from perception.mapping.searching import Grid, Window, search
 from perception.mapping.settings import MappingSettings
 from perception.mapping.uncertainty import Moments, Paths
+from transport.arithmetic import norm
 from transport.messages import Pose, wrap_angle
 
 MATCHING = Symmetric.diagonal(0.03**2, 0.03**2, 0.01**2)
@@ -79,7 +80,7 @@ class Loops:
 
     def _near(self, one: int, other: int, more: float) -> bool:
         a, b = self.graph.poses[one], self.graph.poses[other]
-        return math.hypot(a.x - b.x, a.y - b.y) < self.settings.loops.reach + more
+        return norm(a.x - b.x, a.y - b.y) < self.settings.loops.reach + more
 
     def _candidates(self, number: int, paths: dict[int, Moments]) -> list[Candidate]:
         """The nearest keyframe of each stretch of the way that may show the same place, the best first."""
@@ -92,7 +93,7 @@ class Loops:
             if self._near(number, old, min(2 * candidate.deviation, settings.most_reach)):
                 pose = self.graph.poses[old]
                 turned = abs(wrap_angle(pose.heading - here.heading))
-                found.append((math.hypot(pose.x - here.x, pose.y - here.y) + turned / 2, old, candidate))
+                found.append((norm(pose.x - here.x, pose.y - here.y) + turned / 2, old, candidate))
         chosen: list[Candidate] = []
         for _, old, candidate in sorted(found, key=lambda one: one[:2]):
             if all(abs(old - other.keyframe) > settings.stretch for other in chosen):
@@ -149,7 +150,7 @@ class Loops:
             if link in self.graph.loops:
                 continue
             off = between(self.graph.poses[link.second], compose(self.graph.poses[link.first], link.measured))
-            worth |= math.hypot(off.x, off.y) > settings.worth or abs(off.heading) > settings.worth_turn
+            worth |= norm(off.x, off.y) > settings.worth or abs(off.heading) > settings.worth_turn
             self.graph.close(link)
             self.paths.add(link)
             self._unsolved += 1
@@ -163,4 +164,4 @@ class Loops:
         there = compose(compose(poses[other.first], other.measured), between(poses[other.second], poses[loop.second]))
         off = between(there, compose(poses[loop.first], loop.measured))
         allowed = settings.agreeing + settings.agreeing_way * (loop.second - other.second)
-        return math.hypot(off.x, off.y) < allowed and abs(off.heading) < settings.agreeing_turn
+        return norm(off.x, off.y) < allowed and abs(off.heading) < settings.agreeing_turn

@@ -17,6 +17,7 @@ from perception.mapping.cloud import Cloud, thinned
 from perception.mapping.frames import placed
 from perception.mapping.settings import SearchSettings
 from perception.sweep import Floats
+from transport.arithmetic import norm
 from transport.messages import Pose, wrap_angle
 
 Bytes = NDArray[np.uint8]
@@ -169,4 +170,4 @@ def search(cloud: Cloud, grid: Grid, guess: Pose, window: Window) -> Found:
 
 def _apart(one: Pose, other: Pose, settings: SearchSettings) -> bool:
     turned = abs(wrap_angle(one.heading - other.heading))
-    return math.hypot(one.x - other.x, one.y - other.y) > settings.apart or turned > 6 * settings.turn
+    return norm(one.x - other.x, one.y - other.y) > settings.apart or turned > 6 * settings.turn

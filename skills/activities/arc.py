@@ -14,6 +14,7 @@ from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE
 from skills.sides import Side
 from skills.steering import OnPath
+from transport.arithmetic import norm
 from transport.messages import Command, Pose, wrap_angle
 
 QUARTER = math.pi / 2
@@ -96,4 +97,4 @@ class _Circle:
         x, y = here.x, here.y - self._sign * self.radius
         angle = math.atan2(x, -self._sign * y)
         error = wrap_angle(self._sign * angle - here.heading)
-        return OnPath(self._sign * (math.hypot(x, y) - self.radius), error, self._sign / self.radius)
+        return OnPath(self._sign * (norm(x, y) - self.radius), error, self._sign / self.radius)

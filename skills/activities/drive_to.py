@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from hsm.model.registry import Outcome
 from hsm.model.types import Angle, Length, Speed
 from perception.facts import Facts
@@ -11,6 +9,7 @@ from skills.frames import Frame, rotated
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Progress, Skill, above_zero, finite
 from skills.steering import Seeker
+from transport.arithmetic import norm
 from transport.messages import Command, Pose
 
 THERE = 0.05
@@ -47,7 +46,7 @@ class DriveTo(Skill):
             self._goal = Frame(Frame(pose).outer(Pose(*self._target)))
         origin = self._goal.origin
         target = Frame(pose).local(origin)
-        distance = math.hypot(target.x, target.y)
+        distance = norm(target.x, target.y)
         if distance < THERE:
             return DONE
         if self._headway.lost(facts) or self._progress.lost(distance, facts):

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from hsm.model.registry import Outcome
 from hsm.model.types import Duration
 from perception.facts import Facts
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Skill, not_negative
+from transport.arithmetic import norm, norms
 from transport.messages import Command
 
 CLEAR = 0.2
@@ -38,9 +35,9 @@ class MakeRoom(Skill):
             return DONE
         if facts.time - self._began > self._timeout:
             return BLOCKED
-        distance = np.hypot(facts.points[:, 0], facts.points[:, 1])
+        distance = norms(facts.points[:, 0], facts.points[:, 1])
         near = facts.points[distance < facts.robot.radius + 2 * CLEAR]
         push = -(near / (near**2).sum(axis=1, keepdims=True)).sum(axis=0)
-        size = math.hypot(*push) or 1.0
+        size = norm(*push.tolist()) or 1.0
         direction = float(push[0]) / size, float(push[1]) / size
         return Command(self.steering(facts).away(direction, self.settings.motion.lateral_speed))

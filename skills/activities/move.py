@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 from hsm.model.registry import Outcome
 from hsm.model.types import Length, Speed
 from perception.facts import Facts
 from skills.frames import Frame
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, PATIENCE, Progress, Skill, above_zero, finite, not_negative
+from transport.arithmetic import norm
 from transport.messages import Command, Pose
 
 THERE = 0.02
@@ -39,7 +38,7 @@ class Move(Skill):
         if self._goal is None:
             self._goal = Frame(Frame(pose).outer(self._way))
         here = self._goal.local(pose)
-        left = math.hypot(here.x, here.y)
+        left = norm(here.x, here.y)
         if left < THERE:
             return DONE
         if self._progress.lost(left, facts):

@@ -12,6 +12,7 @@ from skills.frames import Frame, Turned, rotated
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, finite
 from skills.passage import Passage, passage_of, points_along
+from transport.arithmetic import norm
 from transport.messages import Command, Pose
 
 CLOSE = 0.35
@@ -79,7 +80,7 @@ class Rotate(Skill):
     def _to_the_spot(self, facts: Facts, pose: Pose) -> tuple[float, float]:
         """Where the spot is, in the robot's frame, m; a robot that can only go there first goes there once."""
         here = self._spot.local(pose)
-        distance = math.hypot(here.x, here.y)
+        distance = norm(here.x, here.y)
         if self._pushed_off(distance):
             self._spot, self._away, self._nearest = Frame(pose), 0.0, 0.0
             return 0.0, 0.0

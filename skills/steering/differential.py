@@ -10,6 +10,7 @@ from skills.settings import SkillSettings
 from skills.steering.gaps import GapSeeker
 from skills.steering.path import OnPath
 from skills.steering.speed import speed_ahead
+from transport.arithmetic import norm
 from transport.description import RobotDescription
 from transport.messages import Pose, Twist
 from transport.section import Point
@@ -51,7 +52,7 @@ class DifferentialSteering:
         steepest = STEEPEST if held_up else SLANT
         slant = max(-steepest, min(steepest, math.atan2(left, forward))) if forward > 0 or held_up else 0.0
         error += slant
-        allowed = math.hypot(forward, left) if held_up else forward
+        allowed = norm(forward, left) if held_up else forward
         return Twist(allowed * max(0.0, math.cos(2 * error)), 0.0, motion.heading_gain * error)
 
     def turn(self, rate: float, spot: Point) -> Twist:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from perception.facts import Facts, turned
 from skills.frames import rotated
 from skills.settings import MotionSettings
 from skills.sides import Side
 from skills.steering.round import in_the_way, shorter_way
+from transport.arithmetic import norm, norms
 from transport.description import RobotDescription
 from transport.messages import Twist
 from transport.section import Point
@@ -35,7 +34,7 @@ class FieldSeeker:
 
     def towards(self, facts: Facts, target: Point) -> Twist:
         """The next velocity on the way to a target in the robot's frame, m."""
-        distance, bearing = math.hypot(*target), math.atan2(target[1], target[0])
+        distance, bearing = norm(*target), math.atan2(target[1], target[0])
         forward, left = self._field(facts, distance, bearing)
         return Twist(forward, left, self._motion.heading_gain * bearing if distance > FACED else 0.0)
 
@@ -46,7 +45,7 @@ class FieldSeeker:
         drawn *= facing
         share = facing * min(1.0, distance / NEAR)
         back, aside = share * facts.repulsion.forward, share * facts.repulsion.left
-        points = turned(facts.points[np.hypot(*facts.points.T) < distance], -bearing)
+        points = turned(facts.points[norms(*facts.points.T) < distance], -bearing)
         nearest = in_the_way(points, self._robot, distance)
         if nearest is None:
             self._round = None

@@ -12,6 +12,7 @@ from perception.facts import Facts, turned
 from skills.passage import SPARE, off_the_walls, passage_of
 from skills.settings import SkillSettings
 from skills.surroundings import Points
+from transport.arithmetic import cosines, norm, norms, sines
 from transport.description import RobotDescription
 from transport.messages import Twist
 from transport.section import Point
@@ -53,9 +54,9 @@ class GapSeeker:
 
     def towards(self, facts: Facts, target: Point) -> Twist:
         """The next velocity on the way to a target in the robot's frame, m."""
-        distance, bearing = math.hypot(*target), math.atan2(target[1], target[0])
+        distance, bearing = norm(*target), math.atan2(target[1], target[0])
         horizon = min(distance, HORIZON)
-        points = facts.points[np.hypot(*facts.points.T) < HORIZON + self._robot.radius]
+        points = facts.points[norms(*facts.points.T) < HORIZON + self._robot.radius]
         course = bearing + self._detour(turned(points, -bearing), horizon)
         passage = passage_of(turned(points, -course), self._robot, self._settings.motion.look_ahead)
         aside = min(1.0, distance / NEAR) * off_the_walls(passage, self._settings)
@@ -86,7 +87,7 @@ def free_ways(points: Points, half_width: float, horizon: float) -> NDArray[np.f
         half_width: of the lane, m.
         horizon: m.
     """
-    cos, sin = np.cos(DIRECTIONS)[:, None], np.sin(DIRECTIONS)[:, None]
+    cos, sin = cosines(DIRECTIONS)[:, None], sines(DIRECTIONS)[:, None]
     x = cos * points[:, 0] + sin * points[:, 1]
     y = cos * points[:, 1] - sin * points[:, 0]
     ahead = np.where((np.abs(y) < half_width) & (x > 0), x, horizon)

@@ -11,6 +11,7 @@ from skills.settings import SkillSettings
 from skills.steering.field import FieldSeeker
 from skills.steering.path import OnPath
 from skills.steering.speed import speed_ahead
+from transport.arithmetic import norm
 from transport.description import RobotDescription
 from transport.messages import Pose, Twist
 from transport.section import Point
@@ -36,7 +37,7 @@ class HolonomicSteering:
     def turn(self, rate: float, spot: Point) -> Twist:
         """Turn, and move to the spot meanwhile."""
         motion = self.settings.motion
-        distance = math.hypot(*spot)
+        distance = norm(*spot)
         if distance < motion.dead_zone:
             return Twist(turn=rate)
         speed = min(motion.lateral_speed, motion.lateral_gain * distance)
@@ -58,7 +59,7 @@ class HolonomicSteering:
 
     def to_point(self, target: Pose, speed: float) -> Twist:
         """Straight there; the heading is that of the target meanwhile."""
-        distance = math.hypot(target.x, target.y)
+        distance = norm(target.x, target.y)
         share = speed / distance if distance > 0 else 0.0
         return Twist(share * target.x, share * target.y, self.settings.motion.heading_gain * target.heading)
 

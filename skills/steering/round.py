@@ -8,6 +8,7 @@ from perception.facts import Facts
 from skills.passage import REACH, SPARE
 from skills.sides import Side
 from skills.surroundings import Points
+from transport.arithmetic import norms
 from transport.description import RobotDescription
 
 
@@ -32,7 +33,7 @@ def shorter_way(facts: Facts, points: Points, nearest: int) -> Side:
         points: hits in a frame at the robot with x to the target, counter-clockwise, m, shape (n, 2).
         nearest: which of them is the obstacle's.
     """
-    gaps = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > 2 * (facts.robot.half_width + SPARE))
+    gaps = np.flatnonzero(norms(*np.diff(points, axis=0).T) > 2 * (facts.robot.half_width + SPARE))
     first = int(gaps[gaps < nearest].max(initial=-1)) + 1
     last = int(gaps[gaps >= nearest].min(initial=len(points) - 1))
     y = points[first : last + 1, 1]

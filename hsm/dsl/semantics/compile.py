@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from hsm.dsl.reporting.report import Report
@@ -155,14 +155,8 @@ class _Compiler:
                 ),
             )
             + tuple(self.copied_properties),
-            tuple(dict.fromkeys((*self.declarations.declared_events(), *self._imported_events()))),
+            frozenset((*self.declarations.events, *self.context.library.events)),
         )
-
-    def _imported_events(self) -> Iterator[str]:
-        """The events that imported machines declare."""
-        for unit in self.machines.values():
-            if unit is not None and unit.model is not None:
-                yield from unit.model.events
 
     def _find_machine(self, symbol: StateSymbol) -> None:
         if symbol.instance is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from lark import Token
@@ -172,10 +172,6 @@ class Declarations:
         return (
             f"it is an outcome of {' and of '.join(f'`{name}`' for name in names)}, which a state does: `do {names[0]}`"
         )
-
-    def declared_events(self) -> Iterator[str]:
-        """The events that the file declares, in order."""
-        return (name for name, place in self.events.items() if place is not None)
 
     def unused(self, imports: Iterable[str]) -> list[tuple[str, str, Place]]:
         """Kind, name and place of everything that is declared and never used.

@@ -80,7 +80,7 @@ def _names(model: Model) -> Iterator[Diagnostic]:
     """Events whose names begin another's: SCXML's descriptors match by their leading parts."""
     waited = {one.index: one.trigger.names for one in model.transitions if isinstance(one.trigger, On)}
     sent = {one.event for one in actions_of(model) if isinstance(one, Raise | Send)}
-    known = sorted(sent.union(*waited.values(), model.events) if waited else sent.union(model.events))
+    known = sorted(sent.union(*waited.values(), model.events or ()))
     for index, names in waited.items():
         transition = model.transitions[index]
         for name in names:

@@ -20,9 +20,9 @@ from typing import Any
 
 from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
 from hsm.engine.evaluation import Evaluation, all_signals, eager_signals
-from hsm.engine.limits import duration, finite, whole
+from hsm.engine.limits import duration, finite, following, interval, whole
 from hsm.engine.probes import Probes
-from hsm.model.chart import Action, After, Assign, Call, Model, Raise, State, When
+from hsm.model.chart import Action, After, Assign, Call, Every, Model, Raise, State, Timed, When
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.types import Integer, Quantity, Type
@@ -53,6 +53,7 @@ class Role(Enum):
     EXIT = "exit"
     TRANSITION = "transition"
     INITIAL = "initial"
+    REPEAT = "repeat"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,7 +165,7 @@ class Generator:
 
     def chain(self, candidates: tuple[int, ...]) -> CandidateChain:
         """The chain of some transitions, all of one kind of trigger."""
-        timed = isinstance(self.model.transitions[candidates[0]].trigger, After)
+        timed = isinstance(self.model.transitions[candidates[0]].trigger, Timed)
         found = self._chains.get((candidates, timed))
         if found is None:
             found = self._chains[candidates, timed] = self._make_chain(candidates, timed)
@@ -288,7 +289,7 @@ class Generator:
             writer.add(1, f"v[{slot}] = {self._held(writer, variable.initial, variable.type)}", variable.place)
         for index in state.transitions:
             transition = self.model.transitions[index]
-            if isinstance(transition.trigger, After):
+            if isinstance(transition.trigger, After | Every):
                 writer.add(1, f"t[{index}] = now + {self._duration(writer, transition.trigger)}", transition.place)
         return self._block(writer, state.index, Role.ENTRY, state.entry)
 
@@ -383,9 +384,20 @@ class Generator:
             return code
         return f"{self._object(whole if isinstance(kind, Integer) else finite)}({code})"
 
-    def _duration(self, writer: _Writer, trigger: After) -> str:
+    def repeat(self, index: int) -> Block | None:
+        """What sets the next deadline of a repeated transition that was taken, and whose state stays."""
+        transition = self.model.transitions[index]
+        assert isinstance(transition.trigger, Every), "nothing else is repeated"
+        writer = _Writer()
+        writer.add(0, "def run(f, m, v, c, q, t, now):")
+        step = self._duration(writer, transition.trigger)
+        writer.add(1, f"t[{index}] = {self._object(following)}(t[{index}], now, {step})", transition.place)
+        return self._block(writer, transition.source, Role.REPEAT, ())
+
+    def _duration(self, writer: _Writer, trigger: After | Every) -> str:
         """The duration of a time-out in nanoseconds."""
-        return f"{self._object(duration)}({self._inline(writer, trigger.duration)})"
+        check = interval if isinstance(trigger, Every) else duration
+        return f"{self._object(check)}({self._inline(writer, trigger.duration)})"
 
     def _inline(self, writer: _Writer, expression: Expression) -> str:
         return self._code(expression, writer.known)

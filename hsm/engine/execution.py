@@ -12,9 +12,10 @@ from hsm.engine.codegen import NONE, Block, Role
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Configuration, Picked, Plan, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
+from hsm.engine.limits import duration
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.record import NOTHING_DUE, Phase, Selection
-from hsm.model.chart import Cancel, On, Send
+from hsm.model.chart import Cancel, Held, On, Send
 from hsm.model.diagnostics import Place
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
@@ -36,6 +37,7 @@ class RunState:
         sent: events on their way, each with the time of its arrival in nanoseconds.
         history: what each history state remembers.
         outcome: how the run ended, or None.
+        acted: conditions that have held long enough, by transition: they wait until they are false.
     """
 
     configuration: Configuration
@@ -44,6 +46,7 @@ class RunState:
     sent: tuple[tuple[int, Send], ...]
     history: Remembered
     outcome: str | None
+    acted: frozenset[int] = frozenset()
 
     @property
     def wake(self) -> float:
@@ -155,6 +158,7 @@ class MacrostepExecution:
         if due:
             self._time_outs(due)
         self._conditions()
+        self._watch()
 
     def macrostep(self) -> Macrostep:
         """What was done, once all is done."""
@@ -230,7 +234,7 @@ class MacrostepExecution:
             if self.state.outcome is not None or after is None or not self._fire(after, Phase.AFTER, due):
                 return
             plan = self.selections[-1].plan
-            due = due.difference(plan.disarmed if plan else ())
+            due = due.difference((*plan.disarmed, *plan.transitions) if plan else ())
             self._run_to_stability()
             self._drain()
         raise self._spin()
@@ -251,6 +255,43 @@ class MacrostepExecution:
 
     def _selection(self, trigger: Phase | Event, due: frozenset[int], plan: Plan | None) -> Selection:
         return Selection(trigger, self.state.configuration, self.state.values, due, plan)
+
+    def _watch(self) -> None:
+        """Let the time of conditions begin that hold now, and end of those that do not."""
+        for _ in range(SPIN):
+            state = self.state
+            if state.outcome is not None or not (state.configuration.held or state.acted):
+                return
+            for index in state.configuration.held:
+                self._watch_one(index)
+            if not self._found:
+                return
+            found, self._found = self._found, []
+            for fault in found:
+                self._handle(fault)
+            self._run_to_stability()
+            self._drain()
+            self._conditions()
+        raise self._spin()
+
+    def _watch_one(self, index: int) -> None:
+        trigger = self.chart.model.transitions[index].trigger
+        assert isinstance(trigger, Held), "nothing else is watched"
+        state, holds = self.state, False
+        try:
+            evaluation = self._evaluation()
+            holds = bool(evaluation.condition(trigger.condition))
+            length = duration(evaluation.value(trigger.duration)) if holds else 0
+        except Exception as error:
+            self._report(index, error)
+            holds = False
+        finally:
+            self._error = None
+        if not holds:
+            state.timers = {one: due for one, due in state.timers.items() if one != index}
+            state.acted -= {index}
+        elif index not in state.timers and index not in state.acted:
+            state.timers = {**state.timers, index: self._now + length}
 
     def _record(self, trigger: Phase | Event, due: frozenset[int], plan: Plan | None) -> None:
         self.selections.append(self._selection(trigger, due, plan))
@@ -313,6 +354,8 @@ class MacrostepExecution:
         state = self.state
         state.configuration = plan.target
         state.values, state.timers = work.values, work.timers
+        if plan.acted or state.acted:
+            state.acted = state.acted.difference(plan.disarmed).union(plan.acted)
         self._queue.extend(work.raised)
         if plan.remembered:
             state.history = {**state.history, **dict(plan.remembered)}

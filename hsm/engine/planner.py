@@ -13,7 +13,7 @@ from enum import Enum
 
 from hsm.engine.codegen import Block, Generator, Role
 from hsm.engine.configuration import CACHE, Configuration, Picked, Plan
-from hsm.model.chart import After, StateKind, Transition
+from hsm.model.chart import Every, Held, StateKind, Timed, Transition
 from hsm.model.events import StateEvent
 from hsm.model.topology import HISTORY, Remembered, Topology
 
@@ -242,8 +242,12 @@ class Planner:
         for state in exited:
             work.run(self._block(Role.EXIT, state))
             work.active.discard(state)
+        staying = [index for index in taken if self._transitions[index].source not in exited]
+        repeated = [index for index in staying if isinstance(self._transitions[index].trigger, Every)]
         for index in taken:
             work.run(self._block(Role.TRANSITION, index))
+        for index in repeated:
+            work.run(self._block(Role.REPEAT, index))
         outcome = None
         for state in entry.states:
             work.active.add(state)
@@ -259,7 +263,10 @@ class Planner:
                     work.done.extend(self._completions(state, work.active))
         leaves = tuple(sorted(state for state in work.active if self._topology.atomic(state)))
         target = self._configuration(leaves)
-        ending = [*taken, *(index for state in exited for index in self._states[state].transitions)]
+        ending = [
+            *(one for one in taken if one not in repeated),
+            *(index for state in exited for index in self._states[state].transitions),
+        ]
         disarmed = tuple(index for index in dict.fromkeys(ending) if self._timed(index))
         arming = any(self._timed(index) for state in entry.states for index in self._states[state].transitions)
         stopped = tuple(state for state in exited if self._states[state].activity is not None)
@@ -273,6 +280,7 @@ class Planner:
             work=tuple(work.done),
             remembered=remembered,
             disarmed=disarmed,
+            acted=tuple(index for index in staying if isinstance(self._transitions[index].trigger, Held)),
             timed=bool(disarmed) or arming,
             stopped=stopped,
             restored=tuple(entry.restored.items()),
@@ -281,7 +289,7 @@ class Planner:
         )
 
     def _timed(self, index: int) -> bool:
-        return isinstance(self._transitions[index].trigger, After)
+        return isinstance(self._transitions[index].trigger, Timed)
 
     def _completions(self, final: int, active: set[int]) -> Iterator[StateEvent]:
         """What a final state completes: the state around it, and every parallel state around that is complete now."""
@@ -310,6 +318,8 @@ class Planner:
         return self._blocks[key]
 
     def _make_block(self, role: Role, index: int) -> Block | None:
+        if role is Role.REPEAT:
+            return self._generator.repeat(index)
         if role is Role.TRANSITION:
             return self._generator.actions(self._transitions[index].source, role, self._transitions[index].actions)
         state = self._states[index]

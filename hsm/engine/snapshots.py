@@ -12,7 +12,7 @@ from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Configuration
 from hsm.engine.execution import PendingFault, RunState
 from hsm.engine.limits import duration, within_limits
-from hsm.model.chart import After, Send
+from hsm.model.chart import Held, Send, Timed
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
 from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
@@ -57,6 +57,7 @@ def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
             for name, value in zip(machine.generator.variables, state.values, strict=True)
         },
         "timers": [[*key, state.timers.get(index)] for key, index in _time_outs(machine, state.configuration).items()],
+        "acted": [list(key) for key, index in _time_outs(machine, state.configuration).items() if index in state.acted],
         "sent": [[due, send.event, send.delay, send.label] for due, send in state.sent],
         "history": {names[index]: [names[one] for one in states] for index, states in sorted(state.history.items())},
         "pending": [[list(one.names), names[one.origin], one.standard, reason] for one, reason in events],
@@ -85,7 +86,9 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
         timers = _restored_timers(machine, configuration, snapshot["timers"])
         history = dict(_restored_history(machine, name, states) for name, states in snapshot["history"].items())
         sent = tuple((int(due), Send(event, delay, label)) for due, event, delay, label in snapshot["sent"])
-        state = RunState(configuration, values, timers, sent, history, snapshot["outcome"])
+        keys = _time_outs(machine, configuration)
+        acted = frozenset(keys[state, text, number] for state, text, number in snapshot["acted"])
+        state = RunState(configuration, values, timers, sent, history, snapshot["outcome"], acted)
         pending = tuple(_pending(machine, *one) for one in snapshot["pending"])
         finished = frozenset(_finished(machine, name, activity) for name, activity in snapshot["finished"])
         return SavedRun(float(snapshot["time"]), state, pending, finished)
@@ -127,6 +130,9 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
         if variable.name not in kept and variable.scope in configuration.active:
             values[slot] = _value(new, variable.initial, values)
     timers = _kept_timers(old, run, new, values)
+    again = _time_outs(new, configuration)
+    keys = _time_outs(old, run.state.configuration)
+    acted = frozenset(again[key] for key, index in keys.items() if index in run.state.acted and key in again)
     known = new.indices
     history = {}
     for index, states in run.state.history.items():
@@ -134,7 +140,7 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
             remembered = tuple(known[names[one]] for one in states)
             if new.topology.recalls(known[names[index]], remembered):
                 history[known[names[index]]] = remembered
-    state = RunState(configuration, values, timers, run.state.sent, history, run.state.outcome)
+    state = RunState(configuration, values, timers, run.state.sent, history, run.state.outcome, acted)
     pending = tuple(_moved(one, known[names[_origin(one)]]) for one in run.pending if names[_origin(one)] in known)
     finished = frozenset(known[names[one]] for one in run.finished if names[one] in known)
     return SavedRun(run.time, state, pending, finished)
@@ -210,7 +216,7 @@ def _time_outs(machine: CompiledChart, configuration: Configuration) -> dict[_Ke
     for state in sorted(configuration.active):
         for index in model.states[state].transitions:
             transition = model.transitions[index]
-            if isinstance(transition.trigger, After):
+            if isinstance(transition.trigger, Timed):
                 name, text = model.states[state].name, trigger_text(transition.trigger, transition.guard)
                 number = sum(key[:2] == (name, text) for key in found)
                 found[name, text, number] = index
@@ -289,6 +295,8 @@ def _kept_timers(old: CompiledChart, run: SavedRun, new: CompiledChart, values: 
     timers: dict[int, int] = {}
     for (state, _, _), index in after.items():
         candidates = [same[index]] if index in same else lengths.get((state, _duration_text(new, index)), [])
+        if not candidates and isinstance(new.model.transitions[index].trigger, Held):
+            continue  # it begins when its condition holds
         if not candidates:
             timers[index] = nanoseconds(run.time) + duration(_value(new, _duration(new, index), values))
         elif (due := run.state.timers.get(candidates.pop(0))) is not None:
@@ -302,7 +310,7 @@ def _leaf_names(machine: CompiledChart, run: SavedRun) -> list[str]:
 
 def _duration(machine: CompiledChart, index: int) -> Expression:
     trigger = machine.model.transitions[index].trigger
-    assert isinstance(trigger, After), "only time-outs have a duration"
+    assert isinstance(trigger, Timed), "only time-outs have a duration"
     return trigger.duration
 
 

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 
 from hsm.model.chart import (
     After,
+    Every,
+    Held,
     Model,
     On,
     Raise,
@@ -41,24 +43,44 @@ def _transitions(model: Model) -> Iterator[Diagnostic]:
         match transition.trigger:
             case On(prefix=True):
                 continue  # read from SCXML
-            case When():
-                yield _difference(transition, _SOONER, "let an event tell when the condition has become true")
-            case After(duration):
-                if transition.guard is not None:
-                    yield _difference(transition, _WAITS, "let the guarded state be entered only when the guard holds")
-                if not isinstance(duration, Literal) or duration.value <= 0:
-                    reason = "SCXML acts on a time-out of zero in the step that enters the state; here in the next"
-                    yield _difference(transition, reason, "write a time-out above zero")
             case On(names):
-                if "fault" in names:
-                    reason = "SCXML has no `fault`: an error there does not undo anything, and every state sees it"
-                    yield _difference(transition, reason, "write `error.execution` by hand where it is meant")
+                yield from _events(transition, names)
                 if raises and _only_some_finals(model, source, names):
                     reason = "SCXML asks which final state is active once the machine's own events were handled"
                     yield _difference(transition, reason, "handle all final states alike, or `done` in their own state")
+            case _:
+                yield from _timing(transition)
         if _leaves_regions_only(source, transition):
             reason = "SCXML leaves a parallel state with its regions; here `->` leaves the regions alone"
             yield _difference(transition, reason, "write `=>`, which leaves the state in both")
+
+
+def _timing(transition: Transition) -> Iterator[Diagnostic]:
+    """What a condition or a time-out means otherwise."""
+    match transition.trigger:
+        case When():
+            yield _difference(transition, _SOONER, "let an event tell when the condition has become true")
+        case After(duration):
+            if transition.guard is not None:
+                yield _difference(transition, _WAITS, "let the guarded state be entered only when the guard holds")
+            if not isinstance(duration, Literal) or duration.value <= 0:
+                reason = "SCXML acts on a time-out of zero in the step that enters the state; here in the next"
+                yield _difference(transition, reason, "write a time-out above zero")
+        case Every():
+            if transition.guard is not None or transition.targets:
+                yield _difference(transition, _WAITS, "let it repeat without a guard and without a target")
+        case Held():
+            reason = "SCXML has no word for how long a condition holds: it is written as the condition alone"
+            yield _difference(transition, reason, "let a state be entered by the condition, and wait in it")
+
+
+def _events(transition: Transition, names: tuple[str, ...]) -> Iterator[Diagnostic]:
+    """What a pattern or a fault means otherwise."""
+    if "*" in names:
+        yield _difference(transition, "in SCXML `*` also matches completions and errors", "name the events")
+    if "fault" in names:
+        reason = "SCXML has no `fault`: an error there does not undo anything, and every state sees it"
+        yield _difference(transition, reason, "write `error.execution` by hand where it is meant")
 
 
 def _only_some_finals(model: Model, source: State, names: tuple[str, ...]) -> bool:
@@ -92,7 +114,7 @@ def _names(model: Model) -> Iterator[Diagnostic]:
 
 def _same_tick(model: Model) -> Iterator[Diagnostic]:
     """One finding for a machine in which a time-out and something else could come in one tick."""
-    timed = [one for one in model.transitions if isinstance(one.trigger, After)]
+    timed = [one for one in model.transitions if isinstance(one.trigger, After | Every)]
     if timed and len(model.transitions) > 1:
         yield _difference(timed[0], _ORDER, "none is needed where the order within a tick does not matter")
 

@@ -17,7 +17,7 @@ import typer.main
 
 import hsm
 import perception.signals
-import skills.library
+import skills.catalogue
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter, SignalDeclaration
 from maze_machine.catalogue.profile import Profile, profile_text
 from maze_machine.cli import app
@@ -76,7 +76,7 @@ def default_profile() -> str:
 
 def motion_skills() -> str:
     """The reference page of the skills: what a machine may do, and what it may remember."""
-    library = skills.library.library(SkillSettings())
+    library = skills.catalogue.library(SkillSettings())
     return "\n".join(
         [
             "# Skills",

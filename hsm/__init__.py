@@ -7,7 +7,9 @@ types the library is made for.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from hsm.engine.explanation import Considered, Verdict
@@ -16,7 +18,6 @@ from hsm.engine.macrostep import Macrostep, Microstep
 from hsm.engine.run import Supervisor
 from hsm.engine.snapshots import SnapshotError
 from hsm.engine.transition import Inputs, transition
-from hsm.interchange import scxml
 from hsm.model.chart import Model
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
 from hsm.model.faults import MachineFault, Spin
@@ -24,6 +25,7 @@ from hsm.model.registry import Activity, E, F, Library, Outcome, RegistryError, 
 from hsm.model.types import UNITS, Angle, Duration, Length, Speed, TurnRate, Unit
 
 if TYPE_CHECKING:
+    from hsm.interchange import scxml
     from hsm.interchange.backend import TransitionsMachine
 
 __all__ = [
@@ -61,6 +63,13 @@ __all__ = [
     "to_transitions",
     "transition",
 ]
+
+
+def __getattr__(name: str) -> ModuleType:
+    """Charts in SCXML when they are asked for: the XML library takes as long to import as all else here."""
+    if name != "scxml":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return import_module("hsm.interchange.scxml")
 
 
 def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:

@@ -20,11 +20,11 @@ from perception.nodes import Node, find_nodes
 from perception.repulsion import Force, repulsion_of
 from perception.settings import PerceptionSettings
 from perception.space import Space, look, space_of
-from perception.sweep import Floats, Sweep
-from perception.walls import Centre, Wall, centre_of, clearance_of, nearest_wall
+from perception.sweep import Floats, ScanPoints
+from perception.walls import Centre, Wall, centre_of, clearance_of, nearest_wall, without_own_body
 from perception.world import WorldModel, to_robot
 from transport.arithmetic import norm
-from transport.description import RobotDescription
+from transport.description import RobotDescription, fitted
 from transport.messages import Observation, Pose
 
 
@@ -55,9 +55,9 @@ class Facts:
         return self.world.pose
 
     @cached_property
-    def sweep(self) -> Sweep:
-        """The scan with its readings sorted into hits, free beams and unknown ones."""
-        return Sweep.of(self.observation.scan, self.robot.laser.mount)
+    def sweep(self) -> ScanPoints:
+        """The scan with its readings sorted into hits, free beams and unknown ones; the robot's own body is unknown."""
+        return without_own_body(ScanPoints.of(self.observation.scan, self.robot.laser.mount), self.robot.footprint)
 
     @property
     def points(self) -> Floats:
@@ -219,9 +219,9 @@ class Perception:
     def __init__(
         self, robot: RobotDescription, settings: PerceptionSettings | None = None, world: WorldModel | None = None
     ) -> None:
-        """Args: the robot, the thresholds, and what it shall know before the run; by default nothing."""
+        """Args: the robot, the thresholds, by default of its size, and what it knows beforehand, by default nothing."""
         self.robot = robot
-        self.settings = settings or PerceptionSettings()
+        self.settings = settings or fitted(PerceptionSettings(), robot)
         self.world = world or WorldModel(self.settings)
 
     def facts(self, observation: Observation) -> Facts:

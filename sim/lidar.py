@@ -19,23 +19,19 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.geometry import CLOSE, STRAIGHT
 from sim.maze import Segments
 from transport.arithmetic import cosines, sines
 from transport.messages import Pose, ScanGeometry
 
-CLOSE = 1e-3
-"""Walls whose line passes the sensor nearer than this, m, are intersected with every beam."""
-STRAIGHT = 2e-3
-"""A wall whose ends lie in opposite directions to within this angle, rad, is tried with every beam: on which side of it
-the sensor is, the directions do not tell for certain."""
 Ranges = NDArray[np.float64]
 Vector = tuple[float, float]
 Sensor = tuple[float, float, float, float]
-Fan = tuple[float, float, float]
-Kernel = Callable[[Segments, Sensor, Ranges, Fan], Ranges]
+BeamRange = tuple[float, float, float]
+Kernel = Callable[[Segments, Sensor, Ranges, BeamRange], Ranges]
 
 
-def project(segments: Segments, sensor: Sensor, beams: Ranges, fan: Fan) -> Ranges:
+def project(segments: Segments, sensor: Sensor, beams: Ranges, fan: BeamRange) -> Ranges:
     """The distance along each beam to the nearest segment, by plain numpy.
 
     Args:
@@ -124,7 +120,7 @@ class Adaptive:
         self._left = patience
         self._kernel: Kernel = project
 
-    def __call__(self, segments: Segments, sensor: Sensor, beams: Ranges, fan: Fan) -> Ranges:
+    def __call__(self, segments: Segments, sensor: Sensor, beams: Ranges, fan: BeamRange) -> Ranges:
         """See `project`."""
         self._left -= 1
         if self._left == 0 or (self._left > 0 and "sim._lidar_numba" in sys.modules):

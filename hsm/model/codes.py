@@ -45,6 +45,7 @@ CODES: dict[str, Code] = {
         "E0211": "a name that cannot be declared",
         "E0212": "a missing argument",
         "E0213": "an argument given twice or too many",
+        "E0214": "an argument that the robot cannot follow",
         # types and units
         "E0301": "a value of the wrong type or unit",
         "E0302": "operands that do not go together",
@@ -79,6 +80,7 @@ CODES: dict[str, Code] = {
         "W0604": "an unused event",
         "W0605": "nothing to accept",
         "W0606": "an unused definition",
+        "N0601": "an event that only somebody outside sends",
         # tables of conditions
         "N0701": "conditions that overlap",
         "N0702": "a gap between conditions",

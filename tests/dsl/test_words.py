@@ -152,7 +152,7 @@ def test_mistakes_in_enumerations(line, code):
 
 def test_a_value_that_an_enumeration_does_not_have():
     found = check_text(ENUMERATED.replace("mode == fast", "mode == fsat"), LIBRARY).diagnostics
-    assert [(one.code, one.suggestion) for one in found] == [("E0202", "did you mean `fast`?")]
+    assert [(one.code, one.suggestion) for one in found if one.code[0] == "E"] == [("E0202", "did you mean `fast`?")]
 
 
 # Any event.

@@ -1,4 +1,4 @@
-"""What is declared and never used."""
+"""What is declared and never used, and events that only somebody outside can send."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ _CODES = {
     "definition": "W0606",
     "event": "W0604",
     "raised event": "W0604",
+    "outside event": "N0601",
 }
 _WORDS = {
     "import": "machine `{}` is imported, and no state is an instance of it",
@@ -23,10 +24,13 @@ _WORDS = {
     "definition": "nothing uses definition `{}`",
     "event": "event `{}` is declared, and no transition is on it",
     "raised event": "event `{}` is raised, and neither declared nor is any transition on it",
+    "outside event": "nothing in this file raises event `{}`",
 }
+_SENDERS = "an operator (`maze-machine send {0}`), a script (`run --event-at 1:{0}`) or a scenario can send it"
 
 
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
-    """One finding for each unused import, parameter, variable and event."""
-    for kind, name, place in subject.unused:
-        yield finding(_CODES[kind], place, _WORDS[kind].format(name))
+    """One finding for each unused import, parameter, variable and event, and each event that comes from outside."""
+    for one in subject.unused:
+        senders = _SENDERS.format(one.name) if one.kind == "outside event" else None
+        yield finding(_CODES[one.kind], one.place, _WORDS[one.kind].format(one.name), senders)

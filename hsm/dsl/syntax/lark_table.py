@@ -1,7 +1,8 @@
-"""Runs the parse table that lark makes from the grammar: token by token, so that a parse can be mended on the way.
+"""Lark's parse table, run by a loop of our own: token by token, so that a parse can be mended on the way.
 
-The table is lark's; the loop is here because a third of the time from text to machine was spent in lark's own, looking
-up by rule what this one has in the table.
+The loop is ours because a third of the time from text to machine went into lark's, which looks up by rule what this one
+has in the table. The table lies in lark's private parts: where they are not as this module knows them, ``lark_loop``
+does the same with lark's own loop. A test holds the two to the same trees and errors.
 """
 
 from __future__ import annotations
@@ -9,21 +10,34 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from sys import intern
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from lark import Lark, Token
 
-Reduction: TypeAlias = tuple[int, str, Callable[[list[Any]], Any] | None]
+
+class Reduction(NamedTuple):
+    """What ends a rule.
+
+    Attributes:
+        size: of how many parts the rule is made.
+        rule: its name.
+        build: makes one value of its parts; None where the single part becomes that rule as it is.
+    """
+
+    size: int
+    rule: str
+    build: Callable[[list[Any]], Any] | None
+
+
 TableRow: TypeAlias = dict[str, int | Reduction]
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ParseTable:
     """A parse table.
 
     Attributes:
-        rows: for each state, what to do at each kind of token: a number is the state to go to, a triple reduces so many
-            parts to a rule of that name by that function; without one the single part becomes that rule as it is.
+        rows: for each state, what to do at each kind of token: the number of the state to go to, or a reduction.
         start: the state to begin in.
         end: the state of a whole text.
     """
@@ -33,8 +47,12 @@ class Table:
     end: int
 
     @classmethod
-    def of(cls, lark: Lark) -> Table:
-        """The table of a grammar."""
+    def of(cls, lark: Lark) -> ParseTable:
+        """The table of a grammar.
+
+        Raises:
+            AttributeError, KeyError, TypeError: lark keeps its table in another way.
+        """
         conf = lark.parse_interactive().parser_state.parse_conf
         rows: list[TableRow] = []
         for number in range(len(conf.states)):
@@ -46,16 +64,18 @@ class Table:
                     continue
                 size = len(target.expansion)
                 renames = target.options.expand1 and size == 1 and target.alias is None
-                row[kind] = (size, intern(str(target.origin.name)), None if renames else conf.callbacks[target])
+                row[kind] = Reduction(
+                    size, intern(str(target.origin.name)), None if renames else conf.callbacks[target]
+                )
             rows.append(row)
         return cls(tuple(rows), conf.start_state, conf.end_state)
 
 
 @dataclass(slots=True)
-class Parser:
+class TableParser:
     """One parse under way."""
 
-    table: Table
+    table: ParseTable
     states: list[int] = field(default_factory=list)
     values: list[Any] = field(default_factory=list)
 

@@ -7,11 +7,14 @@ from typing import Annotated
 
 from pydantic import Field
 
-from transport.section import Positive, Settings
+from transport.section import NotNegative, Positive, Settings
 
 Share = Annotated[float, Field(ge=0, le=1)]
-Count = Annotated[int, Field(ge=1)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=1, le=100_000)]
+Step = Annotated[float, Field(ge=0.002, le=1.6, allow_inf_nan=False)]
+"""Of a grid, m or rad: a finer one would take more memory than there is."""
+Reach = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]
+"""How far a grid goes, m."""
 
 
 class LineSettings(Settings):
@@ -54,11 +57,11 @@ class CompassSettings(Settings):
 class HoughSettings(Settings):
     """The Hough transform of 2015."""
 
-    area: Positive = 2.0
+    area: Reach = 2.0
     """Half the width of the trust area, m."""
-    step: Positive = math.radians(1)
+    step: Step = math.radians(1)
     """Angle between two columns of the grid, rad."""
-    cell: Positive = 0.02
+    cell: Step = 0.02
     """Distance between two lines of the grid, m."""
     min_share: Share = 0.08
     """A wall has at least this share of the hits in the trust area."""
@@ -95,9 +98,9 @@ class NodeSettings(Settings):
 class MinimapSettings(Settings):
     """The map around the robot."""
 
-    half_size: Positive = 1.5
+    half_size: Reach = 1.5
     """From the robot to the map's border, m."""
-    cell: Positive = 0.05
+    cell: Step = 0.05
     """Width of a cell, m."""
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import math
+from typing import Annotated, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from transport.arithmetic import norm
 from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
-from transport.section import Point, Positive, Settings
+from transport.outline import outline_fault
+from transport.section import Angle, Coordinate, Period, Point, Positive, RobotName, Settings
 
 __all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription"]
 
@@ -17,22 +19,31 @@ __all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription"]
 class Laser(Settings):
     """The laser range finder and where it is mounted."""
 
-    beams: Annotated[int, Field(ge=2)] = 1000
+    beams: Annotated[int, Field(ge=2, le=100_000)] = 1000
     """Number of beams."""
-    angle_min: float = -2.0
+    angle_min: Angle = -2.0
     """Direction of the first beam, rad."""
-    angle_max: float = 2.0
+    angle_max: Angle = 2.0
     """Direction of the last beam, rad."""
     range_min: Positive = 0.01
     """Shortest valid reading, m."""
     range_max: Positive = 10.0
     """Longest valid reading, m."""
-    mount_x: float = 0.0
+    mount_x: Coordinate = 0.0
     """Position of the sensor in the robot's frame, m forward."""
-    mount_y: float = 0.0
+    mount_y: Coordinate = 0.0
     """Position of the sensor in the robot's frame, m to the left."""
-    mount_heading: float = 0.0
+    mount_heading: Angle = 0.0
     """Direction of the sensor's zero angle in the robot's frame, rad."""
+
+    @model_validator(mode="after")
+    def _goes_together(self) -> Self:
+        if self.range_min >= self.range_max:
+            raise ValueError(f"range_min is {self.range_min:g} m and must be less than range_max, {self.range_max:g} m")
+        width = self.angle_max - self.angle_min
+        if not 0 < width <= math.tau + 1e-6:
+            raise ValueError(f"angle_max - angle_min is {width:g} rad and must be more than 0 and at most a whole turn")
+        return self
 
     def geometry(self) -> ScanGeometry:
         """The beams as a scan describes them."""
@@ -60,7 +71,7 @@ PICO_FOOTPRINT: tuple[Point, ...] = (
 class RobotDescription(Settings):
     """One robot's body: by default PICO's."""
 
-    name: str = "pico"
+    name: RobotName = "pico"
     """The robot's name, which is also its namespace on a network."""
     footprint: tuple[Point, ...] = PICO_FOOTPRINT
     """Outline seen from above in the robot's frame, m, counter-clockwise."""
@@ -70,8 +81,15 @@ class RobotDescription(Settings):
     """How it moves: `holonomic`, or `differential` with the wheels' track and speed."""
     laser: Laser = Laser()
     """The laser range finder."""
-    period: Positive = 0.1
+    period: Period = 0.1
     """Time from one command to the next, s."""
+
+    @field_validator("footprint")
+    @classmethod
+    def _has_area(cls, footprint: tuple[Point, ...]) -> tuple[Point, ...]:
+        if reason := outline_fault(footprint):
+            raise ValueError(reason)
+        return footprint
 
     @field_validator("base", mode="before")
     @classmethod

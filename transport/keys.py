@@ -10,10 +10,9 @@ import re
 from dataclasses import dataclass, field
 
 from transport import codec
+from transport.section import ROBOT_NAME
 from transport.settings import LinkSettings
 
-ROBOT_NAME = r"^[A-Za-z][A-Za-z0-9_-]*(/[A-Za-z][A-Za-z0-9_-]*)*$"
-"""What a robot may be called on a network, as a regular expression."""
 _NAME = re.compile(ROBOT_NAME)
 
 

@@ -22,8 +22,9 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, Ty
 from transport.bus import Bus, ask_until
 from transport.clock import Clock, MonotonicClock
 from transport.codec import CodecError
-from transport.keys import ROBOT_NAME, RobotKeys
+from transport.keys import RobotKeys
 from transport.robot import LinkError
+from transport.section import RobotName
 from transport.wording import in_words, printable
 
 PROTOCOL = 2
@@ -61,7 +62,6 @@ Seconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 Label = Annotated[str, Field(max_length=200), AfterValidator(printable)]
 """A short text for people; what would steer a terminal is replaced."""
 Text = Annotated[str, Field(max_length=1000), AfterValidator(printable)]
-RobotName = Annotated[str, Field(max_length=200, pattern=ROBOT_NAME)]
 Secret = Annotated[str, Field(max_length=64, pattern="^[0-9a-f]*$")]
 """What the holder of a lease knows and nobody else; empty where there is none."""
 Report = Annotated[dict[str, JsonValue], AfterValidator(_printable_report)]

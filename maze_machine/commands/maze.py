@@ -18,10 +18,11 @@ app = typer.Typer(
 )
 
 PixelOption = Annotated[
-    float, typer.Option("--metres-a-pixel", min=0.001, metavar="METRES", help="Scale of heightmap images.")
+    float, typer.Option("--metres-a-pixel", min=0.001, max=10, metavar="METRES", help="Scale of heightmap images.")
 ]
 CellOption = Annotated[
-    float, typer.Option("--metres-a-cell", min=0.1, metavar="METRES", help="Scale of micromouse and mms mazes.")
+    float,
+    typer.Option("--metres-a-cell", min=0.1, max=100, metavar="METRES", help="Scale of micromouse and mms mazes."),
 ]
 
 

@@ -2,8 +2,8 @@
 
     python benchmarks/habits.py [HABIT ...] [--json]
 
-Each habit begins while `right_hand` drives along a corridor at full speed. Three robots have it: a bare ROS 2 driver, the
-same driver behind a gate whose controller does not look at its sensors (so the gate is alone), and the simulator in
+Each habit begins while `right_hand` drives along a corridor at full speed. Three robots have it: a bare ROS 2 driver,
+the same driver behind a gate whose controller does not look at its sensors (so the gate is alone), and the simulator in
 lockstep, where it has such a fault. Controller, gate and driver run on one clock that is turned by hand, so that the
 figures are exact and the same on every computer. Time and distance count from the last datum that was good to the first
 moment at which the robot truly stands; its base brakes as its profile says.
@@ -17,6 +17,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -58,6 +59,8 @@ BEGIN = 1000.0
 STANDING = 0.001
 """A robot that moves less than this in a step stands, m."""
 
+PICO = Laser()
+
 Sent = tuple[Scan | None, Odometry | None]
 Change = Callable[[Scan, Odometry, int], Sent]
 """What a driver publishes in place of a scan and an odometry, for the k-th time since the habit began."""
@@ -78,7 +81,7 @@ class Habit:
     name: str
     change: Change
     from_start: bool = False
-    laser: Laser = Laser()
+    laser: Laser = PICO
     fault: str = ""
 
 
@@ -312,7 +315,7 @@ def simulated(habit: Habit) -> Row:
 def row(habit: Habit, robot: str, good: float, places: list[tuple[float, Pose]], said: str) -> Row:
     """The figures of a run from where the robot truly was."""
     after = [(time, pose) for time, pose in places if time >= good - 1e-9]
-    steps = list(zip(after, after[1:], strict=False))
+    steps = list(pairwise(after))
     still = (early for early, late in steps if math.dist(_point(early[1]), _point(late[1])) < STANDING)
     stood = next(still, None)
     (_, before), (_, last) = steps[-1]

@@ -16,7 +16,7 @@ import pytest
 if TYPE_CHECKING:
     from hsm import Library, Machine, Supervisor
     from hsm.testing.coverage.data import Measurements
-    from hsm.testing.exploration.checking import PropertyVerdict
+    from hsm.testing.proofs.verdicts import PropertyVerdict, Status
     from hsm.testing.scenarios.driver import Driver
     from hsm.testing.scenarios.running import Failure
     from hsm.testing.scenarios.scenarios import Scenario
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 SUFFIX = ".maze-test"
 LIBRARY = "maze_machine.catalogue.library:robot_library"
-CHECKED_STEPS = "5000"
 
 _measurements: pytest.StashKey[Measurements] = pytest.StashKey()
 _libraries: pytest.StashKey[Library] = pytest.StashKey()
@@ -54,7 +53,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--machine-coverage-append", action="store_true", help="add to the data of earlier runs and other processes"
     )
     parser.addini("machine_library", "what machines may name, as module:function", default=LIBRARY)
-    parser.addini("machine_check_steps", "how many steps to try for each property", default=CHECKED_STEPS)
+    parser.addini("machine_require", "what properties are to be at least: proved, bounded or nothing", default="")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -130,7 +129,7 @@ class ScenarioFile(pytest.File):
         except pytest.UsageError as error:
             raise self.CollectError(str(error)) from None
         from hsm.model.diagnostics import MachineError
-        from hsm.testing.exploration.checking import NO_FAULT
+        from hsm.testing.proofs.verdicts import NO_FAULT
         from hsm.testing.scenarios.trial import load_trial
 
         try:
@@ -191,8 +190,23 @@ class ScenarioItem(pytest.Item):
         return self.path, line, f"scenario {self.scenario.name}"
 
 
+def _required(config: pytest.Config) -> Status | None:
+    """What the setting ``machine_require`` demands.
+
+    Raises:
+        pytest.UsageError: it is something else.
+    """
+    from hsm.testing.proofs.verdicts import Status
+
+    known = {"": None, "proved": Status.PROVED, "bounded": Status.BOUNDED}
+    wanted = str(config.getini("machine_require"))
+    if wanted not in known:
+        raise pytest.UsageError(f"machine_require is `{wanted}`; it may be proved or bounded")
+    return known[wanted]
+
+
 class PropertyViolated(Exception):  # noqa: N818 - how a test ends
-    """A property with a run that violates it."""
+    """A property that is violated, or not known to hold as it was demanded."""
 
     def __init__(self, verdict: PropertyVerdict) -> None:
         self.verdict = verdict
@@ -203,7 +217,7 @@ _checked: pytest.StashKey[dict[str, PropertyVerdict]] = pytest.StashKey()
 
 
 class PropertyItem(pytest.Item):
-    """One property of a machine, checked on all runs up to a bound."""
+    """One property of a machine, decided for all its runs; ``machine_require`` says what is demanded of it."""
 
     def __init__(self, *, trial: Trial, claim: str, **arguments: Any) -> None:
         super().__init__(**arguments)
@@ -212,15 +226,14 @@ class PropertyItem(pytest.Item):
 
     def runtest(self) -> None:
         """Check all properties of the machine at once, the first time one of them is asked for."""
-        from hsm.testing.exploration.checking import check
+        from hsm.testing.proofs.proving import check
 
         parent = self.parent
         assert parent is not None, "a property is collected with its file"
         if _checked not in parent.stash:
-            steps = int(self.config.getini("machine_check_steps"))
-            parent.stash[_checked] = {one.name: one for one in check(self.trial.machine, steps=steps)}
+            parent.stash[_checked] = {one.name: one for one in check(self.trial.machine)}
         verdict = parent.stash[_checked][self.claim]
-        if not verdict.holds:
+        if not verdict.meets(_required(self.config)):
             raise PropertyViolated(verdict)
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:

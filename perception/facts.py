@@ -228,6 +228,7 @@ class Perception:
         """The facts of the next tick; called once a tick, in order."""
         facts = Facts(observation, self.robot, self.settings, self.world)
         self.world.move(observation.odometry)
+        self.world.survey(facts.sweep)
         self.world.align(facts.compass)
         self.world.follow_lane(facts.sweep, self.robot.footprint)
         return facts

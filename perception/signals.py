@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import math
 
+from hsm.model.registry import Library
 from hsm.model.types import Angle, Duration, Length, Speed, TurnRate
 from perception.facts import Facts
 from perception.junction import JunctionKind
-from perception.library import LIBRARY
+from transport.messages import Command
+
+LIBRARY: Library[Facts, Command] = Library("perception")
+"""All signals of this module, and the events that the loop sends."""
 
 FAR = 1000.0
 """Metres; what a distance signal gives where nothing is in sight, so that arithmetic on it stays finite."""

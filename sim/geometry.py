@@ -12,6 +12,12 @@ from sim.maze import Point, Segments
 from transport.arithmetic import norms
 from transport.messages import Pose
 
+CLOSE = 1e-3
+"""Walls whose line passes the sensor nearer than this, m, are intersected with every beam."""
+STRAIGHT = 2e-3
+"""A wall whose ends lie in opposite directions to within this angle, rad, is tried with every beam: on which side of it
+the sensor is, the directions do not tell for certain."""
+
 Points = NDArray[np.float64]
 
 

@@ -19,15 +19,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.geometry import CLOSE, STRAIGHT
 from sim.maze import Segments
 from transport.arithmetic import cosines, sines
 from transport.messages import Pose, ScanGeometry
 
-CLOSE = 1e-3
-"""Walls whose line passes the sensor nearer than this, m, are intersected with every beam."""
-STRAIGHT = 2e-3
-"""A wall whose ends lie in opposite directions to within this angle, rad, is tried with every beam: on which side of it
-the sensor is, the directions do not tell for certain."""
 Ranges = NDArray[np.float64]
 Vector = tuple[float, float]
 Sensor = tuple[float, float, float, float]

@@ -102,6 +102,19 @@ def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bo
     return _Loader(library).check(text, file, remarks=remarks)
 
 
+def find_import(name: str, beside: Path, library: Library) -> Path:
+    """Where an imported machine lies: beside the file, else in a folder of the library; beside it if it is nowhere."""
+    relative = Path(*name.split(".")).with_suffix(SUFFIX)
+    paths = [folder / relative for folder in (beside, *library.folders)]
+    return next((path for path in paths if path.is_file()), paths[0])
+
+
+def importable(file: Path, library: Library) -> list[str]:
+    """The machines that a file can import by name: those beside it, and those in the folders of the library."""
+    paths = (path for folder in (file.parent, *library.folders) for path in sorted(folder.glob(f"*{SUFFIX}")))
+    return [path.stem for path in paths if path.stem != file.stem]
+
+
 def _model(checked: Checked) -> Model:
     if checked.model is None:
         raise MachineError(checked.diagnostics)
@@ -167,19 +180,8 @@ class _Loader:
         self.units[path] = unit
         return unit
 
-    def _find(self, name: str, beside: Path) -> Path:
-        """Where an imported machine lies: beside the file, else in a folder of the library."""
-        relative = Path(*name.split(".")).with_suffix(SUFFIX)
-        paths = [folder / relative for folder in (beside, *self.library.folders)]
-        return next((path for path in paths if path.is_file()), paths[0])
-
-    def _importable(self, file: Path) -> list[str]:
-        """The machines that lie beside a file, and those in the folders of the library."""
-        paths = (path for folder in (file.parent, *self.library.folders) for path in sorted(folder.glob(f"*{SUFFIX}")))
-        return [path.stem for path in paths if path.stem != file.stem]
-
     def _import(self, name: Token, report: Report) -> CompilationUnit | None:
-        path = self._find(name, Path(report.file).parent)
+        path = find_import(name, Path(report.file).parent, self.library)
         key = path.resolve()
         place = place_of(report.file, name)
         if key in self.open_files:
@@ -196,7 +198,7 @@ class _Loader:
         try:
             text = read_text(path)
         except MachineError as error:
-            meant = report.guess(name, self._importable(Path(report.file))).text
+            meant = report.guess(name, importable(Path(report.file), self.library)).text
             message = f"there is no machine `{name}` to import: {error.diagnostics[0].message}"
             report.add("E0208", place, message, meant or f"put `{name}{SUFFIX}` beside this file")
             return None

@@ -56,6 +56,7 @@ class Block:
         code: the function's code, to find it in a traceback.
         places: where each line of the code comes from.
         watches: whether they ask which states are active.
+        enters: whether the state is entered: its variables are set and its time-outs begin before the actions.
     """
 
     run: Callable[..., None]
@@ -64,6 +65,7 @@ class Block:
     code: CodeType
     places: tuple[Place | None, ...]
     watches: bool
+    enters: bool = False
 
     def place_of(self, error: BaseException) -> Place | None:
         """Where in the machine's file an exception came from."""
@@ -266,14 +268,14 @@ class Generator:
         """What happens when a state is entered: its variables, its time-outs, its entry actions."""
         writer = _Writer()
         writer.add(0, "def run(f, m, v, c, q, t, now):")
-        for slot in self._opened.get(state.index, ()):
+        for slot in self.opened(state.index):
             variable = self.model.variables[slot - len(self.model.parameters)]
             writer.add(1, f"v[{slot}] = {self._held(writer, variable.initial, variable.type)}", variable.place)
         for index in state.transitions:
             transition = self.model.transitions[index]
             if isinstance(transition.trigger, After):
                 writer.add(1, f"t[{index}] = now + {self._duration(writer, transition.trigger)}", transition.place)
-        return self._block(writer, state.index, state.entry)
+        return self._block(writer, state.index, state.entry, enters=True)
 
     def actions(self, state: int, actions: tuple[Action, ...]) -> Block | None:
         """The exit actions of a state, those of one of its transitions or of its initial transition."""
@@ -281,7 +283,11 @@ class Generator:
         writer.add(0, "def run(f, m, v, c, q, t, now):")
         return self._block(writer, state, actions)
 
-    def _block(self, writer: _Writer, state: int, actions: tuple[Action, ...]) -> Block | None:
+    def opened(self, state: int) -> tuple[int, ...]:
+        """The slots of the variables that are set when a state is entered."""
+        return self._opened.get(state, ())
+
+    def _block(self, writer: _Writer, state: int, actions: tuple[Action, ...], *, enters: bool = False) -> Block | None:
         for action in actions:
             match action:
                 case Assign(variable, value, place):
@@ -298,7 +304,7 @@ class Generator:
             return None
         watches = any("in c" in line for line in writer.lines)
         run = self._function(writer, "run")
-        return Block(run, actions, state, run.__code__, tuple(writer.places), watches)
+        return Block(run, actions, state, run.__code__, tuple(writer.places), watches, enters)
 
     def arguments(self, expressions: tuple[Expression, ...]) -> Callable[..., tuple[Any, ...]]:
         """A function of ``(f, m, v, c)`` that gives the values of some expressions."""

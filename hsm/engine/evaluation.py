@@ -16,8 +16,8 @@ from hsm.model.types import BOOLEAN
 UNSET: Any = object()
 """Stands for a signal that was not evaluated yet."""
 
-_UNARY: dict[str, Callable[[Any], Any]] = {"not": operator.not_, "-": operator.neg, "abs": abs}
-_BINARY: dict[str, Callable[[Any, Any], Any]] = {
+UNARY: dict[str, Callable[[Any], Any]] = {"not": operator.not_, "-": operator.neg, "abs": abs}
+BINARY: dict[str, Callable[[Any, Any], Any]] = {
     "==": operator.eq,
     "!=": operator.ne,
     "<": operator.lt,
@@ -86,13 +86,13 @@ class Evaluation:
             case Active(state):
                 return self.states[state] in self.active
             case Unary(name, operand):
-                return _UNARY[name](self.value(operand))
+                return UNARY[name](self.value(operand))
             case Binary("and", left, right):
                 return self.value(left) and self.value(right)
             case Binary("or", left, right):
                 return self.value(left) or self.value(right)
             case Binary(name, left, right):
-                return _BINARY[name](self.value(left), self.value(right))
+                return BINARY[name](self.value(left), self.value(right))
 
 
 def eager_signals(expression: Expression) -> Iterator[SignalValue]:

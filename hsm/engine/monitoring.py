@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
-from hsm.engine.clock import nanoseconds, reached
+from hsm.engine.clock import nanoseconds, reached, tolerance
 from hsm.engine.evaluation import SignalFault
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.run import Supervisor
@@ -71,21 +71,28 @@ def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memo
             return None, holds(condition) is False
         case Recurrence(condition, within):
             met = holds(condition) is not False
-            late = not met and memory is not None and reached(nanoseconds(memory), time)
+            late = memory is not None and _late(memory, time, met=met)
             return (time + within if met or late else memory), late
         case Response(trigger, response, within):
             due = memory
             if due is None and holds(trigger) is True:
                 due = time + within
-            if due is None or holds(response) is True:
+            if due is None:
                 return None, False
-            late = reached(nanoseconds(due), time)
-            return (None if late else due), late
+            met = holds(response) is True
+            late = _late(due, time, met=met)
+            return (None if met or late else due), late
         case Precedence(trigger, first, then):
             armed = memory is not None or holds(trigger) is True
             if not armed or holds(first) is True:
                 return None, False
             return _ARMED, holds(then) is True
+
+
+def _late(due: float, time: float, *, met: bool) -> bool:
+    """Whether a time is over: what is met may be met at its very end, what comes after it comes too late."""
+    end = nanoseconds(due)
+    return nanoseconds(time) > end + tolerance(time) if met else reached(end, time)
 
 
 @dataclass(frozen=True, slots=True)

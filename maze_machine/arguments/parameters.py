@@ -32,17 +32,31 @@ def parameter_values(
     Raises:
         UsageError: an unknown parameter, a value that is not of its type, or none where there is no default.
     """
+    values = known_values(parameters, written, enumerations)
+    missing = [parameter.name for parameter in parameters if parameter.required and parameter.name not in values]
+    if missing:
+        raise UsageError(
+            f"the machine needs a value for its parameter `{missing[0]}`", f"give --param {missing[0]}=VALUE"
+        )
+    return values
+
+
+def known_values(
+    parameters: Sequence[Parameter],
+    written: Mapping[str, object] | Iterable[tuple[str, object]],
+    enumerations: Mapping[str, type[StrEnum]],
+) -> dict[str, Any]:
+    """The same, where parameters without a value may stay without one.
+
+    Raises:
+        UsageError: an unknown parameter, or a value that is not of its type.
+    """
     declared = {parameter.name: parameter for parameter in parameters}
     values = {}
     for name, text in dict(written).items():
         if name not in declared:
             raise UsageError(f"the machine has no parameter `{name}`", _known(name, declared))
         values[name] = _value(declared[name], str(text), enumerations)
-    missing = [parameter.name for parameter in parameters if parameter.required and parameter.name not in values]
-    if missing:
-        raise UsageError(
-            f"the machine needs a value for its parameter `{missing[0]}`", f"give --param {missing[0]}=VALUE"
-        )
     return values
 
 

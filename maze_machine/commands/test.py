@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from maze_machine.arguments.completion import complete_machine
 from maze_machine.arguments.options import JsonOption, LibraryOption
 from maze_machine.errors import ExitStatus, FileError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hsm.model.registry import Parameter
+
+
+class Requirement(StrEnum):
+    """What ``--require`` may demand."""
+
+    PROVED = "proved"
+    BOUNDED = "bounded"
 
 
 def test(
@@ -31,8 +44,33 @@ def test(
     ] = False,
     steps: Annotated[
         int | None,
-        typer.Option(min=1, help="How many steps to try at most for a property, or for --generate."),
+        typer.Option(min=1, help="How many steps --generate tries at most."),
     ] = None,
+    depth: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="STEPS", help="Look at runs of so many steps only; otherwise at all."),
+    ] = None,
+    require: Annotated[
+        Requirement | None,
+        typer.Option(help="Fail where a property is not proved, or not even without a violation to a depth."),
+    ] = None,
+    longest_tick: Annotated[
+        float,
+        typer.Option(
+            min=1e-6, metavar="SECONDS", help="What proofs assume: a step comes at most so long after the last."
+        ),
+    ] = 0.1,
+    parameters: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--param", metavar="NAME=VALUE", help="A parameter for the proofs, with its unit; may be repeated."
+        ),
+    ] = None,
+    free: Annotated[
+        list[str] | None,
+        typer.Option("--free", metavar="NAME", help="A parameter that may have any value in proofs; may be repeated."),
+    ] = None,
+    no_nan: Annotated[bool, typer.Option("--no-nan", help="Let proofs assume that no signal is NaN.")] = False,
     coverage: Annotated[bool, typer.Option("--coverage", help="Print what the scenarios cover.")] = False,
     fail_under: Annotated[
         float | None, typer.Option(metavar="PERCENT", help="Fail where they cover less of all points.")
@@ -43,10 +81,16 @@ def test(
     library: LibraryOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Run a machine's scenarios and check its properties on every run up to a bound.
+    """Run a machine's scenarios and decide its properties for all its runs.
 
-    The exit status is 0 only if all scenarios pass, no property is violated, and coverage is enough; with `--mutate`
-    only if every change is noticed; with `--generate` if everything in the machine can be reached.
+    A property is proved, or violated by a run that is shown, or there is no violation in runs of a certain number of
+    steps, or it is not decided, with what stands in the way.
+
+    The exit status is 0 only if all scenarios pass, no property is violated, all are what `--require` demands, and
+    coverage is enough; with `--mutate` only if every change is noticed; with `--generate` if everything in the machine
+    that is not proved unreachable is reached.
+
+    Example: `maze-machine test pledge --require proved`
 
     Example: `maze-machine test pledge --coverage`
 
@@ -58,12 +102,14 @@ def test(
     """
     from json import dumps
 
+    from hsm.testing.proofs.verdicts import Assumptions, Status
     from hsm.testing.scenarios.reading import SUFFIX
     from hsm.testing.scenarios.trial import load_machine, load_trial
     from maze_machine.arguments.files import check_outputs
+    from maze_machine.arguments.parameters import known_values, split_setting
     from maze_machine.catalogue.library import chosen_library
     from maze_machine.catalogue.machines import find_machine
-    from maze_machine.report.trials import Reports, generated, mutated, run_trial
+    from maze_machine.report.trials import Demand, Reports, generated, mutated, run_trial
     from maze_machine.report.waiting import waiting
 
     if output is not None and not generate:
@@ -81,8 +127,29 @@ def test(
             result = mutated(load_trial(meant, names))
     else:
         with waiting("running scenarios, checking properties"):
-            result = run_trial(load_trial(meant, names), steps, Reports(coverage, fail_under, html, lcov, cobertura))
+            trial = load_trial(meant, names)
+            declared = trial.machine.model.parameters
+            given = known_values(declared, map(split_setting, parameters or ()), names.enumerations)
+            assumed = Assumptions(longest_tick, given, _known(free or [], declared), not_a_number=not no_nan)
+            wanted = {None: None, Requirement.PROVED: Status.PROVED, Requirement.BOUNDED: Status.BOUNDED}[require]
+            reports = Reports(coverage, fail_under, html, lcov, cobertura)
+            result = run_trial(trial, Demand(assumed, wanted, depth), reports)
     print(dumps(result.as_json, indent=2) if json else "\n".join(result.lines))
     if result.losses:
         raise FileError("; ".join(result.losses))
     raise typer.Exit(ExitStatus.OK if result.passed else ExitStatus.FAILED)
+
+
+def _known(names: Sequence[str], parameters: Sequence[Parameter]) -> frozenset[str]:
+    """Names of parameters.
+
+    Raises:
+        UsageError: there is no such parameter.
+    """
+    declared = [one.name for one in parameters]
+    for name in names:
+        if name not in declared:
+            raise UsageError(
+                f"--free {name}: the machine has no such parameter; it has {', '.join(declared) or 'none'}"
+            )
+    return frozenset(names)

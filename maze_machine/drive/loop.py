@@ -6,11 +6,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import count
 from time import perf_counter
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 from hsm import Machine, Macrostep, Supervisor
 from hsm.engine.monitoring import Monitor, Violation
 from perception import Perception
+from perception.facts import Facts
 from skills.chain import MotionChain
 from transport.messages import Command, Observation, Pose, Twist
 from transport.robot import Robot
@@ -78,7 +79,7 @@ class Tick:
 
 def ticks(
     robot: Robot,
-    machine: Machine,
+    machine: Machine[Facts, Command],
     parameters: Mapping[str, Any],
     perception: Perception,
     chain: MotionChain,
@@ -106,15 +107,16 @@ def ticks(
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
         LinkError: the robot is out of reach.
     """
-    supervisor: Supervisor | None = None
+    supervisor: Supervisor[Facts, Command] | None = None
     trust = Trust(settings)
+    hears_it = machine.model.events is None or BLINDED in machine.model.events
     for index in count():
         began = perf_counter()
         seeing = not trust.reason
         observation = trust.judged(robot.observe())  # communicate
         observed = perf_counter()
         blind = trust.reason
-        happened = (BLINDED,) if blind and seeing else ()
+        happened = (BLINDED,) if blind and seeing and hears_it else ()
         facts = perception.facts(observation)  # prepare
         prepared = perf_counter()
         if supervisor is None:  # coordinate
@@ -139,15 +141,14 @@ def ticks(
             return
 
 
-def merged(effects: Iterable[object]) -> Command:
+def merged(commands: Iterable[Command]) -> Command:
     """One command from what the active activities want.
 
     At most one of them holds the base, which the checker sees to; the others ask for no motion, so twists add up.
     """
     forward = left = turn = 0.0
     ring = False
-    for effect in effects:
-        command = cast(Command, effect)
+    for command in commands:
         forward += command.twist.forward
         left += command.twist.left
         turn += command.twist.turn

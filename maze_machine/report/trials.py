@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +13,16 @@ from hsm.testing.coverage.data import Measured, Measurements
 from hsm.testing.coverage.html import INDEX, html_pages
 from hsm.testing.coverage.lcov import cobertura, lcov
 from hsm.testing.coverage.table import coverage_table, missed_lines, total_share
-from hsm.testing.exploration.checking import MOST_STEPS, PropertyVerdict, check
 from hsm.testing.generation.generating import MOST_STEPS as MOST_GENERATED
 from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import survey
+from hsm.testing.proofs.proving import check
+from hsm.testing.proofs.verdicts import Assumptions, PropertyVerdict, Status
 from hsm.testing.scenarios.running import Failure, ScenarioResult, run_suite
 from hsm.testing.scenarios.trial import Trial
 from hsm.testing.scenarios.watching import watches
 from hsm.testing.scenarios.writing import Writer
+from maze_machine.errors import UsageError
 from transport.files import write_text
 
 
@@ -60,9 +62,30 @@ class Reports:
     cobertura: Path | None = None
 
 
-def run_trial(trial: Trial, steps: int | None, reports: Reports) -> Told:
-    """Run all scenarios and check all properties of a machine."""
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """What is wanted of the properties.
+
+    Attributes:
+        assumptions: what proofs take for granted.
+        required: what every verdict is to be at least; None for anything that is not violated.
+        depth: look at runs of so many steps only.
+    """
+
+    assumptions: Assumptions = field(default_factory=Assumptions)
+    required: Status | None = None
+    depth: int | None = None
+
+
+def run_trial(trial: Trial, demand: Demand, reports: Reports) -> Told:
+    """Run all scenarios and decide all properties of a machine.
+
+    Raises:
+        UsageError: coverage is demanded, and there is no scenario.
+    """
     model = trial.machine.model
+    if reports.fail_under is not None and not any(suite.scenarios for suite in trial.suites):
+        raise UsageError("--fail-under needs scenarios, and there are none beside the machine")
     measurements = Measurements()
     lines: list[str] = []
     results: list[ScenarioResult] = []
@@ -74,32 +97,38 @@ def run_trial(trial: Trial, steps: int | None, reports: Reports) -> Told:
             lines.append(f"  {'passed' if result.passed else 'FAILED'}  {result.scenario.name}")
             if result.failure is not None:
                 lines += [f"    {line}" for line in result.failure.lines()]
-    verdicts = check(trial.machine, steps=steps or MOST_STEPS)
+    verdicts = check(trial.machine, demand.assumptions, depth=demand.depth)
     writer = Writer(model)
-    lines.append(f"{model.files[0] if model.files else model.name}: properties")
+    assumed = demand.assumptions.lines(model)
+    lines.append(f"{model.files[0] if model.files else model.name}: properties, assuming")
+    lines += [f"    {line}" for line in assumed]
     for verdict in verdicts:
-        lines.append(f"  {'passed' if verdict.holds else 'FAILED'}  {verdict}")
+        lines.append(f"  {verdict}")
         if verdict.counterexample is not None:
             lines += [f"      {line}" for line in writer.scenario(verdict.counterexample)]
     failed = sum(not one.passed for one in results)
-    violated = sum(not one.holds for one in verdicts)
+    enough_known = all(one.meets(demand.required) for one in verdicts)
+    unmet = [one.name for one in verdicts if not one.meets(demand.required) and not one.violated]
     measured = list(measurements.machines.values())
     share = total_share(measured)
     enough = reports.fail_under is None or share >= reports.fail_under
     losses: list[str] = []
     lines += _written(measured, reports, losses)
+    if unmet and demand.required is not None:
+        lines.append(f"required: {_REQUIREMENTS[demand.required]}; it is not so of {', '.join(unmet)}")
     lines.append(
-        f"{len(results)} scenarios, {failed} failed; {len(verdicts)} properties, {violated} violated; "
+        f"{_count(len(results), 'scenario')}, {failed} failed; {_properties_text(verdicts)}; "
         f"{share:.1f}% covered{'' if enough else f', which is under {reports.fail_under:g}%'}"
     )
     as_json = {
         "machine": model.name,
         "scenarios": [_result_json(one) for one in results],
+        "assumptions": assumed,
         "properties": [_verdict_json(one, writer) for one in verdicts],
         "coverage": round(share, 2),
         "missed": [line for one in measured for line in missed_lines(one)],
     }
-    return Told(not failed and not violated and enough, lines, as_json, losses)
+    return Told(not failed and enough_known and enough, lines, as_json, losses)
 
 
 def generated(machine: Machine, steps: int | None, output: Path | None) -> Told:
@@ -127,7 +156,17 @@ def generated(machine: Machine, steps: int | None, output: Path | None) -> Told:
 
 
 def mutated(trial: Trial) -> Told:
-    """Run all scenarios on machines with small mistakes."""
+    """Run all scenarios on machines with small mistakes.
+
+    Raises:
+        UsageError: there is no scenario, or one fails on the machine itself.
+    """
+    own = [(suite, result) for suite in trial.suites for result in run_suite(suite, trial.machine)]
+    if not own:
+        raise UsageError("--mutate needs scenarios, and there are none beside the machine")
+    red = [f"{suite.file}: {result.scenario.name}" for suite, result in own if not result.passed]
+    if red:
+        raise UsageError(f"--mutate needs scenarios that pass; on the machine itself fails {', '.join(red)}")
     found = survey(trial.machine.model, trial.suites)
     survivors = [
         f"{one.place or trial.machine.model.name}: {one.kind}: {one.text}: no scenario notices"
@@ -198,10 +237,29 @@ def _verdict_json(verdict: PropertyVerdict, writer: Writer) -> dict[str, Any]:
     return {
         "name": verdict.name,
         "property": verdict.text,
-        "holds": verdict.holds,
-        "proved": verdict.complete and verdict.holds,
-        "situations": verdict.situations,
-        "steps": verdict.steps,
-        "depth": verdict.depth,
+        "verdict": _REQUIREMENTS.get(verdict.status, verdict.status.value),
+        "method": None if verdict.method is None else verdict.method.value,
+        "depth": None if verdict.proved else verdict.depth,
+        "states": verdict.states,
+        "reason": verdict.reason or None,
         "counterexample": None if verdict.counterexample is None else writer.scenario(verdict.counterexample),
     }
+
+
+_REQUIREMENTS = {Status.PROVED: "proved", Status.BOUNDED: "bounded"}
+
+
+def _properties_text(verdicts: Sequence[PropertyVerdict]) -> str:
+    """How many properties there are of each kind, those that there are none of left out."""
+    words = {
+        Status.PROVED: "proved",
+        Status.BOUNDED: "without a violation to a depth",
+        Status.VIOLATED: "violated",
+        Status.UNDECIDED: "not decided",
+    }
+    counts = [(sum(one.status is status for one in verdicts), word) for status, word in words.items()]
+    return f"{_count(len(verdicts), 'property', 'properties')}: " + ", ".join(f"{n} {word}" for n, word in counts if n)
+
+
+def _count(number: int, one: str, many: str | None = None) -> str:
+    return f"{number} {one if number == 1 else many or f'{one}s'}"

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from perception.mapping.cloud import Cloud
-from perception.mapping.frames import compose
+from perception.mapping.frames import between, compose
 from perception.mapping.graph import PoseGraph
 from perception.mapping.information import Symmetric
 from perception.mapping.loops import Loops
@@ -43,6 +43,7 @@ class Mapper:
         offset: the robot as seen from the last keyframe.
         covariance: of the offset, with axes of the robot's frame.
         match: how the last scan fitted; None where it did not.
+        correction: how far it moved the robot from where odometry had put it, in the robot's frame.
     """
 
     settings: MappingSettings
@@ -51,7 +52,9 @@ class Mapper:
     offset: Pose = field(default_factory=Pose)
     covariance: Symmetric = field(default_factory=Symmetric)
     match: Match | None = None
+    correction: Pose = field(default_factory=Pose)
     loops: Loops = field(init=False)
+    _since: list[Cloud] = field(default_factory=list)
     _reference: Reference | None = None
     _work: deque[Iterator[None]] = field(default_factory=deque)
 
@@ -88,8 +91,10 @@ class Mapper:
             return
         self.match = self._matched(cloud, measured=measured)
         if self.match is not None:
+            self.correction = between(self.offset, self.match.pose)
             self.offset = self.match.pose
             self.covariance = self.match.information.inverse()
+            self._since.append(cloud.seen_from(self.offset))
         settings = self.settings.track
         way = norm(self.offset.x, self.offset.y)
         if way >= settings.way or abs(self.offset.heading) >= settings.turn:
@@ -109,7 +114,10 @@ class Mapper:
             self.work(1)
 
     def _keep(self, cloud: Cloud) -> None:
-        """Make the scan a keyframe."""
+        """Make the scan a keyframe, and put what was seen since the last one to what was seen there."""
+        if self._since:
+            self.clouds[-1] = Cloud.joined([self.clouds[-1], *self._since]).merged(self.settings.cloud.spacing)
+        self._since = []
         number = self.graph.add(self.offset, self.covariance.inverse() if self.clouds else Symmetric())
         self.clouds.append(cloud)
         self.offset, self.covariance, self._reference = Pose(), Symmetric(), None

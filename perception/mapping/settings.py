@@ -122,6 +122,13 @@ class DriftSettings(Settings):
 class TrackSettings(Settings):
     """Following the pose from scan to scan, and when a scan is kept."""
 
+    every: Count = 2
+    """Where odometry is good, each so many ticks a scan is looked at; else each tick."""
+    good: Positive = 0.005
+    """Odometry is good where the last match corrected it by less than this, m."""
+    good_turn: Positive = 0.003
+    """And by less than this, rad."""
+
     way: Positive = 0.4
     """A scan is kept as a keyframe after so much way, m."""
     turn: Positive = math.radians(25)
@@ -145,6 +152,8 @@ class TrackSettings(Settings):
 class LoopSettings(Settings):
     """Finding places again."""
 
+    pieces: Count = 3
+    """So many pieces of the work on loops are done in a tick."""
     gap: Count = 20
     """Keyframes fewer than so many apart make no loop."""
     reach: Positive = 4.0

@@ -10,7 +10,7 @@ import pytest
 from perception import signals
 from perception.facts import Perception
 from perception.junction import JunctionKind
-from perception.library import LIBRARY
+from perception.signals import LIBRARY
 from tests.perception.scenes import PICO, corridor, observation_of, observe
 from transport.messages import Pose, Scan
 

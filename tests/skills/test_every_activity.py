@@ -1,18 +1,22 @@
 """What every activity keeps to, whatever it sees and is asked for: the robot's limits and the outcomes it declares."""
 
 import math
+import pkgutil
 from dataclasses import dataclass
+from importlib import import_module
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import skills
 from hsm.model.registry import Outcome
 from hsm.model.types import BOOLEAN, INTEGER, Enumeration
 from perception import Perception
+from skills.catalogue import library
 from skills.chain import MotionChain
-from skills.library import library
+from skills.library import LIBRARY as DECLARED
 from skills.settings import SkillSettings
 from transport.description import Laser, Limits, RobotDescription
 from transport.messages import NANOSECONDS, STOP, Command, DoorReply, Observation, Odometry, Scan
@@ -157,3 +161,11 @@ def test_what_makes_no_sense_is_refused_with_the_argument_s_name(name, value):
 
 SIGNED = ("angle", "bearing", "left")
 """Parameters that may be negative."""
+
+
+def test_everything_that_a_skill_declares_is_in_the_catalogue():
+    for module in pkgutil.walk_packages(skills.__path__, "skills."):
+        import_module(module.name)
+    assert set(DECLARED.activities) == set(LIBRARY.activities)
+    assert set(DECLARED.signals) == set(LIBRARY.signals)
+    assert set(DECLARED.actions) == set(LIBRARY.actions)

@@ -4,8 +4,8 @@ import re
 from pathlib import Path
 
 from hsm.dsl import parse_model
-from hsm.testing.exploration.checking import check
 from hsm.testing.generation.generating import generate
+from hsm.testing.proofs.proving import check
 from hsm.testing.scenarios.driver import Driver
 from hsm.testing.scenarios.reading import parse_suite
 from hsm.testing.scenarios.running import run_suite
@@ -23,7 +23,7 @@ def test_the_example():
     (machine,), (suite,) = blocks("maze-machine"), blocks("maze-test")
     model = parse_model(machine, library, "ring.maze-machine")
     assert all(result.passed for result in run_suite(parse_suite(suite, model, library), model))
-    assert all(verdict.holds and verdict.complete for verdict in check(model))
+    assert all(verdict.proved for verdict in check(model))
     assert not generate(model).unreached
     driver = Driver(model, signals={"door.near": True})
     driver.step(reports={"ring": "refused"})

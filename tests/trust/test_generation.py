@@ -4,11 +4,12 @@ import pytest
 from typer.testing import CliRunner
 
 from hsm.testing.coverage.items import ItemKind, points
-from hsm.testing.exploration.checking import NO_FAULT, check
 from hsm.testing.exploration.exploring import Regions
 from hsm.testing.exploration.feasible import CONTRADICTION, TAKEN_BEFORE
 from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import mutants, survey
+from hsm.testing.proofs.proving import check
+from hsm.testing.proofs.verdicts import NO_FAULT
 from hsm.testing.scenarios.reading import parse_suite
 from hsm.testing.scenarios.running import run_suite
 from hsm.testing.scenarios.writing import Writer
@@ -122,15 +123,15 @@ state c
 def test_properties_that_hold_are_proved(machine_of):
     machine = machine_of(PROPERTIES.format(shortcut="", bound="and n < 2"))
     verdicts = check(machine)
-    assert [(one.name, one.holds, one.complete) for one in verdicts] == [
-        (name, True, True) for name in (NO_FAULT, "safe", "bound", "leaves", "answered", "order")
+    assert [(one.name, one.proved) for one in verdicts] == [
+        (name, True) for name in (NO_FAULT, "safe", "bound", "leaves", "answered", "order")
     ]
 
 
 def test_a_violation_comes_with_a_run_that_shows_it(machine_of, library):
     machine = machine_of(PROPERTIES.format(shortcut="when space.front and not space.right -> c", bound=""))
-    verdicts = {one.name: one for one in check(machine, steps=4000)}
-    assert [name for name, one in verdicts.items() if not one.holds] == ["bound", "answered", "order"]
+    verdicts = {one.name: one for one in check(machine)}
+    assert [name for name, one in verdicts.items() if one.violated] == ["bound", "answered", "order"]
     for name in ("bound", "order"):
         example = verdicts[name].counterexample
         text = Writer(machine.model).suite([example])
@@ -142,8 +143,8 @@ def test_a_fault_that_nothing_handles_is_found(machine_of):
     machine = machine_of(
         "var n : number = 1.0\nstate a\n    when (ahead / n) > 1 m -> a / n -= 1\n    after 1 s -> b\nstate b\n"
     )
-    verdict = check(machine, only={NO_FAULT}, steps=500)[0]
-    assert not verdict.holds
+    verdict = check(machine, only={NO_FAULT})[0]
+    assert verdict.violated
 
 
 def test_mutants_are_of_every_kind_and_differ_from_the_machine(walker):

@@ -7,7 +7,7 @@ import pytest
 from hsm.dsl import load_model
 from hsm.engine.machine import Machine
 from hsm.engine.monitoring import Monitor
-from hsm.testing.exploration.checking import check
+from hsm.testing.proofs.proving import check
 from hsm.testing.scenarios.driver import Driver
 from hsm.testing.scenarios.reading import parse_suite
 from hsm.testing.scenarios.running import run_suite
@@ -77,8 +77,8 @@ def test_their_names_say_which_instance_they_are_about_and_their_places_where_th
 
 
 def test_what_holds_of_a_machine_holds_of_its_instances_too(house):
-    verdicts = check(house(), steps=5000)
-    assert [one.name for one in verdicts if not one.holds] == []
+    verdicts = check(house())
+    assert [one.name for one in verdicts if not one.proved] == []
     assert len(verdicts) == 7
 
 
@@ -86,8 +86,8 @@ def test_an_instance_that_is_told_to_wait_too_long_violates_its_property_with_a_
     house, library
 ):
     machine = house("timeout = 6 s")
-    verdicts = {one.name: one for one in check(machine, steps=5000)}
-    assert [name for name, one in verdicts.items() if not one.holds] == ["front.answered", "front.patient"]
+    verdicts = {one.name: one for one in check(machine)}
+    assert [name for name, one in verdicts.items() if one.violated] == ["front.answered", "front.patient"]
     example = verdicts["front.answered"].counterexample
     text = Writer(machine.model).suite([example])
     assert "scenario counterexample to front.answered" in text

@@ -6,8 +6,9 @@ import pytest
 
 from hsm.dsl import check_text
 from hsm.model.diagnostics import Severity
-from hsm.testing.exploration.checking import NO_FAULT, check
 from hsm.testing.generation.generating import generate
+from hsm.testing.proofs.proving import check
+from hsm.testing.proofs.verdicts import NO_FAULT
 from hsm.testing.scenarios.running import run_suite
 
 MACHINE = Path(__file__).parent / "machines" / "walker.maze-machine"
@@ -64,8 +65,7 @@ def test_the_mistake_is_found(before, after, finder, library, walker):
     elif tool == "generation":
         assert [one for one in generate(checked.model, steps=6000).unreached if "is not taken" in one.text]
     else:
-        verdicts = {one.name: one for one in check(checked.model, steps=20_000, only={name})}
-        assert not verdicts[name].holds
+        verdicts = {one.name: one for one in check(checked.model, only={name})}
         assert verdicts[name].counterexample is not None
 
 
@@ -73,5 +73,5 @@ def test_the_machine_without_a_mistake_passes_all_tools(library, walker):
     checked = check_text(MACHINE.read_text(encoding="utf-8"), library, str(MACHINE))
     assert max((one.severity for one in checked.diagnostics), default=Severity.NOTE) is Severity.NOTE
     assert all(result.passed for suite in walker.suites for result in run_suite(suite, walker.machine))
-    assert all(verdict.holds for verdict in check(walker.machine, steps=1500))
+    assert all(verdict.proved for verdict in check(walker.machine))
     assert not generate(walker.machine).unreached

@@ -155,6 +155,7 @@ class _Compiler:
                 ),
             )
             + tuple(self.copied_properties),
+            frozenset((*self.declarations.events, *self.context.library.events)),
         )
 
     def _find_machine(self, symbol: StateSymbol) -> None:

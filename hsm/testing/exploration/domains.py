@@ -72,7 +72,7 @@ class Domains:
                 return [member_of(signal, one) for one in members]
         found = self._comparisons.get(signal.name, [])
         roots = sorted({root for one in found for root in _roots(partial(residue, one))})
-        tried: list[Any] = [_written(one, signal.type) for one in _around(roots)]
+        tried: list[Any] = [written(one, signal.type) for one in _around(roots)]
         if isinstance(signal.type, Integer):
             around = {math.floor(root) + step for root in roots for step in (-1, 0, 1)}
             tried = sorted(around, key=lambda one: (abs(one), one))
@@ -82,7 +82,7 @@ class Domains:
         return list(distinct.values()) or [default_of(signal)]
 
 
-def _written(value: float, kind: Type) -> float:
+def written(value: float, kind: Type) -> float:
     """The value as it will be when it was written down in a scenario and read again."""
     number, _, unit = value_text(value, kind).partition(" ")
     return si_value(number, UNITS.get(unit))

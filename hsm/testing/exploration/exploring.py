@@ -6,7 +6,7 @@ deadline, and at it. Signals are chosen when a guard first asks for them, so tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
@@ -16,18 +16,17 @@ from hsm.engine.configuration import Plan
 from hsm.engine.evaluation import Evaluation
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
 from hsm.engine.machine import Machine
-from hsm.engine.monitoring import Holds
 from hsm.engine.record import Selection
 from hsm.model.chart import On, Raise, Send, State, StateKind, Transition
 from hsm.model.events import StateEvent
-from hsm.model.expressions import Binary, Expression, SignalValue
+from hsm.model.expressions import Binary, SignalValue
 from hsm.model.faults import MachineFault
 from hsm.model.registry import ActionDeclaration, SignalDeclaration
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.testing.exploration.domains import Domains
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.inputs import NO_WAIT, Input, Wait
-from hsm.testing.scenarios.script import FAULT, ScriptedFault, SignalKey, default_of
+from hsm.testing.scenarios.script import FAULT, ScriptedFault, SignalKey
 
 _DIGITS = 6
 
@@ -46,14 +45,12 @@ class Moment:
         time: seconds since the start.
         over: states whose activity has ended, by index.
         signals: the last known value of each signal; nothing depends on it but what is tried first.
-        watched: what a watcher remembers.
     """
 
     state: RunState
     time: float
     over: frozenset[int]
     signals: Mapping[SignalKey, Any]
-    watched: Any = None
 
     def key(self) -> tuple[Any, ...]:
         """What tells this moment from those from which the same can follow."""
@@ -65,7 +62,6 @@ class Moment:
             tuple((_coarse(due - now), send.event) for due, send in state.sent),
             tuple(sorted(state.history.items())),
             self.over,
-            self.watched[0] if self.watched is not None else None,
         )
 
 
@@ -79,7 +75,6 @@ class Edge:
         selections: what was looked at and taken.
         paths: the paths through guards that were seen, by transition.
         fault: why the step failed; the target is then where it came from.
-        violations: what a watcher objects to.
     """
 
     input: Input
@@ -87,7 +82,6 @@ class Edge:
     selections: tuple[Selection, ...]
     paths: Mapping[int, frozenset[int]]
     fault: str | None = None
-    violations: tuple[str, ...] = ()
 
     @property
     def plans(self) -> Iterator[Plan]:
@@ -113,24 +107,6 @@ class Edge:
     def restored(self) -> Iterator[tuple[int, bool]]:
         """The history states entered, each with whether it remembered something."""
         return (one for plan in self.plans for one in plan.restored)
-
-
-class Watcher:
-    """Looks at every moment of every run. What it remembers is a value, kept with the moment."""
-
-    expressions: tuple[Expression, ...] = ()
-
-    def begin(self) -> Any:
-        """What is remembered before the first step: a hashable key, and whatever else."""
-        return None
-
-    def look(self, watched: Any, time: float, holds: Holds, entered: Collection[str]) -> tuple[Any, tuple[str, ...]]:
-        """What is remembered after a step that entered some states, and all that is wrong."""
-        return watched, ()
-
-    def deadline(self, watched: Any) -> float | None:
-        """When something would be wrong, if nothing happened."""
-        return None
 
 
 class Regions:
@@ -231,7 +207,6 @@ class Explorer:
         machine: the machine, scripted.
         parameters: its parameters, in SI units.
         tick: seconds by which the machine is stepped before a deadline, too.
-        watcher: looks at every moment.
         regions: leaves out steps in which more than one region has something new; by default none is left out.
 
     Attributes:
@@ -245,13 +220,11 @@ class Explorer:
         parameters: Mapping[str, Any] | None = None,
         *,
         tick: float = TICK,
-        watcher: Watcher | None = None,
         regions: Regions | None = None,
     ) -> None:
         self.machine = machine
         self._tick = tick
-        self._watcher = watcher or Watcher()
-        self._domains = Domains([*expressions_of(machine.model), *self._watcher.expressions])
+        self._domains = Domains(expressions_of(machine.model))
         given = {one.name: None if one.required else one.default for one in machine.model.parameters}
         self.parameters = tuple({**given, **(parameters or {})}.values())
         self._heard = _events(machine)
@@ -266,7 +239,7 @@ class Explorer:
         state = RunState(
             plan.target, [*self.parameters, *(None for _ in self.machine.model.variables)], {}, (), {}, None
         )
-        before = Moment(state, 0.0, frozenset(), {}, self._watcher.begin())
+        before = Moment(state, 0.0, frozenset(), {})
 
         def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
             execution = choices.execution = MacrostepExecution(
@@ -305,7 +278,7 @@ class Explorer:
         pending = [self._outcome(state, outcome) for state, outcome in given.reports]
         over = moment.over | {self.machine.indices[state] for state, _ in given.reports}
         time = moment.time + given.wait.seconds
-        before = Moment(moment.state, time, over, moment.signals, self._watched_until(moment, time))
+        before = Moment(moment.state, time, over, moment.signals)
 
         def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
             execution = MacrostepExecution(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
@@ -336,39 +309,11 @@ class Explorer:
                 fault = str(error)
             plans = [one.plan for one in selections if one.plan is not None]
             over = before.over.difference(*((*plan.exited, *plan.entered) for plan in plans))
-            watched, violations = before.watched, tuple[str, ...]()
-            if fault is None:
-                entered = [self.machine.model.states[index].name for plan in plans for index in plan.entered]
-                watched, violations = self._watch(before, state, choices, entered)
             open_choices += reversed(choices.opened)
             signals = tuple(choices.chosen.items())
-            target = Moment(state, before.time, over, {**before.signals, **choices.chosen}, watched)
+            target = Moment(state, before.time, over, {**before.signals, **choices.chosen})
             taken = Input(given.wait, given.reports, given.events, signals)
-            yield Edge(taken, target, tuple(selections), dict(marks.seen(hits)), fault, violations)
-
-    def _watch(
-        self, before: Moment, state: RunState, choices: _Choices, entered: Collection[str]
-    ) -> tuple[Any, tuple[str, ...]]:
-        def ask(call: SignalValue) -> Any:
-            return choices.read(call.signal, tuple(evaluation.value(one) for one in call.arguments))
-
-        active = state.configuration.active
-        evaluation = self.machine.generator.evaluation({}, state.values, active, ask)
-        return self._watcher.look(before.watched, before.time, _holding(evaluation), entered)
-
-    def _watched_until(self, moment: Moment, time: float) -> Any:
-        """What is remembered a tick before a step that was waited for: all was as it had been until then."""
-        last = time - self._tick
-        if last <= moment.time:
-            return moment.watched
-
-        def ask(call: SignalValue) -> Any:
-            key = (call.signal.name, tuple(evaluation.value(one) for one in call.arguments))
-            return moment.signals[key] if key in moment.signals else default_of(call.signal)
-
-        state = moment.state
-        evaluation = self.machine.generator.evaluation({}, state.values, state.configuration.active, ask)
-        return self._watcher.look(moment.watched, last, _holding(evaluation), ())[0]
+            yield Edge(taken, target, tuple(selections), dict(marks.seen(hits)), fault)
 
     # What may happen.
 
@@ -398,17 +343,14 @@ class Explorer:
 
     def _waits(self, moment: Moment) -> list[Wait]:
         """At once, a tick before the next deadline, at the next deadline."""
-        own = [seconds(due) for due in (*moment.state.timers.values(), *(due for due, _ in moment.state.sent))]
-        promise = self._watcher.deadline(moment.watched)
-        deadlines = own if promise is None else [*own, promise]
+        deadlines = [seconds(due) for due in (*moment.state.timers.values(), *(due for due, _ in moment.state.sent))]
         ahead = [due - moment.time for due in deadlines if due > moment.time + 1e-9]
         if not ahead:
             return [NO_WAIT]
         soonest = min(ahead)
-        promised = not any(abs(due - moment.time - soonest) < 1e-9 for due in own)
         before = round(soonest - self._tick, 9)
-        early = [Wait(before, early=True, promised=promised)] if before > 0 else []
-        return [NO_WAIT, *early, Wait(round(soonest, 9), promised=promised)]
+        early = [Wait(before, early=True)] if before > 0 else []
+        return [NO_WAIT, *early, Wait(round(soonest, 9))]
 
     def _events_heard(self, moment: Moment) -> list[str]:
         active = moment.state.configuration.active
@@ -461,16 +403,6 @@ class Explorer:
                 return None
 
         return self._domains.values(signal, residue)
-
-
-def _holding(evaluation: Evaluation) -> Holds:
-    def holds(condition: Expression) -> bool | None:
-        try:
-            return bool(evaluation.value(condition))
-        except (TypeError, ArithmeticError, ScriptedFault):
-            return None
-
-    return holds
 
 
 def _events(machine: Machine) -> dict[int, tuple[str, ...]]:

@@ -15,12 +15,10 @@ class Wait:
     Attributes:
         seconds: how much.
         early: it ends one tick before the next deadline.
-        promised: that deadline is a watcher's, not one of the machine.
     """
 
     seconds: float = 0.0
     early: bool = False
-    promised: bool = False
 
 
 NO_WAIT = Wait()

@@ -60,7 +60,7 @@ def replay(
     fault = None
     try:
         driver = Driver(machine, None, given, tick=tick, watch=watch)
-        teller = _Teller(machine, driver, writer, steps)
+        teller = Teller(machine, driver, writer, steps)
         teller.expect()
         for one in inputs[1:]:
             if driver.outcome is not None or stop:
@@ -78,7 +78,18 @@ class _Diverged(Exception):  # noqa: N818 - not an error
 
 
 @dataclass(slots=True)
-class _Teller:
+class Teller:
+    """Takes a run down as a scenario while it goes on.
+
+    Attributes:
+        machine: the machine, scripted.
+        driver: its run.
+        writer: words the claims.
+        steps: what was taken down.
+        seen: the last value of each variable.
+        doing: what was being done after the last step.
+    """
+
     machine: Machine
     driver: Driver
     writer: Writer
@@ -115,7 +126,7 @@ class _Teller:
         soonest = min((item for item in left if item is not None), default=one.wait.seconds)
         if one.wait.early:
             return round(max(soonest - self.driver.tick, self.driver.tick), 9)
-        return round(one.wait.seconds if one.wait.promised else soonest, 9)
+        return round(soonest, 9)
 
     def _subject(self, state: str) -> str:
         """How an activity that ends is named: by its own name where only one of that name runs."""

@@ -1,0 +1,153 @@
+"""Properties as automata over the steps of a graph: what a monitor remembers, for all signals at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from hsm.model.expressions import Expression
+from hsm.model.properties import AlwaysHolds, Never, Precedence, Property, Recurrence, Response
+from hsm.testing.proofs.diagrams import FALSE, Diagram, Diagrams
+from hsm.testing.proofs.graph import Edge
+from hsm.testing.proofs.values import Truth
+
+
+class Memory(Enum):
+    """What is remembered of a property."""
+
+    OUTSIDE = "its instance does not run"
+    NOTHING = "nothing"
+    ARMED = "what comes first has not been seen"
+    WAITING = "a time runs"
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One way for a property to go on in a step.
+
+    Attributes:
+        memory: what is remembered then.
+        among: the signals for which it goes so.
+        violated: whether the property is violated.
+        least: the time of the property is at least so many nanoseconds; None where that does not matter.
+        most: at most.
+        restarts: whether the time begins anew.
+    """
+
+    memory: Memory
+    among: Diagram
+    violated: bool = False
+    least: int | None = None
+    most: int | None = None
+    restarts: bool = False
+
+
+class Automaton:
+    """One property.
+
+    Args:
+        stated: the property.
+        scope: index of the state that it is about, or None.
+        diagrams: of the graph.
+        truth: evaluates a condition at the end of a step.
+    """
+
+    def __init__(
+        self,
+        stated: Property,
+        scope: int | None,
+        diagrams: Diagrams,
+        truth: Callable[[Expression, Edge], Truth],
+    ) -> None:
+        self.stated = stated
+        self._scope = scope
+        self._diagrams = diagrams
+        self._truth = truth
+        self.timed = isinstance(stated.claim, Recurrence | Response)
+
+    def begin(self) -> Memory:
+        """What is remembered at the start."""
+        return Memory.OUTSIDE if self._scope is not None else self._begun()
+
+    def _begun(self) -> Memory:
+        return Memory.WAITING if isinstance(self.stated.claim, Recurrence) else Memory.NOTHING
+
+    def branches(self, memory: Memory, edge: Edge, *, active: bool) -> Sequence[Branch]:
+        """All ways to go on in a step.
+
+        Args:
+            memory: what was remembered before.
+            edge: the step.
+            active: whether the instance that the property is about runs after it.
+        """
+        if self._scope is not None:
+            if not active:
+                return (Branch(Memory.OUTSIDE, edge.among),)
+            if memory is Memory.OUTSIDE or self._scope in edge.point.entered:
+                found = self._branches(self._begun(), edge, anew=True)
+                return [one for one in found if one.among != FALSE]
+        return [one for one in self._branches(memory, edge, anew=False) if one.among != FALSE]
+
+    def _branches(self, memory: Memory, edge: Edge, *, anew: bool) -> Sequence[Branch]:
+        both, without = self._diagrams.both, self._diagrams.without
+        among = edge.among
+        match self.stated.claim:
+            case Never(condition):
+                wrong = both(among, self._truth(condition, edge).true)
+                return (
+                    Branch(Memory.NOTHING, wrong, violated=True),
+                    Branch(Memory.NOTHING, without(among, wrong)),
+                )
+            case AlwaysHolds(condition):
+                wrong = both(among, self._truth(condition, edge).false)
+                return (
+                    Branch(Memory.NOTHING, wrong, violated=True),
+                    Branch(Memory.NOTHING, without(among, wrong)),
+                )
+            case Precedence(trigger, first, then):
+                armed = among if memory is Memory.ARMED else both(among, self._truth(trigger, edge).true)
+                waits = without(armed, self._truth(first, edge).true)
+                wrong = both(waits, self._truth(then, edge).true)
+                return (
+                    Branch(Memory.ARMED, wrong, violated=True),
+                    Branch(Memory.ARMED, without(waits, wrong)),
+                    Branch(Memory.NOTHING, without(among, waits)),
+                )
+            case Recurrence(condition, within):
+                return self._recurrence(among, self._truth(condition, edge), _nanoseconds(within), anew=anew)
+            case Response(trigger, response, within):
+                limit = _nanoseconds(within)
+                answered = self._truth(response, edge).true
+                if memory is Memory.WAITING:
+                    answer, waits = both(among, answered), without(among, answered)
+                    return (
+                        Branch(Memory.NOTHING, answer, most=limit),
+                        Branch(Memory.NOTHING, answer, violated=True, least=limit + 1),
+                        Branch(Memory.WAITING, waits, most=limit - 1),
+                        Branch(Memory.NOTHING, waits, violated=True, least=limit),
+                    )
+                asked = without(both(among, self._truth(trigger, edge).true), answered)
+                return (
+                    Branch(Memory.NOTHING, without(among, asked)),
+                    Branch(Memory.WAITING, asked, violated=limit <= 1, restarts=True),
+                )
+
+    def _recurrence(self, among: Diagram, truth: Truth, limit: int, *, anew: bool) -> Sequence[Branch]:
+        missed = self._diagrams.both(among, truth.false)
+        met = self._diagrams.without(among, missed)
+        if anew:
+            return (
+                Branch(Memory.WAITING, met, restarts=True),
+                Branch(Memory.WAITING, missed, violated=limit <= 1, restarts=True),
+            )
+        return (
+            Branch(Memory.WAITING, met, most=limit, restarts=True),
+            Branch(Memory.WAITING, met, violated=True, least=limit + 1, restarts=True),
+            Branch(Memory.WAITING, missed, most=limit - 1),
+            Branch(Memory.WAITING, missed, violated=True, least=limit, restarts=True),
+        )
+
+
+def _nanoseconds(seconds: float) -> int:
+    return round(seconds * 1e9)

@@ -1,0 +1,110 @@
+"""Expressions of a machine, evaluated where not all values are known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.types import BOOLEAN, Boolean, Enumeration
+from hsm.testing.proofs.values import UNKNOWN, Arithmetic, Derived, Exact, Symbols, Truth, Undecided, Value
+
+COMPARISONS = frozenset(("==", "!=", "<", "<=", ">", ">="))
+_MIRRORED = {"==": "==", "!=": "!=", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
+
+
+@dataclass(slots=True)
+class Evaluator:
+    """Evaluates expressions at one moment within a step.
+
+    Attributes:
+        symbols: stand for what is not known.
+        slots: where each variable stands.
+        states: index of each state by its name.
+        values: the variables.
+        active: the active states.
+        compared: is told of each symbol that is compared with a known value.
+    """
+
+    symbols: Symbols
+    slots: Mapping[str, int]
+    states: Mapping[str, int]
+    values: Sequence[Value] = ()
+    active: Collection[int] = frozenset()
+    compared: Callable[[Derived, Exact], None] = lambda _left, _right: None
+
+    def at(self, values: Sequence[Value], active: Collection[int]) -> Evaluator:
+        """The same at another moment."""
+        return Evaluator(self.symbols, self.slots, self.states, values, active, self.compared)
+
+    def truth(self, expression: Expression) -> Truth:
+        """Where a condition is true and where it is false."""
+        return self.symbols.truth_of(self.value(expression))
+
+    def value(self, expression: Expression) -> Value:
+        """The value of an expression.
+
+        Raises:
+            Undecided: it has something that proofs do not follow.
+        """
+        match expression:
+            case Literal(value):
+                return Exact.of(value)
+            case VariableValue(name):
+                return self.values[self.slots[name]]
+            case SignalValue():
+                arguments = tuple(map(self.value, expression.arguments))
+                return Derived(self.symbols.number("signal", (expression.signal.name, arguments), expression.type))
+            case Active(state):
+                return Exact.of(self.states[state] in self.active)
+            case Unary("not", operand):
+                return self.symbols.negated(self.truth(operand))
+            case Unary(operator, operand):
+                return Arithmetic(self.symbols).unary(operator, self.value(operand), expression.type)
+            case Binary("and", left, right):
+                first = self.truth(left)
+                return first if first.true == 0 else self.symbols.both(first, self.truth(right))
+            case Binary("or", left, right):
+                first = self.truth(left)
+                return first if first.false == 0 else self.symbols.either(first, self.truth(right))
+            case Binary(operator, left, right) if operator in COMPARISONS:
+                return self._compared(operator, self.value(left), self.value(right), left)
+            case Binary(operator, left, right):
+                return Arithmetic(self.symbols).binary(operator, self.value(left), self.value(right), expression.type)
+        raise Undecided(f"an expression of a kind that proofs do not know: {type(expression).__name__}")
+
+    def _compared(self, operator: str, left: Value, right: Value, first: Expression) -> Value:
+        if UNKNOWN in (left, right):
+            return UNKNOWN
+        if isinstance(left, Truth) or isinstance(right, Truth) or isinstance(first.type, Boolean):
+            return self._same(operator, self.symbols.truth_of(left), self.symbols.truth_of(right))
+        match left, right:
+            case Exact(), Exact():
+                return self._both_known(operator, left, right)
+            case Derived(), Exact():
+                self.compared(left, right)
+                return self.symbols.compared(operator, left, right)
+            case Exact(), Derived():
+                self.compared(right, left)
+                return self.symbols.compared(_MIRRORED[operator], right, left)
+            case Derived(), Derived() if left == right and isinstance(first.type, Enumeration):
+                return self.symbols.truth_of(Exact.of(operator == "=="))
+        number = self.symbols.number("arithmetic", (operator, left, right), BOOLEAN)
+        held = self.symbols.between(number, 1, 1)
+        return Truth(held, self.symbols.diagrams.complement(held))
+
+    def _both_known(self, operator: str, left: Exact, right: Exact) -> Value:
+        result = Arithmetic(self.symbols).binary(operator, left, right, BOOLEAN)
+        if None in (left.value, right.value) and operator in ("==", "!="):
+            return Exact.of((left.value == right.value) == (operator == "=="))
+        return result
+
+    def _same(self, operator: str, left: Truth, right: Truth) -> Truth:
+        """Two conditions compared with one another."""
+        symbols = self.symbols
+        equal = symbols.either(symbols.both(left, right), symbols.both(symbols.negated(left), symbols.negated(right)))
+        if operator == "==":
+            return equal
+        if operator == "!=":
+            return symbols.negated(equal)
+        raise Undecided("an order of two conditions")

@@ -1,0 +1,274 @@
+"""Everything that a machine can do, as a graph: places between two steps, and steps with the signals that lead along.
+
+Time is left open here: at each step any time-out that runs may have come due, in the order of the durations of one
+state. Zones (``zones``) say later which of it can be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+from time import process_time
+from typing import Any
+
+from hsm.engine.clock import nanoseconds
+from hsm.engine.machine import Machine
+from hsm.model.chart import After, Always, Model, On, Raise, When
+from hsm.model.expressions import Expression
+from hsm.model.rewriting import actions_of, expressions_of
+from hsm.model.types import Type
+from hsm.testing.proofs.conditions import Evaluator
+from hsm.testing.proofs.diagrams import Diagram
+from hsm.testing.proofs.ordinals import held
+from hsm.testing.proofs.regions import Kept, Precision, Regions
+from hsm.testing.proofs.steps import NANOSECOND, Failure, Point, Stepper, Timer
+from hsm.testing.proofs.values import Exact, Region, Symbols, Value
+
+NEVER = 1 << 60
+"""In nanoseconds: longer than any run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """Where a machine is between two steps.
+
+    Attributes:
+        leaves: the active atomic states.
+        history: what each history state remembers.
+        over: states whose activity has ended.
+        timers: the time-outs that run.
+        values: the variables, as values or regions.
+        outcome: how the run ended, or None.
+    """
+
+    leaves: tuple[int, ...]
+    history: tuple[tuple[int, tuple[int, ...]], ...]
+    over: frozenset[int]
+    timers: tuple[Timer, ...]
+    values: tuple[Kept, ...]
+    outcome: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A step.
+
+    Attributes:
+        source: number of the location that it begins in; -1 for the first step, which comes with the start.
+        target: number of the location that it leads to.
+        due: the time-outs that come due in it.
+        fresh: the states whose time-outs begin in it.
+        among: the signals for which it leads there.
+        point: its end, with what the variables are in terms of the signals.
+    """
+
+    source: int
+    target: int
+    due: frozenset[int]
+    fresh: frozenset[int]
+    among: Diagram
+    point: Point
+
+    @property
+    def idle(self) -> bool:
+        """Whether the machine stays as it is."""
+        return self.source == self.target and not (self.due or self.fresh or self.point.entered)
+
+
+@dataclass(slots=True)
+class Budget:
+    """What a proof may cost.
+
+    Attributes:
+        seconds: of the processor, from ``begin`` on.
+        locations: so many at most.
+        begin: when it began.
+    """
+
+    seconds: float
+    locations: int
+    begin: float = field(default_factory=process_time)
+
+    @property
+    def spent(self) -> bool:
+        """Whether the time is over."""
+        return process_time() - self.begin > self.seconds
+
+
+FREE: Any = object()
+"""In place of the value of a parameter: any, but always the same one."""
+
+
+class Graph:
+    """The graph of one machine.
+
+    Args:
+        machine: the machine.
+        parameters: their values, in order; ``FREE`` for one that may have any.
+        stated: conditions that are asked for later.
+        scopes: states of which it is asked whether a step entered them.
+        events: names that may come from outside.
+        precision: how much of variables is kept as it is.
+        not_a_number: whether signals may be NaN.
+
+    Attributes:
+        locations: all of them, in the order in which they were found.
+        edges: the edges of each location, by its number.
+        initial: the first steps.
+        complete: whether all locations have their edges; otherwise those up to ``depth`` do.
+        depth: the number of steps after which all locations still have their edges.
+        faults: steps that cannot be done: the location in which they begin, the time-outs that come due, and why.
+    """
+
+    def __init__(
+        self,
+        machine: Machine,
+        parameters: Sequence[Any],
+        stated: Sequence[Expression],
+        scopes: Sequence[int],
+        events: Sequence[str],
+        *,
+        precision: Precision,
+        not_a_number: bool = True,
+    ) -> None:
+        self.machine = machine
+        model = machine.model
+        self.symbols = Symbols(not_a_number=not_a_number)
+        names = list(machine.generator.variables)
+        types: list[Type] = [*(one.type for one in model.parameters), *(one.type for one in model.variables)]
+        self.regions = Regions(self.symbols, types, names, precision)
+        kept: list[Kept] = [
+            Region(*held(declared.type)) if given is FREE else Exact.of(given)
+            for given, declared in zip(parameters, model.parameters, strict=True)
+        ]
+        kept += [Exact.of(None) for _ in model.variables]
+        values, _ = self.regions.opened(kept)
+        self.evaluator = Evaluator(
+            self.symbols, machine.generator.variables, machine.indices, values, compared=self.regions.compared
+        )
+        self.regions.look_ahead(self.evaluator, [*expressions_of(model), *stated], values)
+        self.stepper = Stepper(
+            machine, self.evaluator, events, scopes, duration=self._duration, settled=self.regions.settled
+        )
+        self.locations: list[Location] = []
+        self.edges: list[list[Edge]] = []
+        self.initial: list[Edge] = []
+        self.complete = False
+        self.depth = 0
+        self.faults: list[tuple[int, frozenset[int], Failure]] = []
+        self._numbers: dict[Location, int] = {}
+
+    def build(self, budget: Budget, most_depth: int | None = None) -> None:
+        """Find all locations and steps, those near the start first.
+
+        Raises:
+            Undecided: the machine has something that proofs do not follow.
+        """
+        self.initial = list(self._edges(-1, frozenset(), self.stepper.start()))
+        self.faults += [(-1, frozenset(), one) for one in self.stepper.faults]
+        self.stepper.faults.clear()
+        done = 0
+        while done < len(self.locations):
+            if most_depth is not None and self.depth >= most_depth:
+                return
+            for number in range(done, len(self.locations)):
+                if budget.spent or len(self.locations) > budget.locations:
+                    return
+                self.edges.append(list(self._from(number)))
+                done = number + 1
+            self.depth += 1
+        self.complete = True
+
+    def begin(self, number: int, due: frozenset[int]) -> tuple[Point, Diagram]:
+        """Where a step from a location begins when some time-outs come due in it."""
+        location = self.locations[number]
+        values, among = self.regions.opened(location.values)
+        timers = tuple(replace(one, due=True) if one.transition in due else one for one in location.timers)
+        return Point(location.leaves, location.history, location.over, timers, values, outcome=location.outcome), among
+
+    def number_of(self, location: Location) -> int:
+        """The number of a location; a new one if it was not known."""
+        found = self._numbers.get(location)
+        if found is None:
+            found = self._numbers[location] = len(self.locations)
+            self.locations.append(location)
+        return found
+
+    def _from(self, number: int) -> Iterator[Edge]:
+        for due in self._patterns(self.locations[number]):
+            yield from self._edges(number, due, self.stepper.step(*self.begin(number, due)))
+            self.faults += [(number, due, one) for one in self.stepper.faults]
+            self.stepper.faults.clear()
+
+    def _edges(
+        self, source: int, due: frozenset[int], ends: Sequence[tuple[Point, Diagram]] | Iterator[tuple[Point, Diagram]]
+    ) -> Iterator[Edge]:
+        for point, among in ends:
+            timers = tuple(replace(one, fresh=False) for one in point.timers)
+            sources = self.machine.model.transitions
+            fresh = frozenset(sources[one.transition].source for one in point.timers if one.fresh)
+            for values, further in self.regions.closed(point.values, among):
+                if point.outcome is None:
+                    target = Location(point.leaves, point.history, point.over, timers, values, None)
+                else:  # nothing follows
+                    target = Location(point.leaves, (), frozenset(), (), values, point.outcome)
+                yield Edge(source, self.number_of(target), due, fresh, further, point)
+
+    def _patterns(self, location: Location) -> Iterator[frozenset[int]]:
+        """Which time-outs may come due in one step: of those of one state the shorter ones first."""
+        clocks: dict[int, dict[tuple[int, int], set[int]]] = {}
+        for one in location.timers:
+            if not one.due:
+                source = self.machine.model.transitions[one.transition].source
+                clocks.setdefault(source, {}).setdefault((one.least, one.most), set()).add(one.transition)
+        choices: list[list[frozenset[int]]] = []
+        for durations in clocks.values():
+            ordered = [durations[key] for key in sorted(durations)]
+            if any(least < most for least, most in durations):
+                subsets = product((False, True), repeat=len(ordered))
+                choices.append(
+                    [
+                        frozenset().union(*(one for one, taken in zip(ordered, way, strict=True) if taken))
+                        for way in subsets
+                    ]
+                )
+            else:
+                choices.append([frozenset().union(*ordered[:count]) for count in range(len(ordered) + 1)])
+        for chosen in product(*choices):
+            due: frozenset[int] = frozenset().union(*chosen)
+            if not any(one.most >= NEVER and one.least >= NEVER for one in location.timers if one.transition in due):
+                yield due
+
+    def _duration(self, value: Value) -> tuple[int, int]:
+        if not isinstance(value, Exact):
+            return 0, NEVER
+        if value.value is None or not 0 <= value.value < NEVER * NANOSECOND:
+            return NEVER, NEVER
+        count = nanoseconds(value.value)
+        return count, count
+
+
+def unsupported(model: Model) -> str | None:
+    """What a machine has that proofs do not follow; None where there is nothing."""
+    for one in model.transitions:
+        if not isinstance(one.trigger, On | When | After | Always):
+            return f"a trigger of a kind that proofs do not know ({one.place})"
+        if isinstance(one.trigger, On) and one.trigger.prefix:
+            return "events that are matched by the beginning of their names"
+    return None
+
+
+def events_of(model: Model) -> list[str]:
+    """The names that may come from outside: all that a transition waits for, but outcomes and completions.
+
+    What the machine raises itself may come from outside as well.
+    """
+    own = {"done", "fault"}
+    for state in model.states:
+        if state.activity is not None:
+            own.update(state.activity.activity.outcomes)
+        own.update(model.states[child].name.rpartition(".")[2] for child in state.children)
+    own.difference_update(one.event for one in actions_of(model) if isinstance(one, Raise))
+    waited = (name for one in model.transitions if isinstance(one.trigger, On) for name in one.trigger.names)
+    return [name for name in dict.fromkeys(waited) if name not in own]

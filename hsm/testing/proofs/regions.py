@@ -1,0 +1,251 @@
+"""What is remembered of variables from one step to the next: their values as long as those are few, else regions.
+
+A variable is in one of the regions between the thresholds that it is compared with anywhere. Whole numbers around the
+thresholds, and the first floats that were met, are kept as they are; what an abstraction adds by that is only runs, so
+what is proved of it is proved of the machine.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hsm.model.expressions import Binary, Expression, VariableValue
+from hsm.model.rewriting import parts_of
+from hsm.model.types import Boolean, Enumeration, Integer, Type
+from hsm.testing.proofs.conditions import COMPARISONS, Evaluator
+from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
+from hsm.testing.proofs.ordinals import held, ordinal, value_at
+from hsm.testing.proofs.values import Derived, Exact, Region, Symbols, Truth, Undecided, Value
+
+MARGIN = 3
+"""So far around the outermost thresholds whole numbers are kept as they are."""
+
+MOST_OPERATIONS = 3
+"""So many operations on a symbol are followed within one step."""
+
+MOST_THRESHOLDS = 40
+"""So many thresholds of one variable are told apart."""
+
+_FALSE, _TRUE = map(Exact.of, (False, True))
+
+Kept = Exact | Region
+
+
+@dataclass(frozen=True, slots=True)
+class Precision:
+    """How much is kept as it is.
+
+    Attributes:
+        whole: between the outermost thresholds of a variable, so many whole numbers at most.
+        floats: so many floats of one variable.
+    """
+
+    whole: int
+    floats: int
+
+
+FINEST = (Precision(64, 24), Precision(12, 12), Precision(0, 1))
+
+
+class Regions:
+    """The regions of all variables of a machine.
+
+    Args:
+        symbols: stand for variables in regions.
+        types: of the variables and parameters, by slot.
+        names: theirs.
+        precision: how much is kept as it is.
+
+    Attributes:
+        grown: whether a threshold was found since somebody last set this to false.
+    """
+
+    def __init__(self, symbols: Symbols, types: Sequence[Type], names: Sequence[str], precision: Precision) -> None:
+        self._symbols = symbols
+        self._types = types
+        self._slots = {
+            symbols.number("variable", name, kind): at for at, (name, kind) in enumerate(zip(names, types, strict=True))
+        }
+        self._numbers = {slot: number for number, slot in self._slots.items()}
+        self._thresholds: list[set[int]] = [set() for _ in types]
+        self._floats: list[set[int]] = [set() for _ in types]
+        self._cuts: list[list[int] | None] = [None for _ in types]
+        self._precision = precision
+        self._growing: dict[tuple[Value, ...], list[int]] = {}
+        self.grown = False
+
+    def symbol(self, slot: int) -> int:
+        """The number of the symbol that stands for a variable."""
+        return self._numbers[slot]
+
+    def compared(self, left: Derived, right: Exact) -> None:
+        """Take down where a variable meets a known value."""
+        slot = self._slots.get(left.symbol)
+        if slot is None or len(self._thresholds[slot]) >= MOST_THRESHOLDS:
+            return
+        for operator in ("<", "<="):
+            truth = self._symbols.compared(operator, left, right)
+            new = self._symbols.diagrams.bounds(truth.true) - self._thresholds[slot]
+            if new:
+                self._thresholds[slot] |= new
+                self._cuts[slot] = None
+                self.grown = True
+
+    def look_ahead(self, evaluator: Evaluator, expressions: Sequence[Expression], known: Sequence[Value]) -> None:
+        """Take down the thresholds that are written in expressions, whatever value the variable has when it is met."""
+        comparisons = [
+            part
+            for one in expressions
+            for part in parts_of(one)
+            if isinstance(part, Binary) and part.operator in COMPARISONS and not isinstance(part.left.type, Boolean)
+        ]
+        for part in comparisons:
+            for name in {one.name for one in parts_of(part) if isinstance(one, VariableValue)}:
+                slot = evaluator.slots[name]
+                values = list(known)
+                values[slot] = Derived(self._numbers[slot])
+                try:
+                    evaluator.at(values, frozenset()).value(part)
+                except (Undecided, TypeError):
+                    continue
+
+    def opened(self, kept: Sequence[Kept]) -> tuple[tuple[Value, ...], Diagram]:
+        """The values at the beginning of a step, and where the symbols in them are."""
+        values: list[Value] = []
+        among = TRUE
+        for slot, one in enumerate(kept):
+            if isinstance(one, Exact):
+                values.append(one)
+            else:
+                number = self._numbers[slot]
+                values.append(Derived(number))
+                among = self._symbols.diagrams.both(among, self._symbols.between(number, one.least, one.most))
+        return tuple(values), among
+
+    def closed(self, values: Sequence[Value], among: Diagram) -> Iterator[tuple[tuple[Kept, ...], Diagram]]:
+        """What is kept at the end of a step: each combination of regions, with the signals for which it is so."""
+        both = self._symbols.diagrams.both
+        ways: list[tuple[tuple[Kept, ...], Diagram]] = [((), among)]
+        for slot, value in enumerate(values):
+            options = self._options(slot, value)
+            ways = [
+                ((*kept, one), further)
+                for kept, condition in ways
+                for one, added in options
+                if (further := both(condition, added)) != FALSE
+            ]
+        return iter(ways)
+
+    def settled(self, values: tuple[Value, ...], among: Diagram) -> list[tuple[tuple[Value, ...], Diagram]]:
+        """Values within a step, those that would grow without end replaced by symbols for their regions."""
+        growing = self._growing.get(values)
+        if growing is None:
+            growing = [slot for slot, value in enumerate(values) if self._grows(slot, value)]
+            self._growing[values] = growing
+        if not growing:
+            return [(values, among)]
+        both, diagrams = self._symbols.diagrams.both, self._symbols.diagrams
+        ways: list[tuple[list[Value], Diagram]] = [(list(values), among)]
+        for slot in growing:
+            parted: list[tuple[list[Value], Diagram]] = []
+            for chosen, condition in ways:
+                number = self._spare(slot, chosen)
+                for kept, added in self._options(slot, values[slot]):
+                    further = diagrams.without_symbols(both(condition, added), frozenset((number,)))
+                    if isinstance(kept, Region):
+                        further = both(further, self._symbols.between(number, kept.least, kept.most))
+                    if further != FALSE:
+                        value: Value = kept if isinstance(kept, Exact) else Derived(number)
+                        parted.append(([*chosen[:slot], value, *chosen[slot + 1 :]], further))
+            ways = parted
+        return [(tuple(chosen), condition) for chosen, condition in ways]
+
+    def _grows(self, slot: int, value: Value) -> bool:
+        if isinstance(value, Derived):
+            return len(value.steps) > MOST_OPERATIONS
+        return isinstance(value, Exact) and not isinstance(self._options(slot, value)[0][0], Exact)
+
+    def _spare(self, slot: int, values: Sequence[Value]) -> int:
+        """The number of a symbol for a variable that none of the values depends on."""
+        used = {one.symbol for one in values if isinstance(one, Derived)}
+        name = self._symbols[self._numbers[slot]].key
+        spares = (
+            self._symbols.number("variable", (name, count), self._types[slot]) for count in range(len(values) + 1)
+        )
+        return next(one for one in spares if one not in used)
+
+    def _options(self, slot: int, value: Value) -> list[tuple[Kept, Diagram]]:
+        kind = self._types[slot]
+        match value:
+            case Exact(content):
+                return [(self._kept(slot, content), TRUE)]
+            case Truth(true, false):
+                return [(_TRUE, true), (_FALSE, false)]
+            case Derived():
+                if isinstance(kind, Boolean):
+                    truth = self._symbols.truth_of(value)
+                    return [(_TRUE, truth.true), (_FALSE, truth.false)]
+                if isinstance(kind, Enumeration):
+                    members = [Exact.of(one) for one in kind.members]
+                    return [(one, self._symbols.compared("==", value, one).true) for one in members]
+                return [
+                    (self._single(Region(least, most), kind), self._inside(value, least, most, kind))
+                    for least, most in self._cells(slot)
+                ]
+
+    def _single(self, region: Region, kind: Type) -> Kept:
+        return Exact.of(value_at(region.least, kind)) if region.least == region.most else region
+
+    def _inside(self, value: Derived, least: int, most: int, kind: Type) -> Diagram:
+        """Where a derived value is between two ordinals of a variable's type."""
+        compared, diagrams = self._symbols.compared, self._symbols.diagrams
+        first, last = held(kind)
+        found = TRUE
+        if least > first:
+            found = diagrams.both(found, compared(">=", value, Exact.of(value_at(least, kind))).true)
+        if most < last:
+            found = diagrams.both(found, compared("<=", value, Exact.of(value_at(most, kind))).true)
+        return found
+
+    def _kept(self, slot: int, content: Any) -> Kept:
+        kind = self._types[slot]
+        if content is None or isinstance(kind, Boolean | Enumeration):
+            return Exact.of(content)
+        number = ordinal(content, kind)
+        if isinstance(kind, Integer):
+            cuts = self._limits(slot)
+            at = bisect_right(cuts, number)
+            if 0 < at < len(cuts) and cuts[at] == cuts[at - 1] + 1:
+                return Exact.of(content)
+        else:
+            seen = self._floats[slot]
+            if number in seen or len(seen) < self._precision.floats:
+                seen.add(number)
+                return Exact.of(content)
+        return self._single(next(Region(*one) for one in self._cells(slot) if one[0] <= number <= one[1]), kind)
+
+    def _cells(self, slot: int) -> Iterator[tuple[int, int]]:
+        first, last = held(self._types[slot])
+        least = first
+        for cut in self._limits(slot):
+            if least < cut <= last:
+                yield least, cut - 1
+                least = cut
+        yield least, last
+
+    def _limits(self, slot: int) -> list[int]:
+        """Where the regions of a variable begin, but for the first."""
+        found = self._cuts[slot]
+        if found is None:
+            cuts = set(self._thresholds[slot])
+            if isinstance(self._types[slot], Integer):
+                low, high = min(cuts, default=0) - MARGIN, max(cuts, default=0) + MARGIN
+                if high - low <= self._precision.whole:
+                    cuts.update(range(low, high + 1))
+                elif self._precision.whole:
+                    cuts.update(one + step for one in tuple(cuts) for step in range(-MARGIN, MARGIN + 1))
+            found = self._cuts[slot] = sorted(cuts)
+        return found

@@ -1,0 +1,133 @@
+"""What is known of a property, and under which assumptions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+from hsm.model.chart import Model
+from hsm.model.unparse import value_text
+from hsm.testing.proofs.graph import FREE
+from hsm.testing.scenarios.driver import TICK
+from hsm.testing.scenarios.scenarios import Scenario
+
+NO_FAULT = "no step fails"
+"""Checked of every machine: no guard fails, no transitions follow one another without end."""
+
+
+class Status(Enum):
+    """How a property stands."""
+
+    PROVED = "proved"
+    BOUNDED = "no violation"
+    VIOLATED = "violated"
+    UNDECIDED = "not decided"
+
+
+class Method(Enum):
+    """How a property was proved."""
+
+    REACHABILITY = "all reachable states"
+    ZONES = "all reachable states with their times"
+
+
+@dataclass(frozen=True, slots=True)
+class Assumptions:
+    """What a proof takes for granted.
+
+    Attributes:
+        longest_tick: at most so many seconds pass between two steps.
+        parameters: of the machine, by name, in SI units; of others the defaults.
+        free: parameters that may have any value, but NaN; those without a default and a value always may.
+        not_a_number: whether signals may be NaN.
+    """
+
+    longest_tick: float = TICK
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    free: frozenset[str] = frozenset()
+    not_a_number: bool = True
+
+    def values(self, model: Model) -> dict[str, Any]:
+        """The value of each parameter of a machine, in order; ``FREE`` for one that may have any."""
+        found = {}
+        for one in model.parameters:
+            known = not one.required or one.name in self.parameters
+            value = self.parameters.get(one.name, one.default)
+            found[one.name] = FREE if one.name in self.free or not known else value
+        return found
+
+    def lines(self, model: Model) -> list[str]:
+        """All that is assumed of a machine, for a person."""
+        types = {one.name: one.type for one in model.parameters}
+        given = ", ".join(
+            f"any {name}" if value is FREE else f"{name} = {value_text(value, types[name])}"
+            for name, value in self.values(model).items()
+        )
+        return [
+            f"a step comes at any time, at most {self.longest_tick:g} s after the last; the first with the start",
+            "each step: any signals, any outcomes of what runs, any sequence of events, raised ones among them",
+            f"signals may {'' if self.not_a_number else 'not '}be NaN; arithmetic on floats as the processor has it",
+            "no signal and no action fails; an activity may fail where the machine handles it",
+            f"parameters: {given}" if given else "no parameters",
+            "a run from its start, neither restored nor reloaded",
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyVerdict:
+    """What is known of one property.
+
+    Attributes:
+        name: the property's name, or ``NO_FAULT``.
+        text: the property.
+        status: how it stands.
+        method: how it was proved; None where it was not.
+        reason: what stands in the way of a decision; empty where nothing does.
+        counterexample: a shortest run to a violation, which was replayed on the engine; None where there is none.
+        depth: in no run of so many steps it is violated.
+        states: how many places between two steps were looked at.
+    """
+
+    name: str
+    text: str
+    status: Status
+    method: Method | None = None
+    reason: str = ""
+    counterexample: Scenario | None = None
+    depth: int = 0
+    states: int = 0
+
+    @property
+    def proved(self) -> bool:
+        """Whether the property holds in every run, under the assumptions."""
+        return self.status is Status.PROVED
+
+    @property
+    def violated(self) -> bool:
+        """Whether a run that violates it was found."""
+        return self.status is Status.VIOLATED
+
+    def meets(self, required: Status | None) -> bool:
+        """Whether a caller may rely on it.
+
+        Args:
+            required: ``PROVED``, ``BOUNDED`` (proved, or no violation to the depth that was looked at), or None for
+                anything that is not violated.
+        """
+        if self.violated:
+            return False
+        return required is None or self.proved or (required is Status.BOUNDED and self.status is Status.BOUNDED)
+
+    def __str__(self) -> str:
+        match self.status:
+            case Status.PROVED:
+                how = f" ({self.method.value}: {self.states})" if self.method is not None else ""
+                return f"{self.name}: proved{how}"
+            case Status.VIOLATED:
+                return f"{self.name}: VIOLATED: {self.text}"
+            case Status.BOUNDED:
+                return f"{self.name}: no violation to depth {self.depth} ({self.reason})"
+            case Status.UNDECIDED:
+                return f"{self.name}: not decided: {self.reason} (no violation to depth {self.depth})"

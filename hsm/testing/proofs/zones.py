@@ -1,0 +1,131 @@
+"""Sets of clock values: all bounds on clocks and on their differences, as difference bound matrices.
+
+Times are whole nanoseconds. A bound is one number: twice the value, and one more where the value itself is included; so
+bounds are compared as numbers.
+
+Source: Dill, "Timing assumptions and verification of finite-state concurrent systems" (1989); Bengtsson and Yi, "Timed
+automata: semantics, algorithms and tools" (2004).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+Clock = int
+"""The state whose entry a clock counts from, or ``PROMISE``."""
+
+PROMISE = -1
+"""The clock of a property."""
+
+_FREE = 1 << 80
+"""No bound."""
+
+_AT_MOST_ZERO = 1
+
+
+def at_most(value: int) -> int:
+    """The bound that includes a value."""
+    return 2 * value + 1
+
+
+def less(value: int) -> int:
+    """The bound that does not."""
+    return 2 * value
+
+
+def _sum(one: int, other: int) -> int:
+    if one >= _FREE or other >= _FREE:
+        return _FREE
+    return (one & ~1) + (other & ~1) + (one & other & 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Zone:
+    """A set of values of some clocks, never empty.
+
+    Attributes:
+        clocks: which, sorted.
+        bounds: for each pair of clocks, zero being the first of them, the bound on their difference, row by row.
+    """
+
+    clocks: tuple[Clock, ...]
+    bounds: tuple[int, ...]
+
+    @staticmethod
+    def origin(clocks: tuple[Clock, ...]) -> Zone:
+        """All clocks at zero."""
+        size = len(clocks) + 1
+        return Zone(clocks, (_AT_MOST_ZERO,) * (size * size))
+
+    def includes(self, other: Zone) -> bool:
+        """Whether another set of the same clocks lies in this one."""
+        return all(theirs <= mine for mine, theirs in zip(self.bounds, other.bounds, strict=True))
+
+    def later(self) -> Zone:
+        """After any time."""
+        size = len(self.clocks) + 1
+        return Zone(
+            self.clocks,
+            tuple(_FREE if at and at % size == 0 else bound for at, bound in enumerate(self.bounds)),
+        )
+
+    def later_by(self, most: int) -> Zone:
+        """After some time, at most so many nanoseconds."""
+        extended = self._with(-2).later()
+        limited = extended.limited(-2, None, at_most(most))
+        assert limited is not None, "no time at all is some time"
+        return limited.only(self.clocks)
+
+    def limited(self, clock: Clock, least: int | None, most: int | None) -> Zone | None:
+        """Where a clock is at least so much (as a bound on its negative), and at most; None where it never is."""
+        at = self.clocks.index(clock) + 1
+        found: Zone | None = self
+        if most is not None:
+            found = found._tightened(at, 0, most) if found is not None else None
+        if least is not None and found is not None:
+            found = found._tightened(0, at, least)
+        return found
+
+    def reset(self, clocks: frozenset[Clock] | set[Clock], kept: tuple[Clock, ...]) -> Zone:
+        """Some clocks set to zero, and only some kept; those that were not there are new."""
+        zone = self.only(tuple(one for one in self.clocks if one in kept and one not in clocks))
+        for clock in kept:
+            if clock not in zone.clocks:
+                zone = zone._with(clock)
+        return zone.only(kept)
+
+    def only(self, clocks: tuple[Clock, ...]) -> Zone:
+        """Without all clocks but these, in this order."""
+        if clocks == self.clocks:
+            return self
+        size = len(self.clocks) + 1
+        rows = [0, *(self.clocks.index(one) + 1 for one in clocks)]
+        return Zone(clocks, tuple(self.bounds[row * size + column] for row in rows for column in rows))
+
+    def _with(self, clock: Clock) -> Zone:
+        """With one more clock, at zero."""
+        size = len(self.clocks) + 1
+        rows = [list(self.bounds[row * size : (row + 1) * size]) for row in range(size)]
+        for row in rows:
+            row.append(row[0])
+        rows.append([*rows[0][:size], _AT_MOST_ZERO])
+        return Zone((*self.clocks, clock), tuple(bound for row in rows for bound in row))
+
+    def _tightened(self, row: int, column: int, bound: int) -> Zone | None:
+        size = len(self.clocks) + 1
+        bounds = self.bounds
+        if bounds[row * size + column] <= bound:
+            return self
+        if _sum(bound, bounds[column * size + row]) < _AT_MOST_ZERO:
+            return None
+        found = list(bounds)
+        found[row * size + column] = bound
+        for first in range(size):
+            to_row = bounds[first * size + row]
+            if to_row >= _FREE:
+                continue
+            begun = _sum(to_row, bound)
+            for second in range(size):
+                way = _sum(begun, bounds[column * size + second])
+                found[first * size + second] = min(found[first * size + second], way)
+        return Zone(self.clocks, tuple(found))

@@ -1,0 +1,364 @@
+"""Machines drawn at random, with properties, and biased random runs of them on the engine with its monitor."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from hsm.dsl import load_model
+from hsm.engine.machine import Machine
+from hsm.engine.monitoring import Monitor
+from hsm.model.diagnostics import MachineError
+from hsm.model.expressions import SignalValue
+from hsm.model.faults import MachineFault
+from hsm.model.rewriting import expressions_of, parts_of
+from hsm.testing.proofs.proving import check
+from hsm.testing.proofs.verdicts import NO_FAULT, PropertyVerdict
+from hsm.testing.scenarios.driver import Driver
+from hsm.testing.scenarios.running import run_scenario
+from hsm.testing.scenarios.script import Script, scripted_machine
+from hsm.testing.scenarios.watching import property_watch
+from tests.trust.library import Light, make_library
+
+LONGEST_TICK = 0.1
+
+_ACTIVITIES = {
+    "drive()": ["blocked"],
+    "rotate(90 deg)": ["done", "blocked"],
+    "ring()": ["accepted", "refused"],
+    "stop()": [],
+}
+_FLAGS = ("space.left", "space.front", "space.right", "door.open")
+_DURATIONS = ("0.25 s", "0.5 s", "1 s", "1.5 s")
+_LENGTHS = ("0 m", "0.3 m", "1 m")
+_CLAIMS = ("never", "always", "recurrence", "response", "precedence")
+
+
+@dataclass
+class _Writer:
+    """Writes one machine.
+
+    Attributes:
+        draw: what is random.
+        lines: the text so far.
+        states: names of all its states that can be active.
+        leaves: names of those without states inside.
+        count: how many states there are.
+    """
+
+    draw: random.Random
+    prefix: str
+    lines: list[str] = field(default_factory=list)
+    states: list[str] = field(default_factory=list)
+    count: int = 0
+
+    def chance(self, share: float) -> bool:
+        return self.draw.random() < share
+
+    def condition(self, *, variables: bool = True) -> str:
+        kinds = ["flag", "flag", "length", "steps", "light"] + (["n", "d", "seen", "hue"] if variables else [])
+        kind = self.draw.choice(kinds)
+        match kind:
+            case "flag":
+                text = self.draw.choice(_FLAGS)
+            case "length":
+                text = f"ahead {self.draw.choice(('<', '>', '<=', '>='))} {self.draw.choice(_LENGTHS)}"
+            case "steps":
+                text = f"steps {self.draw.choice(('<', '>', '=='))} {self.draw.randint(0, 2)}"
+            case "light":
+                text = f"light == {self.draw.choice(('red', 'green'))}"
+            case "n":
+                text = f"n {self.draw.choice(('<', '>', '==', '>='))} {self.draw.randint(0, 3)}"
+            case "d":
+                text = f"d {self.draw.choice(('<', '>', '<='))} {self.draw.choice(_LENGTHS)}"
+            case "seen":
+                text = "seen"
+            case _:
+                text = f"hue == {self.draw.choice(('red', 'green'))}"
+        if self.chance(0.25):
+            text = f"not ({text})"
+        if self.chance(0.25):
+            text = f"{text} {self.draw.choice(('and', 'or'))} {self.condition(variables=variables)}"
+        return f"({text})" if " or " in text else text
+
+    def actions(self) -> str:
+        kinds = {
+            "n += 1": 3, "n = 0": 1, "n = steps": 1, "n -= 1": 1, "d = ahead": 2, "d += 0.1 m": 1,
+            "seen = space.left": 1, "hue = light": 1, "raise tick": 1, f"seen = {self.condition()}": 1, "log(n)": 1,
+        }  # fmt: skip
+        if self.chance(0.6):
+            return ""
+        chosen = self.draw.choices(list(kinds), list(kinds.values()), k=self.draw.choice((1, 1, 2)))
+        return " / " + ", ".join(dict.fromkeys(chosen))
+
+    def machine(self, name: str, part: str | None, *, two_regions: bool) -> str:
+        self.lines = [f"machine {name}", ""]
+        if part is not None:
+            self.lines.append(f"import {part}")
+        self.lines += ["event go, back, tick", "var n : int = 0", "var d : length = 0 m", "var seen : bool = false",
+                       "var hue : Light = red", "PROPERTIES"]  # fmt: skip
+        if two_regions:
+            self.lines.append("parallel both")
+            for region in ("one", "two"):
+                self.lines.append(f"    state {region}")
+                self.states.append(region)
+                self.block(8, part if region == "one" else None)
+        else:
+            self.block(0, part)
+        text = "\n".join(self.lines) + "\n"
+        return text.replace("PROPERTIES", "\n".join(self.properties()))
+
+    def block(self, indent: int, part: str | None) -> None:
+        """Some states side by side."""
+        names = [f"{self.prefix}{self.count + number}" for number in range(self.draw.choice((2, 3, 3, 4)))]
+        self.count += len(names)
+        compound = self.draw.choice(names) if self.chance(0.35) and self.count < 9 else None
+        final = f"{self.prefix}over" if self.chance(0.3) and indent in (0,) else None
+        targets = [*names, *([f"{compound}.history"] if compound is not None and self.chance(0.7) else []),
+                   *([final] if final else [])]  # fmt: skip
+        pad = " " * indent
+        self.lines.append(f"{pad}initial {names[0]}")
+        instance = self.draw.choice(names[1:]) if part is not None else None
+        for name in names:
+            self.states.append(name)
+            if name == instance:
+                self.lines.append(f"{pad}state {name} = {part}()")
+                self.lines.append(f"{pad}    on finished -> {self.draw.choice(targets)}{self.actions()}")
+            else:
+                self.state(name, indent, targets, compound=name == compound)
+        if final is not None:
+            self.lines.append(f"{pad}final {final}")
+
+    def state(self, name: str, indent: int, targets: list[str], *, compound: bool) -> None:
+        pad = " " * (indent + 4)
+        self.lines.append(f"{' ' * indent}state {name}")
+        outcomes: list[str] = []
+        if not compound and self.chance(0.7):
+            activity = self.draw.choice(list(_ACTIVITIES))
+            self.lines.append(f"{pad}do {activity}")
+            outcomes = _ACTIVITIES[activity]
+        if self.chance(0.15):
+            self.lines.append(f"{pad}entry{self.actions() or ' / n += 1'}")
+        for _ in range(self.draw.choice((1, 2, 2, 3))):
+            self.transition(pad, outcomes, targets)
+        if compound:
+            self.block(indent + 4, None)
+
+    def transition(self, pad: str, outcomes: list[str], targets: list[str]) -> None:
+        trigger = self.draw.choice(["when", "when", "after", "after if", "on", "event"])
+        guard = f" if {self.condition()}" if self.chance(0.3) else ""
+        match trigger:
+            case "when":
+                head = f"when {self.condition()}"
+            case "after":
+                head = f"after {self.draw.choice(_DURATIONS)}"
+            case "after if":
+                head = f"after {self.draw.choice(_DURATIONS)} if {self.condition()}"
+            case "on" if outcomes:
+                head = f"on {self.draw.choice(outcomes)}{guard}"
+            case _:
+                head = f"on {self.draw.choice(('go', 'back', 'tick'))}{guard}"
+        self.lines.append(f"{pad}{head} -> {self.draw.choice(targets)}{self.actions()}")
+
+    def properties(self) -> list[str]:
+        return [f"property p{number} : {self.claim()}" for number in range(3)]
+
+    def claim(self) -> str:
+        def place() -> str:
+            text = f"in({self.draw.choice(self.states)})"
+            if self.chance(0.3):
+                text = f"{text} {self.draw.choice(('and', 'or'))} {self.condition()}"
+            return f"({text})" if self.chance(0.7) else f"not ({text})"
+
+        within = self.draw.choice(("0.6 s", "1 s", "1.7 s", "3 s"))
+        match self.draw.choice(_CLAIMS):
+            case "never":
+                return f"never {place()}"
+            case "always":
+                return f"always {self.draw.choice((place(), self.condition(), 'n <= 3', 'd < 1 m', 'n >= 0'))}"
+            case "recurrence":
+                return f"always eventually {place()} within {within}"
+            case "response":
+                return f"after {place()}, {place()} within {within}"
+        return f"after {place()}, {place()} before {place()}"
+
+
+@cache
+def _library() -> object:
+    return make_library()
+
+
+def drawn_text(seed: int) -> dict[str, str]:
+    """The files of a machine, by name; the last one is the machine."""
+    draw = random.Random(seed)
+    files = {}
+    part = None
+    if draw.random() < 0.25:
+        part = "part"
+        writer = _Writer(draw, "p")
+        text = writer.machine(part, None, two_regions=False)
+        if "final pover" in text:
+            text = text.replace("pover", "finished")
+        else:
+            text += "final finished\n"
+            text = text.replace("state p0\n", "state p0\n    after 1 s if space.right -> finished\n", 1)
+        files["part.maze-machine"] = text
+    files["m.maze-machine"] = _Writer(draw, "s").machine("m", part, two_regions=draw.random() < 0.35)
+    return files
+
+
+def drawn_machine(seed: int) -> Machine:
+    """A machine drawn at random: the first with this seed, or one after it, that the language accepts."""
+    for attempt in range(100):
+        with TemporaryDirectory() as folder:
+            for name, text in drawn_text(seed * 1000 + attempt).items():
+                (Path(folder) / name).write_text(text, encoding="utf-8")
+            try:
+                return Machine(load_model(Path(folder) / "m.maze-machine", _library()))
+            except MachineError:
+                continue
+    raise AssertionError(f"nothing that is drawn from {seed} is a machine")
+
+
+class RandomRuns:
+    """Runs of one machine with signals, outcomes, events and waiting times at random, near what can matter.
+
+    Args:
+        machine: the machine.
+        seed: of all that is random.
+    """
+
+    def __init__(self, machine: Machine, seed: int) -> None:
+        self._machine = scripted_machine(machine)
+        self._draw = random.Random(seed)
+        model = machine.model
+        conditions = [*expressions_of(model)]
+        for stated in model.properties:
+            conditions += [getattr(stated.claim, name) for name in ("condition", "trigger", "response", "first", "then")
+                           if hasattr(stated.claim, name)]  # fmt: skip
+        asked = {
+            part.signal.name: part.signal
+            for one in conditions
+            for part in parts_of(one)
+            if isinstance(part, SignalValue)
+        }
+        self._values = {name: _worth_trying(name) for name in sorted(asked)}
+
+    def violated(self, runs: int, ticks: int = 24) -> set[str]:
+        """The names of the properties that some of so many runs violate."""
+        found: set[str] = set()
+        for _ in range(runs):
+            found |= self._run(ticks)
+        return found
+
+    def _run(self, ticks: int) -> set[str]:
+        draw = self._draw
+        found: set[str] = set()
+        script = Script({name: draw.choice(values) for name, values in self._values.items()})
+        calm = draw.choice((0.0, 0.3, 0.8, 0.95))
+        try:
+            run = self._machine.start(facts=script)
+            monitor = Monitor(run)
+            found.update(one.property.name for one in monitor.look(script, run.step(0.0, (), script)))
+            time = 0.0
+            for _ in range(ticks * (4 if calm > 0.5 else 1)):
+                if run.outcome is not None:
+                    break
+                self._act(run, script, calm)
+                time += draw.choice((0.0, LONGEST_TICK, LONGEST_TICK, LONGEST_TICK, 0.05, draw.random() * LONGEST_TICK))
+                if draw.random() > calm:
+                    for name in self._values:
+                        if draw.random() < 0.5:
+                            script.signals[name] = draw.choice(self._values[name])
+                events = draw.choices(("go", "back", "tick"), k=draw.choice((0, 0, 0, 1, 1, 2)))
+                found.update(one.property.name for one in monitor.look(script, run.step(time, events, script)))
+        except MachineFault:
+            pass
+        return found
+
+    def _act(self, run: object, script: Script, calm: float) -> None:
+        """Let activities report, some of them."""
+        model = self._machine.model
+        reports = {}
+        for name in run.configuration:
+            activity = model.states[self._machine.indices[name]].activity
+            if activity is not None and activity.activity.outcomes and self._draw.random() > 0.5 + calm / 2:
+                reports[name] = self._draw.choice(activity.activity.outcomes)
+        script.reports = reports
+        run.act(script)
+        script.reports = {}
+
+
+def _worth_trying(name: str) -> list[object]:
+    match name:
+        case "ahead":
+            near = [math.nextafter(one, side) for one in (0.0, 0.3, 1.0) for side in (-math.inf, math.inf)]
+            return [0.0, 0.3, 1.0, 0.5, 2.0, -1.0, *near, math.nan, math.inf]
+        case "steps":
+            return [-1, 0, 1, 2, 3, 5]
+        case "light":
+            return [Light.RED, Light.GREEN]
+    return [False, True]
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """What was found out of one machine.
+
+    Attributes:
+        seed: what it was drawn from.
+        proved: properties that were proved.
+        shown: those with a run that violates them.
+        undecided: all others.
+        contradicted: those that were proved and then violated by a random run.
+        missed: those that a random run violates and that were not decided.
+    """
+
+    seed: int
+    proved: tuple[str, ...]
+    shown: tuple[str, ...]
+    undecided: tuple[str, ...]
+    contradicted: tuple[str, ...]
+    missed: tuple[str, ...]
+
+
+def cross_checked(seed: int, runs: int) -> Crossed:
+    """Decide the properties of a machine, and try to contradict what was proved by random runs.
+
+    That a violation replays is asserted by running its scenario again.
+    """
+    machine = drawn_machine(seed)
+    verdicts = [one for one in check(machine, seconds=10.0) if one.name != NO_FAULT]
+    for one in verdicts:
+        if one.violated:
+            assert replays(machine, one), f"seed {seed}: {one.name} does not replay"
+    violated = RandomRuns(machine, seed).violated(runs)
+    return Crossed(
+        seed,
+        tuple(one.name for one in verdicts if one.proved),
+        tuple(one.name for one in verdicts if one.violated),
+        tuple(one.name for one in verdicts if not (one.proved or one.violated)),
+        tuple(one.name for one in verdicts if one.proved and one.name in violated),
+        tuple(one.name for one in verdicts if not (one.proved or one.violated) and one.name in violated),
+    )
+
+
+def replays(machine: Machine, verdict: PropertyVerdict) -> bool:
+    """Whether the counterexample of a property violates it on the engine."""
+    assert verdict.counterexample is not None
+    watch = property_watch(machine.model.properties)
+    seen: list[str] = []
+
+    def look(driver: Driver) -> None:
+        seen.extend(watch(driver))
+
+    def watched(driver: Driver) -> str | None:
+        look(driver)
+        return None
+
+    result = run_scenario(verdict.counterexample, machine, LONGEST_TICK, [watched])
+    return verdict.name in seen and result.failure is None

@@ -16,7 +16,7 @@ import numpy as np
 
 from perception.extremes import highest
 from perception.settings import ExitSettings
-from perception.sweep import Floats, Mask, Sweep
+from perception.sweep import Floats, Mask, ScanPoints
 from transport.description import Point
 
 STRAY = 2
@@ -65,7 +65,7 @@ class Body:
     moved: float
 
 
-def next_lane(before: Lane, sweep: Sweep, misalignment: float, body: Body, settings: ExitSettings) -> Lane:
+def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: Body, settings: ExitSettings) -> Lane:
     """The lane in the next scan.
 
     Args:

@@ -28,7 +28,7 @@ LONGEST_RANGE = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
-class Fan:
+class BeamTable:
     """The directions of a sensor's beams in the robot's frame; worked out once for a geometry and a mounting.
 
     Attributes:
@@ -56,23 +56,23 @@ class Fan:
 
 
 @lru_cache(maxsize=1024)
-def _sector(fan: Fan, centre: float, width: float) -> Indices:
+def _sector(fan: BeamTable, centre: float, width: float) -> Indices:
     offset = np.abs((fan.angles - centre + math.pi) % math.tau - math.pi)
     return np.flatnonzero(offset <= width / 2 + 1e-9)
 
 
 @lru_cache(maxsize=8)
-def fan_of(geometry: ScanGeometry, mount: Pose) -> Fan:
+def fan_of(geometry: ScanGeometry, mount: Pose) -> BeamTable:
     """The beams of a geometry seen by a sensor at ``mount``, in counter-clockwise order."""
     angles = geometry.angles() + mount.heading
     if geometry.angle_increment < 0:
         angles = angles[::-1]
     angles = (angles + math.pi) % math.tau - math.pi
-    return Fan(angles, cosines(angles), sines(angles), mount, abs(geometry.angle_increment))
+    return BeamTable(angles, cosines(angles), sines(angles), mount, abs(geometry.angle_increment))
 
 
 _NOTHING = np.empty(0)
-_EMPTY_FAN = Fan(_NOTHING, _NOTHING, _NOTHING, Pose(), math.inf)
+_EMPTY_FAN = BeamTable(_NOTHING, _NOTHING, _NOTHING, Pose(), math.inf)
 
 
 def is_plausible(scan: Scan) -> bool:
@@ -89,7 +89,7 @@ def is_plausible(scan: Scan) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class ScanPoints:
     """The readings of one scan with their meaning.
 
     Attributes:
@@ -98,12 +98,12 @@ class Sweep:
         reach: how far a beam that hit nothing is known to be free, m.
     """
 
-    fan: Fan
+    fan: BeamTable
     ranges: Floats
     reach: float
 
     @classmethod
-    def of(cls, scan: Scan, mount: Pose = ORIGIN) -> Sweep:
+    def of(cls, scan: Scan, mount: Pose = ORIGIN) -> ScanPoints:
         """Sort the readings of a scan; a scan that cannot be read gives a sweep without beams."""
         if not is_plausible(scan):
             return cls(_EMPTY_FAN, _NOTHING, 0.0)

@@ -36,7 +36,7 @@ class Sensed:
     door: DoorReply | None = None
 
 
-class Driver(Protocol):
+class RobotDriver(Protocol):
     """What moves a robot and knows its sensors, at the other end of a network.
 
     Attributes:

@@ -70,3 +70,34 @@ class RobotKeys:
             return path
         package, group, short = kind.split("/")
         return f"{self.settings.domain}/{path}/{package}::{group}::dds_::{short}_/{codec.type_hash(kind)}"
+
+
+@dataclass(frozen=True, slots=True)
+class MachineKeys:
+    """The keys of the machine that drives a robot.
+
+    Attributes:
+        robot: the robot's name on the network.
+    """
+
+    robot: str
+
+    @property
+    def model(self) -> str:
+        """A question with any text: answered by what does not change during the run."""
+        return f"{self.robot}/machine/model"
+
+    @property
+    def step(self) -> str:
+        """What the machine did: the newest tick, best effort."""
+        return f"{self.robot}/machine/step"
+
+    @property
+    def why(self) -> str:
+        """A question with a state's name: what became of its transitions in the newest tick."""
+        return f"{self.robot}/machine/why"
+
+    @property
+    def operate(self) -> str:
+        """What an operator wants: an event, a pause, the end."""
+        return f"{self.robot}/machine/operate"

@@ -12,7 +12,7 @@ from transport.robot import LinkError
 _LOOK = 0.001
 """Between two looks for an answer, s."""
 
-Fault = Callable[[str, Message], Iterable[Message]]
+DeliveryFault = Callable[[str, Message], Iterable[Message]]
 """What a network makes of one message on a key: nothing, the same, another, or several."""
 
 
@@ -29,7 +29,7 @@ class MemoryNetwork:
         tokens: what those who are there have announced.
     """
 
-    def __init__(self, fault: Fault = faultless, clock: Clock | None = None) -> None:
+    def __init__(self, fault: DeliveryFault = faultless, clock: Clock | None = None) -> None:
         self.fault = fault
         self.clock = clock or MonotonicClock()
         self.tokens: set[str] = set()

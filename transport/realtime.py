@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from transport.clock import Clock, MonotonicClock, Pace
 from transport.description import RobotDescription
-from transport.driver import Driver
+from transport.driver import RobotDriver
 from transport.messages import Command, LinkStatus, Observation
 from transport.robot import LinkError
 from transport.senses import Senses
@@ -29,7 +29,7 @@ class RealtimeRobot:
     """
 
     def __init__(
-        self, driver: Driver, description: RobotDescription, settings: LinkSettings, clock: Clock | None = None
+        self, driver: RobotDriver, description: RobotDescription, settings: LinkSettings, clock: Clock | None = None
     ) -> None:
         self.reconnects = 0
         self._driver, self._description, self._settings = driver, description, settings

@@ -8,14 +8,21 @@ import typer
 
 from maze_machine.arguments.options import (
     LISTEN,
+    CellOption,
+    ExitsOption,
     FaultOption,
+    GoalOption,
+    GreyOption,
     IdentityOption,
     ListenOption,
     MazeArgument,
+    ObjectsOption,
+    PixelOption,
     RobotOption,
     SettingsOption,
     SimulateOption,
     SpeedOption,
+    StartOption,
 )
 
 
@@ -25,6 +32,13 @@ def sim(
     connect: Annotated[
         str | None, typer.Option(metavar="ENDPOINT", help="Dial a router there instead of listening.")
     ] = None,
+    start: StartOption = None,
+    exits: ExitsOption = None,
+    goal: GoalOption = None,
+    metres_a_pixel: PixelOption = None,
+    metres_a_cell: CellOption = 1.0,
+    grey: GreyOption = None,
+    objects: ObjectsOption = None,
     seed: Annotated[int, typer.Option(min=0, help="The run, where a controller asks for none.")] = 0,
     robot: RobotOption = "pico",
     settings: SettingsOption = None,
@@ -50,6 +64,7 @@ def sim(
 
     from maze_machine.arguments.network import joined
     from maze_machine.catalogue.profile import load_profile
+    from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.settings import pace, simulator_settings
     from maze_machine.simulated.world import SimulatedWorld, find_maze
     from transport.gate import Gate, PacedWorld
@@ -57,7 +72,8 @@ def sim(
 
     profile = load_profile(robot, settings or ())
     description = profile.robot
-    drawn = find_maze(maze)
+    words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
+    drawn = find_maze(maze, words.choices(), robot=description)
     world = simulator_settings(simulate or (), fault or ())
 
     def begin(asked: int | None) -> SimulatedWorld:

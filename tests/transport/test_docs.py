@@ -40,6 +40,7 @@ def test_the_access_file_is_one(tmp_path: Path) -> None:
         robots=["pico1", "pico2"],
         controllers={"alice": ["pico1"], "bob": ["pico1", "pico2"]},
         watchers={"eve": ["pico1"]},
+        operators={"olga": ["pico1"]},
     )
 
 

@@ -190,6 +190,8 @@ class Declarations:
         for name, place in self.events.items():
             if place is not None and name not in self.heard and name not in self.raised:
                 found.append(("event", name, place))
+            elif place is not None and name not in self.raised and name not in self.context.library.events:
+                found.append(("outside event", name, place))
         for name, token in self.raised.items():
             if name not in self.heard and self.events[name] is None and name not in self.context.library.events:
                 found.append(("raised event", name, self.context.place(token)))

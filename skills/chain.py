@@ -20,7 +20,7 @@ class MotionChain:
 
     def __init__(self, robot: RobotDescription, settings: SkillSettings) -> None:
         self._guard = CollisionGuard(robot, settings.safety)
-        self._surroundings = Surroundings(robot.laser, settings.safety.reach)
+        self._surroundings = Surroundings(settings.safety.reach)
         self._last = STOP
 
     def shape(self, wanted: Command, facts: Facts) -> Command:

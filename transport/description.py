@@ -10,20 +10,23 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from transport.arithmetic import norm
 from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
-from transport.outline import outline_fault
-from transport.section import Angle, Coordinate, Period, Point, Positive, RobotName, Settings
+from transport.outline import area_of, outline_fault
+from transport.section import Angle, Coordinate, Finite, Period, Point, Positive, Settings, is_network_name
 
 __all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription"]
 
 
 class Laser(Settings):
-    """The laser range finder and where it is mounted."""
+    """The laser range finder and where it is mounted.
+
+    A laser that turns clockwise is described by the same two angles, in either order: its scans are turned round.
+    """
 
     beams: Annotated[int, Field(ge=2, le=100_000)] = 1000
     """Number of beams."""
-    angle_min: Angle = -2.0
+    angle_min: Finite = -2.0
     """Direction of the first beam, rad."""
-    angle_max: Angle = 2.0
+    angle_max: Finite = 2.0
     """Direction of the last beam, rad."""
     range_min: Positive = 0.01
     """Shortest valid reading, m."""
@@ -36,13 +39,27 @@ class Laser(Settings):
     mount_heading: Angle = 0.0
     """Direction of the sensor's zero angle in the robot's frame, rad."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _counter_clockwise(cls, values: object) -> object:
+        """The two ends of the fan in counter-clockwise order."""
+        if isinstance(values, dict):
+            first, last = values.get("angle_min"), values.get("angle_max")
+            if isinstance(first, int | float) and isinstance(last, int | float) and first > last:
+                return values | {"angle_min": last, "angle_max": first}
+        return values
+
     @model_validator(mode="after")
-    def _goes_together(self) -> Self:
+    def _possible(self) -> Self:
+        span, furthest = self.angle_max - self.angle_min, max(abs(self.angle_min), abs(self.angle_max))
+        if not span > 0:
+            raise ValueError(f"must have `angle_min` ({self.angle_min:g}) below `angle_max` ({self.angle_max:g})")
+        if furthest > 2 * math.tau:
+            raise ValueError(f"has its angles in radians: {furthest:g} degrees are {math.radians(furthest):.4f} rad")
+        if not span <= math.tau + 1.5 * span / (self.beams - 1):
+            raise ValueError(f"cannot look at more than a full turn: it is {math.tau:.4f} rad, not {span:g}")
         if self.range_min >= self.range_max:
-            raise ValueError(f"range_min is {self.range_min:g} m and must be less than range_max, {self.range_max:g} m")
-        width = self.angle_max - self.angle_min
-        if not 0 < width <= math.tau + 1e-6:
-            raise ValueError(f"angle_max - angle_min is {width:g} rad and must be more than 0 and at most a whole turn")
+            raise ValueError(f"must have `range_min` ({self.range_min:g}) below `range_max` ({self.range_max:g})")
         return self
 
     def geometry(self) -> ScanGeometry:
@@ -71,8 +88,10 @@ PICO_FOOTPRINT: tuple[Point, ...] = (
 class RobotDescription(Settings):
     """One robot's body: by default PICO's."""
 
-    name: RobotName = "pico"
-    """The robot's name, which is also its namespace on a network."""
+    name: str = "pico"
+    """The robot's name, under which a gate or a simulator shows it on a network."""
+    namespace: str = "{name}"
+    """Namespace of the topics of a bare ROS 2 robot; `{name}` stands for its name. Empty for a robot without one."""
     footprint: tuple[Point, ...] = PICO_FOOTPRINT
     """Outline seen from above in the robot's frame, m, counter-clockwise."""
     limits: Limits = Limits()
@@ -86,10 +105,11 @@ class RobotDescription(Settings):
 
     @field_validator("footprint")
     @classmethod
-    def _has_area(cls, footprint: tuple[Point, ...]) -> tuple[Point, ...]:
+    def _outlines_a_body(cls, footprint: tuple[Point, ...]) -> tuple[Point, ...]:
+        """The corners counter-clockwise, whichever way they are given."""
         if reason := outline_fault(footprint):
             raise ValueError(reason)
-        return footprint
+        return footprint if area_of(footprint) > 0 else footprint[::-1]
 
     @field_validator("base", mode="before")
     @classmethod
@@ -103,6 +123,19 @@ class RobotDescription(Settings):
         track = named.get("track", width)
         rim = limits.speed + limits.turn_rate * (track if isinstance(track, float) else width) / 2
         return {"track": width, "wheel_speed": rim} | named
+
+    @field_validator("name", "namespace")
+    @classmethod
+    def _sayable(cls, value: str, info: ValidationInfo) -> str:
+        spelt = value.replace("{name}", "name").strip("/")
+        if not is_network_name(spelt) and (spelt or info.field_name == "name"):
+            raise ValueError(f"must be letters, digits, - and _, a letter first, not {value!r}")
+        return value
+
+    @property
+    def topics_below(self) -> str:
+        """The namespace of its topics as a bare ROS 2 robot; empty where they have none."""
+        return self.namespace.replace("{name}", self.name).strip("/")
 
     @property
     def radius(self) -> float:

@@ -226,7 +226,9 @@ class Gate:
 
     def _move(self) -> None:
         """Tell the base what holds now: at once where it changed, and again every period in case that got lost."""
-        blind = self.trust.look(self._base.status(), self._clock.now())
+        before, blind = self.trust.reason, self.trust.look(self._base.status(), self._clock.now())
+        if bool(before) != bool(blind):
+            _LOG.warning("%s", f"the base was stopped: {printable(blind)}" if blind else "the base may move again")
         twist = self.guard.twist()
         if blind:
             twist = STOP

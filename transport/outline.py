@@ -15,21 +15,24 @@ LEAST_AREA = 1e-4
 def outline_fault(corners: Sequence[Corner]) -> str:
     """Why corners, in m, are no outline of a body, or nothing."""
     if not 3 <= len(corners) <= MOST:
-        return f"needs 3 to {MOST} corners, not {len(corners)}"
-    if abs(_area(corners)) < LEAST_AREA:
-        return f"has no area: less than {LEAST_AREA:g} m^2"
+        return f"must have 3 to {MOST} corners, not {len(corners)}"
+    if abs(area_of(corners)) < LEAST_AREA:
+        area = abs(area_of(corners))
+        return f"must be an outline with an area, not {len(corners)} corners around {area:g} m^2"
     sides = list(zip(corners, [*corners[1:], corners[0]], strict=True))
     if any(one == other for one, other in sides):
-        return "has a corner twice in a row"
+        return "must not have a corner twice in a row"
     for number, side in enumerate(sides):
         # Neighbouring sides share a corner, which is no crossing.
         for other in sides[number + 2 : len(sides) - (number == 0)]:
             if _cross(*side, *other):
-                return f"crosses itself: the side from {side[0]} to {side[1]}, that from {other[0]} to {other[1]}"
+                return (
+                    f"must not cross itself: the side from {side[0]} to {side[1]}, that from {other[0]} to {other[1]}"
+                )
     return ""
 
 
-def _area(corners: Sequence[Corner]) -> float:
+def area_of(corners: Sequence[Corner]) -> float:
     """The area, positive counter-clockwise (the shoelace formula)."""
     following = [*corners[1:], corners[0]]
     return math.fsum(ax * by - ay * bx for (ax, ay), (bx, by) in zip(corners, following, strict=True)) / 2

@@ -116,7 +116,10 @@ class RealtimeRobot:
         """What has not come since the robot was looked for, or why what came is of no use."""
         limit = self._settings.connect
         missing = self._senses.silent(self._clock.now(), limit) or "fresh scan or odometry"
-        return self._senses.refused or f"no {missing} has come within {limit:g} s"
+        if self._senses.refused:
+            return self._senses.refused
+        heard = self._driver.heard()
+        return f"no {missing} has come within {limit:g} s" + (f": {heard}" if heard else "")
 
     def _lost(self) -> str:
         """What the robot no longer does."""

@@ -24,7 +24,7 @@ from transport.clock import Clock, MonotonicClock
 from transport.codec import CodecError
 from transport.keys import RobotKeys
 from transport.robot import LinkError
-from transport.section import RobotName
+from transport.section import ROBOT_NAME
 from transport.wording import in_words, printable
 
 PROTOCOL = 2
@@ -68,7 +68,9 @@ Report = Annotated[dict[str, JsonValue], AfterValidator(_printable_report)]
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    """A question or an answer; fields that are not known, of a later version or somebody's own, are ignored."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", strict=True)
 
 
 class Open(_Part):
@@ -124,7 +126,7 @@ class Granted(_Part):
     """The lease's number, which rides in clear with every observation and every command."""
     secret: Secret
     """Proves that a question comes from the holder, and seals its commands; it never rides with an observation."""
-    robot: RobotName
+    robot: Annotated[str, Field(max_length=200, pattern=ROBOT_NAME)]
     """Name of the robot."""
     mode: Mode
     """Whether time waits for the controller."""

@@ -1,7 +1,7 @@
 """The names of the shipped library without its code, so that checking a machine imports no perception and no skills.
 
 ``names.json`` holds what ``robot_library`` declares: names, types, defaults, documentation, and where each thing lies
-in Python. ``python -m maze_machine.catalogue.manifest`` writes it anew; a test holds it to the library. What a name
+in Python. ``python -m maze_machine.catalogue`` writes it anew; a test holds it to the library. What a name
 stands for is imported when somebody asks for it.
 """
 
@@ -173,10 +173,3 @@ def _parameters(entries: Sequence[Mapping[str, Any]], kinds: Mapping[str, type[S
 def _type(name: str, kinds: Mapping[str, type[StrEnum]]) -> Type:
     simple = _SIMPLE.get(name)
     return Enumeration(name, tuple(member.value for member in kinds[name])) if simple is None else simple
-
-
-if __name__ == "__main__":
-    from maze_machine.catalogue.library import robot_library
-    from transport.files import write_text
-
-    write_text(Path(__file__).with_name(FILE), text_of(manifest_of(robot_library())))

@@ -24,6 +24,7 @@ from maze_machine.arguments.options import (
     SpeedOption,
     StartOption,
 )
+from maze_machine.errors import UsageError
 
 
 def sim(
@@ -56,9 +57,12 @@ def sim(
     """Simulate a robot in a maze for a controller in another process.
 
     One line says that it is ready, and one line each how an episode went. It ends with Ctrl-C. Without `--realtime`
-    each period of the simulation waits for its command.
+    each period of the simulation waits for its command. With `--realtime` and `link.gate=false`, or
+    `link.keys=rmw_zenoh`, it is a bare ROS 2 robot, which any program may command.
 
     Example: `maze-machine sim final_2015 --listen tcp/127.0.0.1:7447`
+
+    Example: `maze-machine sim final_2015 --realtime --set link.keys=rmw_zenoh`
     """
     from math import inf
 
@@ -68,10 +72,14 @@ def sim(
     from maze_machine.simulated.settings import pace, simulator_settings
     from maze_machine.simulated.world import SimulatedWorld, find_maze
     from transport.gate import Gate, PacedWorld
+    from transport.keys import RobotKeys
     from transport.lockstep import LockstepServer
+    from transport.ros_robot import RosRobot
 
     profile = load_profile(robot, settings or ())
     description = profile.robot
+    if not profile.link.gate and not realtime:
+        raise UsageError("a bare ROS 2 robot (link.gate=false) does not wait for commands", "add --realtime")
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     drawn = find_maze(maze, words.choices(), robot=description)
     world = simulator_settings(simulate or (), fault or ())
@@ -81,10 +89,11 @@ def sim(
         return SimulatedWorld(drawn, description, seed if asked is None else asked, world, beat)
 
     with joined(listen, connect, identity, profile.link) as bus:
-        server: LockstepServer | Gate
+        server: LockstepServer | Gate | RosRobot
         if realtime:
             base = PacedWorld(begin, description.period)
-            server = Gate(bus, base, description, profile.link)
+            keys = RobotKeys(description.topics_below, profile.link)
+            server = Gate(bus, base, description, profile.link) if profile.link.gate else RosRobot(bus, base, keys)
         else:
             server = LockstepServer(bus, description.name, description.period, begin)
         place = f"dials {connect}" if connect else f"listens at {listen}"

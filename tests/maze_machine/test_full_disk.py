@@ -117,7 +117,7 @@ def test_every_command_that_writes_names_the_file_and_the_cause(tmp_path, monkey
     ended = in_little_room(*arguments, file, most=512)
     assert str(file) in ended.stderr
     if arguments[0] == "test":
-        assert "scenarios, 0 failed" in ended.stdout
+        assert "1 scenario, 0 failed" in ended.stdout
 
 
 def test_a_page_that_does_not_fit_leaves_the_one_before(tmp_path, recording):

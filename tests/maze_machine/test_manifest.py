@@ -13,7 +13,7 @@ from maze_machine.catalogue.library import robot_library, robot_names
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.catalogue.manifest import FILE, library_of, manifest_of, text_of
 
-WRITE = "write it anew: python -m maze_machine.catalogue.manifest"
+WRITE = "write it anew: python -m maze_machine.catalogue"
 
 
 def test_the_file_says_what_the_library_declares():

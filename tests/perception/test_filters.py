@@ -52,9 +52,10 @@ def test_the_meaning_of_readings():
     geometry = ScanGeometry(8, -1.0, 0.25, 0.01, 10.0)
     readings = [1.0, 0.005, -1.0, 10.0, 11.0, math.inf, math.nan, -math.inf]
     sweep = ScanPoints.of(Scan(0, geometry, np.array(readings, np.float32)))
-    assert sweep.hit.tolist() == [True] + [False] * 7
+    assert sweep.hit.tolist() == [True] + [False] * 6 + [True]
     assert np.isinf(sweep.ranges).tolist() == [False] + [True] * 5 + [False] * 2
-    assert sweep.known.tolist() == [True] * 6 + [False] * 2
+    assert sweep.known.tolist() == [True] * 6 + [False, True]
+    assert sweep.ranges[-1] == pytest.approx(0.01)
 
 
 @given(places, places)

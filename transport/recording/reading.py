@@ -40,7 +40,6 @@ DEEPEST = 8
 """What a recorded step says is not nested deeper."""
 PERIOD = 0.1
 """The robot's beat where nobody says it, s."""
-TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
 
 T = TypeVar("T")
 Stamp = Annotated[int, Field(ge=0, lt=2**63)]
@@ -113,7 +112,7 @@ class _Wanted:
         return next((topic for topic in beside if f"{topic.removesuffix('tick')}scan" in self.heard), "")
 
 
-_KINDS = (codec.LASER_SCAN, codec.ODOMETRY, codec.TWIST, TWIST_STAMPED, codec.STRING, codec.TRANSFORMS)
+_KINDS = (codec.LASER_SCAN, codec.ODOMETRY, codec.TWIST, codec.TWIST_STAMPED, codec.STRING, codec.TRANSFORMS)
 
 
 def _own(wanted: _Wanted) -> Recording:
@@ -187,7 +186,7 @@ def _foreign(wanted: _Wanted, asked: Topics, period: float) -> Recording:
     topics = Topics(
         _chosen(wanted, "scan", asked.scan, codec.LASER_SCAN),
         _chosen(wanted, "odometry", asked.odometry, codec.ODOMETRY),
-        asked.command or next(iter(wanted.of(codec.TWIST, TWIST_STAMPED)), None),
+        asked.command or next(iter(wanted.of(codec.TWIST, codec.TWIST_STAMPED)), None),
     )
     sensed = _Sensed()
     _tick_through(wanted, topics, sensed, round(period * NANOSECONDS))
@@ -256,7 +255,7 @@ def _tick_through(wanted: _Wanted, topics: Topics, sensed: _Sensed, period: int)
 
 
 def _twist(message: Message) -> Twist:
-    stamped = message.kind == TWIST_STAMPED
+    stamped = message.kind == codec.TWIST_STAMPED
     return codec.decode_twist_stamped(message.data) if stamped else codec.decode_twist(message.data)
 
 

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from transport import codec
 from transport.files import Stream
-from transport.messages import NANOSECONDS, Command, Observation, Pose, Scan
+from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose, Scan
 from transport.recording.frames import inverse, placed
 from transport.recording.messages import RUN
 from transport.recording.values import RecordedTick, RecordingError
@@ -184,7 +184,8 @@ class _TickWriter:
         self._sequence: Counter[str] = Counter()
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
-        self._scan = self._odometry = -1
+        self._scan: Scan | None = None
+        self._odometry: Odometry | None = None
         self._regions: dict[str, str] = {}
         self._path: list[Pose] = []
         self._path_at = -PATH_EVERY
@@ -198,10 +199,11 @@ class _TickWriter:
             self._begun = True
             self._begin(at, tick.pose)
         self._add("/clock", codec.CLOCK, at, codec.encode_clock(at + self._setting.epoch))
-        # In real time a tick may see the data of the last one again: those are in the file already.
-        if observation.odometry.stamp != self._odometry:
+        # In real time a tick may see the data of the last one again: those are in the file already. Their stamps do not
+        # tell, for a robot's clock may stand still.
+        if observation.odometry is not self._odometry:
             odometry = replace(observation.odometry, stamp=observation.odometry.stamp + self._setting.epoch)
-            self._odometry = observation.odometry.stamp
+            self._odometry = observation.odometry
             self._add(f"/{name}/odom", codec.ODOMETRY, at, codec.encode_odometry(odometry))
             place = odometry.x, odometry.y, odometry.qz, odometry.qw
             moved = [codec.Transform(odometry.stamp, codec.ODOMETRY_FRAME, codec.BASE_FRAME, *place)]
@@ -209,9 +211,9 @@ class _TickWriter:
                 drift = placed(inverse(odometry.pose), tick.pose)
                 moved.append(_transform(odometry.stamp, codec.MAP_FRAME, codec.ODOMETRY_FRAME, drift))
             self._add("/tf", codec.TRANSFORMS, at, codec.encode_transforms(*moved))
-        if observation.scan.stamp != self._scan:
+        if observation.scan is not self._scan:
             scan = replace(observation.scan, stamp=observation.scan.stamp + self._setting.epoch)
-            self._scan = observation.scan.stamp
+            self._scan = observation.scan
             self._add(f"/{name}/scan", codec.LASER_SCAN, at, codec.encode_scan(scan))
             self._add(f"/{name}/points", codec.POINTS, at, codec.encode_points(_points(scan), scan.stamp))
         self._add(f"/{name}/cmd_vel", codec.TWIST, at, codec.encode_twist(command.twist))

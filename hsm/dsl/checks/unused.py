@@ -29,6 +29,6 @@ _SENDERS = "an operator (`maze-machine send {0}`), a script (`run --event-at 1:{
 
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """One finding for each unused import, parameter, variable and event, and each event that comes from outside."""
-    for kind, name, place in subject.unused:
-        senders = _SENDERS.format(name) if kind == "outside event" else None
-        yield finding(_CODES[kind], place, _WORDS[kind].format(name), senders)
+    for one in subject.unused:
+        senders = _SENDERS.format(one.name) if one.kind == "outside event" else None
+        yield finding(_CODES[one.kind], one.place, _WORDS[one.kind].format(one.name), senders)

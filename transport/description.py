@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Self
+from typing import Annotated, Self, TypeVar
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
 
 from transport.arithmetic import norm
 from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
 from transport.outline import area_of, outline_fault
-from transport.section import Angle, Coordinate, Finite, Period, Point, Positive, Settings, is_network_name
+from transport.section import Angle, Coordinate, Finite, Period, Point, Positive, Settings, grown, is_network_name
 
-__all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription"]
+__all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription", "fitted"]
+
+Section = TypeVar("Section", bound=BaseModel)
 
 
 class Laser(Settings):
@@ -154,3 +156,21 @@ class RobotDescription(Settings):
     def towards(self, before: Twist, wanted: Twist, duration: float) -> Twist:
         """The velocity that the base has after a while (s) of getting from one to another."""
         return self.base.towards(before, wanted, self.limits, duration)
+
+    @property
+    def relative_size(self) -> float:
+        """Its radius as a multiple of the default robot's."""
+        return self.radius / _DEFAULT.radius
+
+    @property
+    def relative_speed(self) -> float:
+        """Its largest speed as a multiple of the default robot's."""
+        return self.limits.speed / _DEFAULT.limits.speed
+
+
+_DEFAULT = RobotDescription()
+
+
+def fitted(section: Section, robot: RobotDescription) -> Section:
+    """A section of a profile for a robot: its defaults grow with the robot where they are marked to."""
+    return grown(section, robot.relative_size, robot.relative_speed)

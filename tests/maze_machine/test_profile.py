@@ -132,9 +132,7 @@ def test_lasers_as_they_are_sold_are_possible(ends):
     "footprint", ["[[0,0],[1,0],[2,0]]", "[]", "[[0,0]]", "[[0,0],[1,1]]", "[[nan,0],[1,0],[0,1]]"]
 )
 def test_a_footprint_without_an_area_is_refused(footprint):
-    with pytest.raises(
-        UsageError, match="must be an outline with an area|must have 3 to 100 corners|must be a finite number"
-    ):
+    with pytest.raises(UsageError, match=r"with an area|3 to 100 corners|finite number"):
         load_profile("pico", [f"robot.footprint={footprint}"])
 
 

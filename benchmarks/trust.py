@@ -26,7 +26,7 @@ from hsm.testing.mutation.mutating import survey
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.running import run_suite
 from hsm.testing.scenarios.script import Script, scripted
-from hsm.testing.scenarios.trial import load_trial
+from hsm.testing.scenarios.tested_machine import load_tested_machine
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 
@@ -105,7 +105,7 @@ def main():
         begin = process_time()
         verdicts = check(model, steps=5000)
         checking = process_time() - begin
-        trial = load_trial(path, library)
+        trial = load_tested_machine(path, library)
         coverages = [one.coverage for suite in trial.suites for one in run_suite(suite, trial.machine)]
         measured = Measured(model, coverages[0] if coverages else Coverage())
         for one in coverages[1:]:

@@ -27,7 +27,8 @@ import numpy as np
 # Before the folder of the benchmarks, where a script bears the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from maze_machine.campaign.jobs import Record, Results, Setup, jobs_of
+from maze_machine.campaign.jobs import Record, Setup, jobs_of
+from maze_machine.campaign.results import Results
 from maze_machine.campaign.workers import on_cores
 from maze_machine.simulated.world import find_maze
 from sim.corridors import corridor, random_corridor

@@ -1,61 +1,116 @@
-"""Hierarchical state machines, written as text: the engine, its registry and the language."""
+"""Hierarchical state machines, written as text: load them, run them step by step, ask what they did and why.
+
+The engine knows no robot. What a machine may name is declared in a ``Library``; its facts and effects are of whatever
+types the library is made for.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from hsm.engine.explanation import Considered, Verdict
 from hsm.engine.machine import Machine, build
 from hsm.engine.macrostep import Macrostep, Microstep
 from hsm.engine.run import Supervisor
 from hsm.engine.snapshots import SnapshotError
-from hsm.interchange import scxml
+from hsm.engine.transition import Inputs, transition
+from hsm.model.chart import Model
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
 from hsm.model.faults import MachineFault, Spin
-from hsm.model.registry import Library, Outcome
+from hsm.model.registry import Activity, E, F, Library, Outcome, RegistryError, Stoppable
+from hsm.model.types import UNITS, Angle, Duration, Length, Speed, TurnRate, Unit
 
 if TYPE_CHECKING:
+    from hsm.interchange import scxml
     from hsm.interchange.backend import TransitionsMachine
 
 __all__ = [
+    "UNITS",
+    "Activity",
+    "Angle",
+    "Considered",
     "Diagnostic",
+    "Duration",
+    "Inputs",
+    "Length",
     "Library",
     "Machine",
     "MachineError",
     "MachineFault",
     "Macrostep",
     "Microstep",
+    "Model",
     "Outcome",
     "Place",
+    "RegistryError",
     "Severity",
     "SnapshotError",
+    "Speed",
     "Spin",
+    "Stoppable",
     "Supervisor",
+    "TurnRate",
+    "Unit",
+    "Verdict",
     "build",
     "load",
+    "loads",
     "scxml",
     "to_transitions",
+    "transition",
 ]
 
 
-def load(path: str | Path, library: Library) -> Machine:
+def __getattr__(name: str) -> ModuleType:
+    """Charts in SCXML when they are asked for: the XML library takes as long to import as all else here."""
+    if name != "scxml":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return import_module("hsm.interchange.scxml")
+
+
+def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
     """The machine that a ``.maze-machine`` file describes.
 
     Args:
-        path: the file.
+        path: the file; machines that it imports are looked for beside it and in the library's folders.
         library: what the machine may name.
 
+    Returns:
+        The machine, ready to run.
+
     Raises:
-        MachineError: the file cannot be read or describes no valid machine; all findings are in it.
+        MachineError: the file cannot be read or describes no valid machine; all diagnostics are in it.
     """
     from hsm.dsl import load_model  # noqa: PLC0415 - the engine works without the language
 
-    return build(load_model(path, library))
+    return Machine(load_model(path, library))
+
+
+def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F, E]:
+    """The machine that a text describes.
+
+    Args:
+        text: what would stand in a ``.maze-machine`` file.
+        library: what the machine may name.
+        file: the name that places in diagnostics bear; machines that it imports are looked for beside it.
+
+    Returns:
+        The machine, ready to run.
+
+    Raises:
+        MachineError: the text describes no valid machine; all diagnostics are in it.
+    """
+    from hsm.dsl import parse_model  # noqa: PLC0415 - the engine works without the language
+
+    return Machine(parse_model(text, library, file))
 
 
 def to_transitions(
-    machine: Machine, model: object | None = None, parameters: Mapping[str, Any] | None = None
+    machine: Machine[Any, Any], model: object | None = None, parameters: Mapping[str, Any] | None = None
 ) -> TransitionsMachine:
     """A machine on the library ``transitions``, live: events are sent as ``model.trigger(name, facts)``.
 
@@ -63,6 +118,9 @@ def to_transitions(
         machine: the machine.
         model: the object that gets the state and the triggers; by default the result itself.
         parameters: values by name, in SI units.
+
+    Returns:
+        A ``HierarchicalMachine`` of that library.
 
     Raises:
         MachineError: the machine has something that ``transitions`` does not share; all of it is in the error.

@@ -15,8 +15,6 @@ from typing import Any
 
 import typer
 
-from transport.wording import printable
-
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
@@ -113,6 +111,8 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
         return None  # whoever reads the output has seen enough, which the command line's library knows
     if isinstance(error, OSError):
         if error.filename is not None:
+            from transport.wording import printable
+
             return ExitStatus.BAD_FILE, f"{printable(str(error.filename))}: {error.strerror}"
         if error.errno in _NO_ROOM:  # files that are written have names
             return ExitStatus.BAD_FILE, f"the output cannot be written: {error.strerror}"

@@ -76,8 +76,19 @@ def _data(config: pytest.Config) -> Path:
     return config.rootpath / str(config.getoption("machine_coverage_data"))
 
 
+def _require_packages(*, simulator: bool = False) -> None:
+    """Make sure that no package of the tested project hides one of ours that is needed from here on."""
+    from maze_machine.installation import PACKAGES, HiddenPackageError, require_packages
+
+    try:
+        require_packages(one for one in PACKAGES if simulator or one != "sim")
+    except HiddenPackageError as error:
+        raise pytest.UsageError(str(error)) from None
+
+
 def _library(config: pytest.Config) -> Library:
     """What machines may name, made once a process."""
+    _require_packages()
     from maze_machine.catalogue.library import named_library
     from maze_machine.errors import UsageError
 
@@ -113,6 +124,10 @@ class ScenarioFile(pytest.File):
 
     def collect(self) -> Iterator[pytest.Item]:
         """One test for each scenario; where the file is named after its machine, one for each property."""
+        try:
+            _require_packages()
+        except pytest.UsageError as error:
+            raise self.CollectError(str(error)) from None
         from hsm.model.diagnostics import MachineError
         from hsm.testing.proofs.verdicts import NO_FAULT
         from hsm.testing.scenarios.trial import load_trial
@@ -305,6 +320,7 @@ def drive_machine(
 @pytest.fixture
 def run_in_maze(pytestconfig: pytest.Config) -> Iterator[Callable[..., Ending]]:
     """Runs a machine in the simulator: ``run_in_maze("pledge", "corridor", seed=3)`` gives an ``Ending``."""
+    _require_packages(simulator=True)
     from dataclasses import replace
 
     from maze_machine.catalogue.profile import load_profile

@@ -52,7 +52,7 @@ def compass_of(lines: Lines, settings: CompassSettings) -> Compass:
     named = _named_by_most(lines, settings)
     offsets = [math.remainder(line.alpha - named.alpha, settings.world_angle) for line in lines]
     agreeing = [(line, offset) for line, offset in zip(lines, offsets, strict=True) if abs(offset) <= settings.spread]
-    if sum([line.length for line, _ in agreeing]) < settings.min_length:
+    if math.fsum([line.length for line, _ in agreeing]) < settings.min_length:
         return UNKNOWN
     confidence = _agreement([line for line, _ in agreeing]) / _agreement(lines)
     if confidence < settings.min_confidence:
@@ -73,7 +73,7 @@ def _named_by_most(lines: Lines, settings: CompassSettings) -> Line:
     alphas = np.array([line.alpha for line in lines])
     offsets = alphas[:, None] - alphas
     near = np.abs(offsets - world_angle * np.rint(offsets / world_angle)) <= spread
-    return lines[int((near @ np.array([line.length * line.length for line in lines])).argmax())]
+    return lines[int((near * np.array([line.length * line.length for line in lines])).sum(axis=1).argmax())]
 
 
 def _agreement(lines: Sequence[Line]) -> float:
@@ -81,4 +81,4 @@ def _agreement(lines: Sequence[Line]) -> float:
 
     It is counted in length: long walls decide, and a single very well seen one does not outvote all others.
     """
-    return sum([line.length * line.length for line in lines])
+    return math.fsum([line.length * line.length for line in lines])

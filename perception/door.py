@@ -18,6 +18,7 @@ from perception.extremes import lowest
 from perception.lines import Line, Lines
 from perception.settings import DoorSettings
 from perception.sweep import Floats, Sweep
+from transport.arithmetic import distance_between, norm
 from transport.description import Point, RobotDescription
 
 RIGHT = math.pi / 2
@@ -45,7 +46,7 @@ class Door:
     @property
     def width(self) -> float:
         """Length of the dead-end wall, m."""
-        return math.hypot(self.left[0] - self.right[0], self.left[1] - self.right[1])
+        return norm(self.left[0] - self.right[0], self.left[1] - self.right[1])
 
     @property
     def bearing(self) -> float:
@@ -78,7 +79,7 @@ def _turns_left(first: Line, second: Line, settings: DoorSettings) -> bool:
 
     Both corners of a dead end are so; an S-bend turns left and right.
     """
-    joined = math.dist(first.end, second.start) <= settings.corner_gap
+    joined = distance_between(first.end, second.start) <= settings.corner_gap
     return joined and abs(math.remainder(second.direction - first.direction - RIGHT, math.tau)) <= settings.square
 
 
@@ -86,7 +87,7 @@ def _door(walls: Sequence[Line], robot: RobotDescription, settings: DoorSettings
     """The dead end between two side walls, if its size is a door's."""
     before, end, after = walls
     right, left = _corner(before, end), _corner(end, after)
-    width = math.hypot(left[0] - right[0], left[1] - right[1])
+    width = norm(left[0] - right[0], left[1] - right[1])
     if not settings.min_width - settings.margin <= width <= settings.max_width + settings.margin:
         return None
     return Door(right, left, _reach(right, left, robot.footprint))
@@ -112,7 +113,7 @@ def _distance(point: Point, start: Point, end: Point) -> float:
     dx, dy = end[0] - start[0], end[1] - start[1]
     along = ((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / (dx * dx + dy * dy)
     share = min(max(along, 0.0), 1.0)
-    return math.hypot(point[0] - start[0] - share * dx, point[1] - start[1] - share * dy)
+    return norm(point[0] - start[0] - share * dx, point[1] - start[1] - share * dy)
 
 
 def is_near(door: Door, settings: DoorSettings) -> bool:

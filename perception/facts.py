@@ -23,6 +23,7 @@ from perception.space import Space, look, space_of
 from perception.sweep import Floats, Sweep
 from perception.walls import Centre, Wall, centre_of, clearance_of, nearest_wall
 from perception.world import WorldModel, to_robot
+from transport.arithmetic import norm
 from transport.description import RobotDescription
 from transport.messages import Observation, Pose
 
@@ -115,8 +116,8 @@ class Facts:
 
     @cached_property
     def space(self) -> Space:
-        """Space to the left, ahead and to the right."""
-        return space_of(self.sweep, self.settings.space)
+        """Space to the left, ahead and to the right, along the walls."""
+        return space_of(self.sweep, quantised(self.misalignment), self.settings.space)
 
     @cached_property
     def wall_left(self) -> Wall:
@@ -176,7 +177,7 @@ class Facts:
         """The depth check of 2015: on the minimap the way to a door is free and ends there."""
         depth = self.minimap.depth(door.bearing - self.misalignment, 0.0)
         reach = self.settings.minimap.half_size - self.settings.minimap.cell
-        return abs(min(math.hypot(*door.centre), reach) - min(depth, reach)) <= self.settings.door.depth_margin
+        return abs(min(norm(*door.centre), reach) - min(depth, reach)) <= self.settings.door.depth_margin
 
     @cached_property
     def rung_door(self) -> Door | None:
@@ -206,7 +207,9 @@ class Facts:
 def turned(points: Floats, angle: float) -> Floats:
     """Points turned about the origin, counter-clockwise by ``angle`` in rad."""
     cosine, sine = math.cos(angle), math.sin(angle)
-    rotated: Floats = points @ np.array([[cosine, sine], [-sine, cosine]])
+    x, y = points[:, 0], points[:, 1]
+    rotated: Floats = np.empty_like(points)
+    rotated[:, 0], rotated[:, 1] = cosine * x - sine * y, sine * x + cosine * y
     return rotated
 
 
@@ -225,6 +228,7 @@ class Perception:
         """The facts of the next tick; called once a tick, in order."""
         facts = Facts(observation, self.robot, self.settings, self.world)
         self.world.move(observation.odometry)
+        self.world.survey(facts.sweep)
         self.world.align(facts.compass)
         self.world.follow_lane(facts.sweep, self.robot.footprint)
         return facts

@@ -21,6 +21,7 @@ from perception.compass import UNKNOWN, Compass
 from perception.extremes import highest
 from perception.settings import HoughSettings
 from perception.sweep import Floats, Indices
+from transport.arithmetic import cosines, sines
 
 Votes = NDArray[np.int32]
 
@@ -64,8 +65,8 @@ class HoughLine:
 class _Grid:
     """All lines that are voted on, as in ``HoughSettings`` and ``HoughSpace``.
 
-    Every third row and the rows beside them are all rows. The transform turns a column (x, y, 1) into the number of a
-    hit's cell for each alpha.
+    Every third row and the rows beside them are all rows. The transform, multiplied by a column (x, y, 1), is the
+    number of a hit's cell for each alpha.
     """
 
     step: float
@@ -80,7 +81,7 @@ class _Grid:
 def _grid(area: float, step: float, cell: float) -> _Grid:
     alphas: Floats = np.arange(max(round(math.pi / step), 1), dtype=np.float64) * step
     half = math.ceil(area * math.sqrt(2) / cell)
-    transform = np.stack((np.cos(alphas) / cell, np.sin(alphas) / cell, np.full(len(alphas), half + 0.5)), axis=1)
+    transform = np.stack((cosines(alphas) / cell, sines(alphas) / cell, np.full(len(alphas), half + 0.5)), axis=1)
     ps: Floats = (np.arange(2.0 * half + 1) - half) * cell
     every_third = np.minimum(np.arange(1, len(alphas) + 1, 3), len(alphas) - 1)
     return _Grid(step, cell, every_third, alphas, ps, transform.astype(np.float32))
@@ -92,7 +93,7 @@ class _Voters:
 
     Attributes:
         grid: what they vote on.
-        columns: x, y and 1 of each, in single precision, which is fine enough for a cell, shape (3, hits).
+        columns: x and y of each, in single precision, which is fine enough for a cell, shape (2, hits).
     """
 
     grid: _Grid
@@ -102,7 +103,7 @@ class _Voters:
     def of(cls, points: Floats, settings: HoughSettings) -> _Voters:
         x, y = points[:, 0], points[:, 1]
         trusted = ((np.abs(x) <= settings.area) & (np.abs(y) <= settings.area)).nonzero()[0]
-        columns = np.ones((3, len(trusted)), np.float32)
+        columns = np.empty((2, len(trusted)), np.float32)
         columns[0], columns[1] = x[trusted], y[trusted]
         return cls(_grid(settings.area, settings.step, settings.cell), columns)
 
@@ -119,10 +120,20 @@ class _Voters:
         shifts = np.arange(0, BLOCK * count, count, dtype=np.int32)[:, None]
         for first in range(0, len(rows), BLOCK):
             block = votes[first : first + BLOCK]
-            cells = (self.grid.transform[rows[first : first + BLOCK]] @ self.columns).astype(np.int32)
+            cells = self._cells(self.grid.transform[rows[first : first + BLOCK]])
             cells += shifts[: len(block)]
             block.ravel()[:] = np.bincount(cells.ravel(), minlength=block.size)
         return votes
+
+    def _cells(self, transform: NDArray[np.float32]) -> Votes:
+        """The number of each hit's cell for some alphas, shape (rows, hits), without BLAS (`transport.arithmetic`)."""
+        cosine, sine, middle = transform.T[:, :, None]
+        x, y = self.columns
+        numbers: NDArray[np.float32] = cosine * x
+        numbers += sine * y
+        numbers += middle
+        cells: Votes = numbers.astype(np.int32)
+        return cells
 
     def maximum(self) -> tuple[int, int]:
         """The row of the line with the most votes, the lowest such row, and its votes."""
@@ -143,7 +154,7 @@ class _Voters:
         are sums of the cells that end at each cell, taken along all rows at once: those that begin in the row before
         are too high, which a bound may be.
         """
-        x, y, _ = self.columns
+        x, y = self.columns
         farthest = math.sqrt(highest(x * x + y * y))
         moves = math.ceil(farthest * self.grid.step / self.grid.cell + 0.01)  # a little more, for single precision
         sums = votes.ravel().cumsum(dtype=np.int32)

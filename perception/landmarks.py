@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from perception.lines import Lines
 from perception.settings import LandmarkSettings
+from transport.arithmetic import distance_between
 from transport.description import Point
 from transport.messages import Pose
 
@@ -38,7 +37,7 @@ class Landmark:
     @property
     def length(self) -> float:
         """From end to end, m."""
-        return math.dist(self.start, self.end)
+        return distance_between(self.start, self.end)
 
     def seen_from(self, pose: Pose) -> Landmark:
         """The same landmark, given in the robot's frame, in the frame in which the robot is at ``pose``."""
@@ -83,25 +82,31 @@ def _continues(wall: Landmark, piece: Landmark, settings: LandmarkSettings) -> b
     return (
         turned <= settings.same_angle
         and abs(piece.p - wall.p) <= settings.same_distance
-        and math.dist(wall.end, piece.start) <= settings.max_gap
+        and distance_between(wall.end, piece.start) <= settings.max_gap
     )
 
 
 def _united(wall: Landmark, piece: Landmark) -> Landmark:
     """One wall of two pieces; each end weighs as its piece's hits."""
-    points = np.array([wall.start, wall.end, piece.start, piece.end])
-    weights = np.array([wall.hits, wall.hits, piece.hits, piece.hits], dtype=np.float64)
-    centre = weights @ points / weights.sum()
-    offsets = points - centre
-    _, axes = np.linalg.eigh((offsets * weights[:, None]).T @ offsets)
-    normal = axes[:, 0]
-    p = float(normal @ centre)
+    ends = wall.start, wall.end, piece.start, piece.end
+    weights = wall.hits, wall.hits, piece.hits, piece.hits
+    total = sum(weights)
+    x, y = (
+        math.fsum([weight * end[axis] for weight, end in zip(weights, ends, strict=True)]) / total for axis in (0, 1)
+    )
+    weighted = [(weight, end[0] - x, end[1] - y) for weight, end in zip(weights, ends, strict=True)]
+    # The principal axis of the ends has the angle t with tan 2t = 2 Sxy / (Sxx - Syy); the normal is across it.
+    sxy = math.fsum([weight * dx * dy for weight, dx, dy in weighted])
+    difference = math.fsum([weight * (dx * dx - dy * dy) for weight, dx, dy in weighted])
+    along = math.atan2(2 * sxy, difference) / 2
+    normal = -math.sin(along), math.cos(along)
+    p = normal[0] * x + normal[1] * y
     if p < 0:
-        normal, p = -normal, -p
+        normal, p = (-normal[0], -normal[1]), -p
     start, end = (_onto(point, normal, p) for point in (wall.start, piece.end))
     return Landmark(start, end, math.atan2(normal[1], normal[0]), p, wall.hits + piece.hits)
 
 
-def _onto(point: Point, normal: np.ndarray[tuple[int, ...], np.dtype[np.float64]], p: float) -> Point:
-    away = float(normal @ point) - p
-    return (point[0] - away * float(normal[0]), point[1] - away * float(normal[1]))
+def _onto(point: Point, normal: Point, p: float) -> Point:
+    away = normal[0] * point[0] + normal[1] * point[1] - p
+    return (point[0] - away * normal[0], point[1] - away * normal[1])

@@ -19,6 +19,7 @@ import numpy as np
 
 from perception.settings import LineSettings
 from perception.sweep import Floats, Sweep
+from transport.arithmetic import distance_between, norm
 from transport.description import Point
 
 
@@ -157,7 +158,7 @@ def split_at_end_points(
         highest, lowest = int(across.argmax()), int(across.argmin())
         chord = across.item(0)
         above, below = across.item(highest) - chord, chord - across.item(lowest)
-        if max(above, below) <= tolerance * math.hypot(1.0, slope):
+        if max(above, below) <= tolerance * norm(1.0, slope):
             pieces.append((first, last))
         else:
             farthest = first + (highest if above >= below else lowest)
@@ -192,7 +193,7 @@ class _Piece(NamedTuple):
     def deviation(self) -> float:
         """Root mean square distance of the hits from the line that fits best, m."""
         cxx, cxy, cyy = self.scatter()
-        across = (cxx + cyy) / 2 - math.hypot((cxx - cyy) / 2, cxy)
+        across = (cxx + cyy) / 2 - norm((cxx - cyy) / 2, cxy)
         return math.sqrt(max(across, 0.0) / self.w)
 
 
@@ -243,7 +244,7 @@ def _fitted(points: Floats, piece: _Piece) -> Line:
     p = (piece.wx * cosine + piece.wy * sine) / piece.w
     if p < 0:
         cosine, sine, p = -cosine, -sine, -p
-    along = math.hypot(cxx - cyy, 2 * cxy)
+    along = norm(cxx - cyy, 2 * cxy)
     across = max((cxx + cyy - along) / 2, 0.0)
     away = max(p, 0.02)
     start, end = _onto(points, piece.first, cosine, sine, p), _onto(points, piece.last, cosine, sine, p)
@@ -252,7 +253,7 @@ def _fitted(points: Floats, piece: _Piece) -> Line:
         p=p,
         start=start,
         end=end,
-        length=math.dist(start, end),
+        length=distance_between(start, end),
         hits=piece.last - piece.first + 1,
         information=(along + across) / (away * away),
         residual=math.sqrt(across / piece.w),

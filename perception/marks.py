@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from transport.arithmetic import distance_between
 from transport.description import Point
 from transport.messages import Pose
 
@@ -65,8 +66,8 @@ class Marks:
 
         A junction found again is moved to where it is seen now: the drift of dead reckoning shall not add up.
         """
-        near = min(self.places, key=lambda place: math.dist((place.x, place.y), (pose.x, pose.y)), default=None)
-        self.new = near is None or math.dist((near.x, near.y), (pose.x, pose.y)) > self.tolerance
+        near = min(self.places, key=lambda place: distance_between((place.x, place.y), (pose.x, pose.y)), default=None)
+        self.new = near is None or distance_between((near.x, near.y), (pose.x, pose.y)) > self.tolerance
         if near is None or self.new:
             near = MarkedPlace(pose.x, pose.y)
             self.places.append(near)
@@ -79,8 +80,8 @@ class Marks:
     def _recognised(self, pose: Pose) -> MarkedPlace | None:
         """The known junction at a pose; how far the two lie apart is allowed for at the next one."""
         at = (pose.x + self._shift[0], pose.y + self._shift[1])
-        near = min(self.known, key=lambda place: math.dist((place.x, place.y), at), default=None)
-        if near is None or math.dist((near.x, near.y), at) > self.tolerance:
+        near = min(self.known, key=lambda place: distance_between((place.x, place.y), at), default=None)
+        if near is None or distance_between((near.x, near.y), at) > self.tolerance:
             return None
         self._shift = (near.x - pose.x, near.y - pose.y)
         return near

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from perception.settings import MinimapSettings
 from perception.sweep import Floats, Indices, Mask, Sweep
+from transport.arithmetic import norms
 
 
 class Cell(IntEnum):
@@ -88,7 +89,8 @@ def _cells(half: int, cell: float, sensor: tuple[float, float], step: float) -> 
     """
     places = np.arange(-half, half + 1) * cell
     dx, dy = np.meshgrid(places - sensor[0], places - sensor[1], indexing="ij")
-    return np.arctan2(dy, dx).ravel() / step, np.hypot(dx, dy).ravel() + cell / 2
+    directions = np.array([math.atan2(y, x) for x, y in zip(dx.ravel().tolist(), dy.ravel().tolist(), strict=True)])
+    return directions / step, norms(dx, dy).ravel() + cell / 2
 
 
 def minimap_of(sweep: Sweep, aligned: Floats, misalignment: float, settings: MinimapSettings) -> Minimap:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 from perception.lines import LinePieces
 from perception.settings import NodeSettings
 from perception.sweep import Floats, Sweep
+from transport.arithmetic import distance_between, norm
 from transport.description import Point
 
 MOST = 250
@@ -92,7 +93,7 @@ def _apart(
     """Of connected nodes closer than a distance keep the first; an end stays an end."""
     kept: list[tuple[int, NodeKind, bool]] = []
     for index, kind, connected in found:
-        if kept and connected and math.dist(_point(points, index), _point(points, kept[-1][0])) < distance:
+        if kept and connected and distance_between(_point(points, index), _point(points, kept[-1][0])) < distance:
             if kind is NodeKind.END:
                 kept[-1] = (index, kind, kept[-1][2]) if kept[-1][1] is NodeKind.CORNER else kept[-1]
             continue
@@ -107,7 +108,7 @@ def _numbered(sweep: Sweep, found: Sequence[tuple[int, NodeKind, bool]]) -> tupl
         before = (number - 1,) if connected and number else ()
         after = (number + 1,) if number + 1 < len(found) and found[number + 1][2] else ()
         beam = sweep.beams.item(index)
-        nodes.append(Node(number, kind, x, y, math.hypot(x, y), math.atan2(y, x), beam, before + after))
+        nodes.append(Node(number, kind, x, y, norm(x, y), math.atan2(y, x), beam, before + after))
     return tuple(nodes)
 
 
@@ -132,13 +133,18 @@ def is_right_angle(points: Floats, place: tuple[int, int, int], settings: NodeSe
     before = slice(max(corner - back - 4, 0), corner - back + 1)
     after = slice(corner + on, corner + on + 5)
     one, other = (_mean(dx[before]), _mean(dy[before])), (_mean(dx[after]), _mean(dy[after]))
-    return abs(math.dist(one, other) / math.hypot(*one, *other) - 1.0) <= settings.pythagoras
+    return abs(distance_between(one, other) / _hypotenuse(one, other) - 1.0) <= settings.pythagoras
+
+
+def _hypotenuse(one: Point, other: Point) -> float:
+    """How far two legs' ends were apart if there were a right angle between the legs."""
+    return math.sqrt(one[0] * one[0] + one[1] * one[1] + other[0] * other[0] + other[1] * other[1])
 
 
 def _mean(values: Floats) -> float:
     """The mean of a few values."""
     numbers = values.tolist()
-    return float(sum(numbers)) / len(numbers)
+    return math.fsum(numbers) / len(numbers)
 
 
 def _point(points: Floats, index: int) -> Point:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from perception.compass import Compass
 from perception.settings import OdometrySettings
+from transport.arithmetic import norm
 from transport.messages import Pose, wrap_angle
 
 
@@ -27,7 +28,7 @@ class Step:
     @property
     def length(self) -> float:
         """Distance moved, m."""
-        return math.hypot(self.forward, self.left)
+        return norm(self.forward, self.left)
 
 
 def step_between(before: Pose, after: Pose) -> Step:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from perception.mapping.settings import MappingSettings
 from transport.section import Positive, Settings
 
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -293,3 +294,5 @@ class PerceptionSettings(Settings):
     """Marks at junctions."""
     odometry: OdometrySettings = OdometrySettings()
     """Dead reckoning."""
+    mapping: MappingSettings = MappingSettings()
+    """The map."""

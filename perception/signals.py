@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import math
 
+from hsm.model.registry import Library
 from hsm.model.types import Angle, Duration, Length, Speed, TurnRate
 from perception.facts import Facts
 from perception.junction import JunctionKind
-from perception.library import LIBRARY
+from transport.messages import Command
+
+LIBRARY: Library[Facts, Command] = Library("perception")
+"""All signals of this module, and the events that the loop sends."""
 
 FAR = 1000.0
 """Metres; what a distance signal gives where nothing is in sight, so that arithmetic on it stays finite."""
@@ -23,19 +27,19 @@ def _number(distance: float) -> float:
 
 @LIBRARY.signal("space.left")
 def space_left(facts: Facts) -> bool:
-    """Whether there is space to the left; false where it is not known."""
+    """Whether there is space to the left, square to the walls; false where it is not known."""
     return facts.space.left.free
 
 
 @LIBRARY.signal("space.front")
 def space_front(facts: Facts) -> bool:
-    """Whether there is space ahead; false where it is not known."""
+    """Whether there is space ahead, along the walls; false where it is not known."""
     return facts.space.front.free
 
 
 @LIBRARY.signal("space.right")
 def space_right(facts: Facts) -> bool:
-    """Whether there is space to the right; false where it is not known."""
+    """Whether there is space to the right, square to the walls; false where it is not known."""
     return facts.space.right.free
 
 
@@ -47,19 +51,19 @@ def space_known(facts: Facts) -> bool:
 
 @LIBRARY.signal("distance.left")
 def distance_left(facts: Facts) -> Length:
-    """Distance from the laser to what the left beam sees; 0 where it is not known."""
+    """Distance from the laser to what the left beam sees, square to the walls; 0 where it is not known."""
     return facts.space.left.distance
 
 
 @LIBRARY.signal("distance.front")
 def distance_front(facts: Facts) -> Length:
-    """Distance from the laser to what the beam ahead sees; 0 where it is not known."""
+    """Distance from the laser to what the beam ahead sees, along the walls; 0 where it is not known."""
     return facts.space.front.distance
 
 
 @LIBRARY.signal("distance.right")
 def distance_right(facts: Facts) -> Length:
-    """Distance from the laser to what the right beam sees; 0 where it is not known."""
+    """Distance from the laser to what the right beam sees, square to the walls; 0 where it is not known."""
     return facts.space.right.distance
 
 
@@ -403,7 +407,16 @@ def link_reconnects(facts: Facts) -> int:
     return facts.observation.link.reconnects
 
 
+@LIBRARY.signal("link.blind")
+def link_blind(facts: Facts) -> bool:
+    """Whether the base is kept standing because scan or odometry is too old, refused, or has only just come back."""
+    return bool(facts.observation.link.blind)
+
+
 @LIBRARY.signal("link.stopped")
 def link_stopped(facts: Facts) -> bool:
     """Whether the robot's dead man has stopped it."""
     return facts.observation.link.stopped
+
+
+LIBRARY.event("blinded", "the base was stopped because scan or odometry is too old or was refused; see link.blind")

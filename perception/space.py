@@ -60,11 +60,17 @@ def look(sweep: Sweep, direction: float, width: float, threshold: float, bad_sha
     return Beam(distance, distance >= threshold, known=True)
 
 
-def space_of(sweep: Sweep, settings: SpaceSettings) -> Space:
-    """Look to the left, ahead and to the right."""
-    side, front = settings.side, settings.front
+def space_of(sweep: Sweep, misalignment: float, settings: SpaceSettings) -> Space:
+    """Look to the left, ahead and to the right, along the walls however the robot stands between them.
+
+    Args:
+        sweep: the scan.
+        misalignment: direction of the walls seen from the robot, rad.
+        settings: width and thresholds.
+    """
+    side, front, share = settings.side, settings.front, settings.bad_share
     return Space(
-        left=look(sweep, math.pi / 2, settings.width, side, settings.bad_share),
-        front=look(sweep, 0.0, settings.width, front, settings.bad_share),
-        right=look(sweep, -math.pi / 2, settings.width, side, settings.bad_share),
+        left=look(sweep, misalignment + math.pi / 2, settings.width, side, share),
+        front=look(sweep, misalignment, settings.width, front, share),
+        right=look(sweep, misalignment - math.pi / 2, settings.width, side, share),
     )

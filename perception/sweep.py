@@ -14,6 +14,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from transport.arithmetic import cosines, sines
 from transport.messages import Pose, Scan, ScanGeometry
 
 Floats = NDArray[np.float64]
@@ -54,7 +55,7 @@ class Fan:
         return _sector(self, centre, width)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=1024)
 def _sector(fan: Fan, centre: float, width: float) -> Indices:
     offset = np.abs((fan.angles - centre + math.pi) % math.tau - math.pi)
     return np.flatnonzero(offset <= width / 2 + 1e-9)
@@ -67,7 +68,7 @@ def fan_of(geometry: ScanGeometry, mount: Pose) -> Fan:
     if geometry.angle_increment < 0:
         angles = angles[::-1]
     angles = (angles + math.pi) % math.tau - math.pi
-    return Fan(angles, np.cos(angles), np.sin(angles), mount, abs(geometry.angle_increment))
+    return Fan(angles, cosines(angles), sines(angles), mount, abs(geometry.angle_increment))
 
 
 _NOTHING = np.empty(0)

@@ -12,6 +12,7 @@ from perception.extremes import lowest
 from perception.lines import Lines
 from perception.settings import CentreSettings, WallSettings
 from perception.sweep import Floats, Mask
+from transport.arithmetic import norm
 from transport.description import Point
 
 
@@ -48,7 +49,7 @@ def nearest_wall(lines: Lines, side: float, settings: WallSettings) -> Wall:
         settings: how far to the front and back the wall may be.
     """
     walls = [
-        Wall(math.hypot(x, y), math.remainder(line.alpha + math.pi / 2, math.pi))
+        Wall(norm(x, y), math.remainder(line.alpha + math.pi / 2, math.pi))
         for line in lines
         if line.length >= settings.min_length
         for x, y in [line.nearest]

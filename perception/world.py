@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 from perception.compass import Compass
 from perception.door import Door
 from perception.exit import NO_LANE, Lane, body_along, next_lane
+from perception.mapping.surveyor import Surveyor
 from perception.marks import Marks
 from perception.odometry import Step, corrected, is_restart, moved, step_between
 from perception.settings import PerceptionSettings
 from perception.sweep import Sweep
+from transport.arithmetic import distance_between
 from transport.description import Point
 from transport.messages import Odometry, Pose
 
@@ -57,7 +59,8 @@ class WorldModel:
     """Memory over the ticks of one run.
 
     The frame begins where the run begins; its axes run along the walls as soon as the compass knows them. Positions are
-    dead reckoning: odometry's steps along a heading that the compass keeps from drifting.
+    dead reckoning, odometry's steps along a heading that the compass keeps from drifting, until a map is begun; from
+    then on they are the map's.
 
     Attributes:
         settings: perception's thresholds.
@@ -70,6 +73,7 @@ class WorldModel:
         outside_ticks: for how many ticks in a row the scan has shown the robot outside.
         doors: the doors tried so far, in order.
         marks: the junctions that the robot has marked.
+        surveyor: keeps the map; None before one is begun.
     """
 
     settings: PerceptionSettings
@@ -82,6 +86,7 @@ class WorldModel:
     outside_ticks: int = 0
     doors: list[DoorPlace] = field(default_factory=list)
     marks: Marks = field(init=False)
+    surveyor: Surveyor | None = None
     _odometry: Pose | None = None
     _aligned: bool = False
     _axis: float = 0.0
@@ -102,11 +107,14 @@ class WorldModel:
         """Dead reckoning: take in the newest odometry."""
         before, after = self._odometry, odometry.pose
         step = step_between(before, after) if before else Step()
-        if is_restart(step, self.settings.odometry):
+        restarted = is_restart(step, self.settings.odometry)
+        if restarted:
             self.restarts += 1
             step = Step()
         if math.isfinite(after.x + after.y + after.heading):
             self._odometry = after
+        if self.surveyor:
+            self.surveyor.move(None if restarted else Pose(step.forward, step.left, step.turn))
         self.step = step
         self.travelled += step.length
         self.turned += step.turn
@@ -114,7 +122,7 @@ class WorldModel:
 
     def align(self, compass: Compass) -> None:
         """Correct the heading by the compass; the first known compass gives the frame its axes."""
-        if not compass.known:
+        if not compass.known or self.surveyor:
             return
         if self._aligned:
             heading = corrected(self.pose.heading, compass, self.settings.compass.world_angle, self.settings.odometry)
@@ -124,6 +132,18 @@ class WorldModel:
         correction = math.remainder(-compass.misalignment - self.pose.heading, self.settings.compass.world_angle)
         x, y = to_world(Pose(heading=correction), (self.pose.x, self.pose.y))
         self.pose = Pose(x, y, self.pose.heading + correction)
+
+    def begin_map(self, sweep: Sweep) -> None:
+        """Begin a map where the robot is, with what it sees there; nothing where there is one."""
+        if self.surveyor is None:
+            self.surveyor = Surveyor(self.settings.mapping, self.pose)
+            self.surveyor.see(sweep)
+
+    def survey(self, sweep: Sweep) -> None:
+        """Take in what the scan shows of the surroundings, if there is a map."""
+        if self.surveyor:
+            self.surveyor.see(sweep)
+            self.pose = self.surveyor.pose
 
     def follow_lane(self, sweep: Sweep, footprint: tuple[Point, ...]) -> None:
         """Take in what the scan shows of the lane that the robot is in."""
@@ -157,6 +177,6 @@ class WorldModel:
         return any(self._same(other, place) for other in self.doors)
 
     def _same(self, one: DoorPlace, other: DoorPlace) -> bool:
-        apart = math.dist(one.centre, other.centre)
+        apart = distance_between(one.centre, other.centre)
         turned = abs(math.remainder(one.facing - other.facing, math.tau))
         return apart <= self.settings.door.same_place and turned <= math.pi / 4

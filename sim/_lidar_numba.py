@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.lidar import CLOSE, STRAIGHT
+from sim.geometry import CLOSE, STRAIGHT
 
 Ranges = NDArray[np.float64]
 Vector = tuple[float, float]

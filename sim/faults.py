@@ -8,6 +8,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import Field, TypeAdapter, ValidationError
 
 from sim.maze import Point
+from transport.arithmetic import distance_between
 from transport.messages import Pose
 from transport.section import Settings
 from transport.wording import in_words
@@ -42,6 +43,18 @@ class LaserFrozen(_Fault):
     """The ranges stay as they were; only their stamp goes on."""
 
     kind: Literal["laser_frozen"] = "laser_frozen"
+
+
+class LaserSilent(_Fault):
+    """No scan comes any more: the last one grows old."""
+
+    kind: Literal["laser_silent"] = "laser_silent"
+
+
+class OdometrySilent(_Fault):
+    """No odometry comes any more: the last one grows old."""
+
+    kind: Literal["odometry_silent"] = "odometry_silent"
 
 
 class BeamsMissing(_Fault):
@@ -91,7 +104,16 @@ class ObjectStops(_Fault):
 
 
 Fault = Annotated[
-    LaserBlinded | LaserFrozen | BeamsMissing | OdometryJump | CommandLost | CommandLate | DoorStuck | ObjectStops,
+    LaserBlinded
+    | LaserFrozen
+    | LaserSilent
+    | OdometrySilent
+    | BeamsMissing
+    | OdometryJump
+    | CommandLost
+    | CommandLate
+    | DoorStuck
+    | ObjectStops,
     Field(discriminator="kind"),
 ]
 _ANY: TypeAdapter[Fault] = TypeAdapter(Fault)
@@ -146,4 +168,4 @@ class Watch:
         if self.fault.place is None:
             return True
         x, y, radius = self.fault.place
-        return math.dist(point, (x, y)) <= radius
+        return distance_between(point, (x, y)) <= radius

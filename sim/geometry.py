@@ -9,7 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.maze import Point, Segments
+from transport.arithmetic import norms
 from transport.messages import Pose
+
+CLOSE = 1e-3
+"""Walls whose line passes the sensor nearer than this, m, are intersected with every beam."""
+STRAIGHT = 2e-3
+"""A wall whose ends lie in opposite directions to within this angle, rad, is tried with every beam: on which side of it
+the sensor is, the directions do not tell for certain."""
 
 Points = NDArray[np.float64]
 
@@ -32,7 +39,7 @@ def distances(points: Points, segments: Segments) -> NDArray[np.float64]:
     dx, dy = segments[:, 2] - ax, segments[:, 3] - ay
     px, py = points[:, 0, None] - ax, points[:, 1, None] - ay
     along = np.clip((px * dx + py * dy) / np.maximum(dx * dx + dy * dy, 1e-300), 0.0, 1.0)
-    return np.hypot(px - along * dx, py - along * dy)
+    return norms(px - along * dx, py - along * dy)
 
 
 def outline_distance(corners: Points, segments: Segments) -> float:

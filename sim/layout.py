@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Sequence
 from typing import TypeVar
@@ -10,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from sim.formats.grid import SIDES, Cell
+from transport.arithmetic import distance_between
 
 Passage = frozenset[Cell]
 """The two cells that a passage joins."""
@@ -165,7 +165,7 @@ class Layout:
                 if behind in used:
                     continue
                 middle = ((dead_end[0] + behind[0]) / 2, (dead_end[1] + behind[1]) / 2)
-                if math.dist(middle, self.start) < apart or not self._parts(dead_end, behind):
+                if distance_between(middle, self.start) < apart or not self._parts(dead_end, behind):
                     continue
                 along = (behind[1] - dead_end[1], behind[0] - dead_end[0])
                 for side in (along, (-along[0], -along[1])):

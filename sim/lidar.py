@@ -19,14 +19,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.geometry import CLOSE, STRAIGHT
 from sim.maze import Segments
+from transport.arithmetic import cosines, sines
 from transport.messages import Pose, ScanGeometry
 
-CLOSE = 1e-3
-"""Walls whose line passes the sensor nearer than this, m, are intersected with every beam."""
-STRAIGHT = 2e-3
-"""A wall whose ends lie in opposite directions to within this angle, rad, is tried with every beam: on which side of it
-the sensor is, the directions do not tell for certain."""
 Ranges = NDArray[np.float64]
 Vector = tuple[float, float]
 Sensor = tuple[float, float, float, float]
@@ -57,6 +54,7 @@ def project(segments: Segments, sensor: Sensor, beams: Ranges, fan: Fan) -> Rang
     ax, ay = cos * dx + sin * dy, cos * dy - sin * dx
     dx, dy = segments[:, 2] - x, segments[:, 3] - y
     bx, by = cos * dx + sin * dy, cos * dy - sin * dx
+    # Their last bits may differ from processor to processor; which of these beams hit is decided by the sides below.
     first, second = np.arctan2(ay, ax), np.arctan2(by, bx)
     low, high = np.minimum(first, second), np.maximum(first, second)
     over_the_back = high - low > math.pi
@@ -143,7 +141,7 @@ class Lidar:
         self.geometry = geometry
         self.mount = mount or Pose()
         angles = geometry.angles()
-        self._beams = np.stack([np.cos(angles), np.sin(angles)])
+        self._beams = np.stack([cosines(angles), sines(angles)])
         self._fan = (geometry.angle_min, geometry.angle_increment, geometry.range_max)
         self._project = kernel or _ADAPTIVE
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from transport.arithmetic import distance_between
 from transport.messages import Pose
 
 Point = tuple[float, float]
@@ -75,7 +76,7 @@ class Door:
     @property
     def length(self) -> float:
         """Length of the leaf, m."""
-        return math.dist(*self.leaf)
+        return distance_between(*self.leaf)
 
 
 @dataclass(frozen=True, slots=True)

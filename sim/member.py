@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,9 @@ from sim.faults import (
     Fault,
     LaserBlinded,
     LaserFrozen,
+    LaserSilent,
     OdometryJump,
+    OdometrySilent,
     Watch,
 )
 from sim.geometry import placed
@@ -28,6 +31,7 @@ from sim.track import Track
 from sim.world import World
 from transport.description import RobotDescription
 from transport.messages import STOP, Command, DoorReply, Observation, Pose, Scan, Twist, wrap_angle
+from transport.sanity import observed
 
 
 class Member:
@@ -47,6 +51,7 @@ class Member:
         self._obeyed = Command(STOP)
         self._door: DoorReply | None = None
         self._ranges: NDArray[np.float32] | None = None
+        self._last: Observation | None = None
         self.pose = self._drawn_start()
         self.path = Track()
         self.path.append(self.pose)
@@ -110,10 +115,21 @@ class Member:
 
     def observe(self, time: float, stamp: int, world: World) -> Observation:
         """What the robot's sensors say now."""
+        faults = self.faults(time)
+        scan, odometry = self._measured(faults, stamp, world), self._odometry.reading(stamp)
+        if self._last is not None:
+            scan = self._last.scan if any(isinstance(fault, LaserSilent) for fault in faults) else scan
+            silent = any(isinstance(fault, OdometrySilent) for fault in faults)
+            odometry = self._last.odometry if silent else odometry
+        self._last = observed(stamp, scan, odometry, self._door)
+        return self._last
+
+    def _measured(self, faults: Sequence[Fault], stamp: int, world: World) -> Scan:
+        """The scan of the present place; its noise is drawn whether or not the scan comes through."""
         geometry = self._lidar.geometry
         exact = self._lidar.ranges(world.around(self.description.name), self.pose)
         ranges = disturbed(exact, self._settings.noise, geometry, self._noise)
-        for fault in self.faults(time):
+        for fault in faults:
             match fault:
                 case LaserFrozen() if self._ranges is not None:
                     ranges = self._ranges.copy()
@@ -124,7 +140,7 @@ class Member:
                     ranges[(angles >= first) & (angles <= last)] = np.nan
         self._ranges = ranges
         ranges.flags.writeable = False
-        return Observation(stamp, Scan(stamp, geometry, ranges), self._odometry.reading(stamp), self._door)
+        return Scan(stamp, geometry, ranges)
 
     def try_again(self, time: float, world: World) -> None:
         """Begin the next attempt at the start."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from sim.geometry import edges
 from sim.maze import MovingObject, Point, Segments
+from transport.arithmetic import distance_between
 
 
 class Traveller:
@@ -19,8 +20,8 @@ class Traveller:
         self.thing = thing
         self.halted = False
         self._outline = np.asarray(thing.outline, dtype=np.float64)
-        self._lengths = [math.dist(*leg) for leg in pairwise(thing.path)]
-        self._way = sum(self._lengths)
+        self._lengths = [distance_between(*leg) for leg in pairwise(thing.path)]
+        self._way = math.fsum(self._lengths)
         self._travelled = 0.0
         self._direction = 1
         self._waiting = math.isfinite(thing.near)
@@ -38,7 +39,7 @@ class Traveller:
             Its mean velocity along x and y, m/s.
         """
         if self._waiting:
-            self._waiting = all(math.dist(self.place, robot) > self.thing.near for robot in robots)
+            self._waiting = all(distance_between(self.place, robot) > self.thing.near for robot in robots)
         if self._waiting or self.halted or self._way == 0.0:
             return 0.0, 0.0
         self._travelled += self._direction * self.thing.speed * duration

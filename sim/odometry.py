@@ -47,10 +47,22 @@ def wheels_of(base: Base, lever: float) -> Wheels:
     match base:
         case Holonomic():
             rims = np.array([[-math.sin(a), math.cos(a), lever] for a in WHEEL_DIRECTIONS])
-            return Wheels(rims, np.linalg.inv(rims))
+            return Wheels(rims, _inverse(rims))
         case Differential(track=track):
             rims = np.array([[1.0, 0.0, -track / 2], [1.0, 0.0, track / 2]])
             return Wheels(rims, np.array([[0.5, 0.5], [0.0, 0.0], [-1.0 / track, 1.0 / track]]))
+
+
+def _inverse(matrix: Floats) -> Floats:
+    """The inverse of a matrix of shape (3, 3), by its adjugate: the same bits on every processor."""
+    (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
+    adjugate = [
+        [e * i - f * h, c * h - b * i, b * f - c * e],
+        [f * g - d * i, a * i - c * g, c * d - a * f],
+        [d * h - e * g, b * g - a * h, a * e - b * d],
+    ]
+    determinant = a * adjugate[0][0] + b * adjugate[1][0] + c * adjugate[2][0]
+    return np.array([[entry / determinant for entry in row] for row in adjugate])
 
 
 def displacement(before: Pose, after: Pose) -> Twist:

@@ -15,6 +15,7 @@ from sim.geometry import Points, crosses, distances, outline_distance, placed
 from sim.maze import Maze, Segments
 from sim.settings import Rules
 from sim.world import Contact, World
+from transport.arithmetic import norm
 from transport.messages import Command, Pose
 
 STILL_DISTANCE = 0.01
@@ -161,14 +162,14 @@ class Referee:
         if self.finished:
             return
         before, self._pose, self._time = self._pose, pose, time
-        self._path_length += math.hypot(pose.x - before.x, pose.y - before.y)
+        self._path_length += norm(pose.x - before.x, pose.y - before.y)
         self._contacts += contacts
         base = world.bases[name]
         if contacts:
             self._clearance = 0.0
         else:
             self._clearance = min(self._clearance, self._distance_if_smaller(pose, world, base, name))
-        moved = math.hypot(pose.x - self._anchor.x, pose.y - self._anchor.y) > STILL_DISTANCE
+        moved = norm(pose.x - self._anchor.x, pose.y - self._anchor.y) > STILL_DISTANCE
         turned = abs(math.remainder(pose.heading - self._anchor.heading, math.tau)) > STILL_ANGLE
         if moved or turned:
             self._anchor, self._anchor_time = pose, time

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sim.free_space import Flags, FreeSpace, flood, within
 from sim.geometry import distances
 from sim.maze import Maze, Point, Segments
+from transport.arithmetic import distance_between, norm, norms
 from transport.description import RobotDescription
 
 COARSE, STEP = 0.05, 0.025
@@ -63,7 +64,7 @@ def checked(maze: Maze, radius: float | None = None) -> Maze:
         )
     for start in maze.starts:
         x, y = start.pose.x, start.pose.y
-        room = radius + math.hypot(start.spread.x, start.spread.y)
+        room = radius + norm(start.spread.x, start.spread.y)
         if float(distances(np.array([[x, y]]), _with_doors(maze)).min()) < room:
             raise UnsolvableError(
                 f"the robot does not fit at its start ({x:.2f}, {y:.2f}) m: a wall is nearer than {room:.2f} m",
@@ -107,7 +108,7 @@ def _way_on_grid(maze: Maze, radius: float, step: float) -> float | None:
     steps = flood(fits, _only(fits, start))
     ways = []
     for ax, ay, bx, by in maze.exits.tolist():
-        length = math.hypot(bx - ax, by - ay)
+        length = norm(bx - ax, by - ay)
         out_x, out_y = -radius * (by - ay) / length, radius * (bx - ax) / length
         for along in np.linspace(0.0, 1.0, 41).tolist():
             cell = space.cell((ax + along * (bx - ax) + out_x, ay + along * (by - ay) + out_y))
@@ -175,7 +176,7 @@ def _turned_outwards(maze: Maze) -> Maze:
     reached = flood(free, _only(free, space.cell(maze.start_point))) >= 0
     exits = []
     for ax, ay, bx, by in maze.exits.tolist():
-        length = math.hypot(bx - ax, by - ay)
+        length = norm(bx - ax, by - ay)
         middle = ((ax + bx) / 2, (ay + by) / 2)
         left = (-(by - ay) / length * 0.1, (bx - ax) / length * 0.1)
         inner_left = reached[space.cell((middle[0] + left[0], middle[1] + left[1]))]
@@ -240,7 +241,7 @@ def _openings(space: FreeSpace, inside: Flags, outside: Flags, walls: Segments) 
         points = np.stack([space.origin[0] + space.step * columns, space.origin[1] + space.step * rows], axis=1)
         first, second = _farthest(points)
         a, b = _snapped(first, ends), _snapped(second, ends)
-        if math.dist(a, b) < 2 * COARSE:
+        if distance_between(a, b) < 2 * COARSE:
             continue
         beyond = _centre(outside & within(piece, 2), space)
         middle = points.mean(axis=0)
@@ -261,6 +262,6 @@ def _centre(mask: Flags, space: FreeSpace) -> Point:
 
 
 def _snapped(point: Point, ends: NDArray[np.float64]) -> Point:
-    away = np.hypot(ends[:, 0] - point[0], ends[:, 1] - point[1])
+    away = norms(ends[:, 0] - point[0], ends[:, 1] - point[1])
     best = int(np.argmin(away))
     return (float(ends[best, 0]), float(ends[best, 1])) if away[best] <= SNAP else point

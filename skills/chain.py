@@ -35,3 +35,9 @@ class MotionChain:
         before, guard = self._last, self._guard
         self._last = guard.brake(before) if wanted.ring else guard.admit(before, twist, points)
         return Command(self._last, wanted.ring, facts.observation.stamp)
+
+    def stop(self, facts: Facts) -> Command:
+        """Stop at once, in answer to a tick whose sensors cannot be believed: the base brakes as hard as it can."""
+        self._surroundings.update(facts)
+        self._last = STOP
+        return Command(answers=facts.observation.stamp)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from perception.facts import Facts
+from skills.settings import SkillSettings
 from skills.surroundings import Points
 from transport.description import RobotDescription
 
@@ -54,7 +55,8 @@ def points_along(facts: Facts, error: float) -> Points:
     points = facts.sweep.points[::2]
     points = points[np.abs(points).max(axis=1) < REACH]
     cos, sin = math.cos(error), math.sin(error)
-    return np.asarray(points @ np.array([[cos, -sin], [sin, cos]]))
+    x, y = points[:, 0], points[:, 1]
+    return np.column_stack([cos * x + sin * y, cos * y - sin * x])
 
 
 def passage_of(points: Points, robot: RobotDescription, look_ahead: float) -> Passage:
@@ -76,6 +78,18 @@ def passage_of(points: Points, robot: RobotDescription, look_ahead: float) -> Pa
     around = _gap(y[beside & (x < min(max(ahead - ALONGSIDE, 0.0), look_ahead))], NOWHERE, 0.0) or NOWHERE
     farther = _gap(y[beside & (x < look_ahead)], around, 2 * (half + SPARE))
     return Passage(ahead, *(farther or around))
+
+
+def off_the_walls(passage: Passage, settings: SkillSettings) -> float:
+    """How far to the left of the robot the line lies that keeps off the walls of a passage, m.
+
+    The middle of a corridor; in a wider space the robot's own line, unless a wall is too near.
+    """
+    keep_off = settings.wall.keep_off
+    if passage.width < settings.wall.corridor:
+        return (passage.left + passage.right) / 2
+    room_left, room_right = passage.left - keep_off, -passage.right - keep_off
+    return min(room_left, 0.0) - min(room_right, 0.0)
 
 
 def _gap(y: np.ndarray[tuple[int, ...], np.dtype[np.float64]], within: Gap, width: float) -> Gap | None:

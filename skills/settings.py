@@ -14,6 +14,8 @@ class MotionSettings(Settings):
     """Sideways velocity for an error of the position, 1/s."""
     lateral_speed: Positive = 0.25
     """Largest sideways velocity of a correction, m/s."""
+    settle: Positive = 1.2
+    """A base that cannot move sideways slants so that it would be where it should be after this time, s."""
     dead_zone: Positive = 0.02
     """Errors of the position below this are left alone, m."""
     look_ahead: Positive = 0.5
@@ -81,6 +83,8 @@ class SafetySettings(Settings):
     """Distance that the robot's outline keeps from anything that the laser sees, where there is room, m."""
     least_margin: Positive = 0.05
     """The same in passages that leave less room, m."""
+    turn_away: Positive = 0.04
+    """Of that distance a robot that cannot move sideways may lose so much by a turn away from a wall beside it, m."""
     spare: Positive = 0.03
     """In a narrow passage the margin is what a robot in its middle has at either side, less this, m."""
     reach: Positive = 1.0

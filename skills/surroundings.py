@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 from perception.facts import Facts
 from skills.frames import Frame
+from transport.arithmetic import cosines, norms, sines
 from transport.description import Laser
-from transport.messages import Pose, Scan
+from transport.messages import Pose, Scan, ScanGeometry
 
 Points = NDArray[np.float64]
 
@@ -42,14 +46,23 @@ class Surroundings:
         if self._last is None:
             return np.empty((0, 2))
         before, points = self._last
-        matrix = Frame(Frame(before).local(pose)).matrix()
-        moved = points @ matrix[:2, :2].T + matrix[:2, 2]
-        x, y = moved[:, 0] - self._laser.mount_x, moved[:, 1] - self._laser.mount_y
-        direction = np.arctan2(y, x) - self._laser.mount_heading
-        direction = (direction + np.pi) % (2 * np.pi) - np.pi
-        blind = (direction < self._laser.angle_min) | (direction > self._laser.angle_max)
-        near = np.hypot(moved[:, 0], moved[:, 1]) < self._reach
-        return np.asarray(moved[blind & near][-REMEMBERED:])
+        motion = Frame(before).local(pose)
+        cos, sin = math.cos(motion.heading), math.sin(motion.heading)
+        dx, dy = points[:, 0] - motion.x, points[:, 1] - motion.y
+        x, y = cos * dx + sin * dy, cos * dy - sin * dx
+        blind = ~_seen(x - self._laser.mount_x, y - self._laser.mount_y, self._laser)
+        near = norms(x, y) < self._reach
+        return np.column_stack([x, y])[blind & near][-REMEMBERED:]
+
+
+def _seen(x: NDArray[np.float64], y: NDArray[np.float64], laser: Laser) -> NDArray[np.bool_]:
+    """Whether points, given from the sensor in the robot's directions, lie in the sector that the laser looks at."""
+    first, width = laser.angle_min + laser.mount_heading, laser.angle_max - laser.angle_min
+    after_first = math.cos(first) * y - math.sin(first) * x >= 0
+    before_last = math.sin(first + width) * x - math.cos(first + width) * y >= 0
+    if width >= math.tau:
+        return np.ones(len(x), dtype=np.bool_)
+    return after_first & before_last if width <= math.pi else after_first | before_last
 
 
 def near_points(scan: Scan, laser: Laser, reach: float) -> Points:
@@ -61,5 +74,12 @@ def near_points(scan: Scan, laser: Laser, reach: float) -> Points:
     rows = np.flatnonzero(valid.any(axis=1))
     beams = rows * STRIDE + nearest[rows]
     near = ranges[rows, nearest[rows]].astype(np.float64)
-    angles = scan.geometry.angles()[beams] + laser.mount_heading
-    return np.column_stack([laser.mount_x + near * np.cos(angles), laser.mount_y + near * np.sin(angles)])
+    cos, sin = _directions(scan.geometry, laser.mount_heading)
+    return np.column_stack([laser.mount_x + near * cos[beams], laser.mount_y + near * sin[beams]])
+
+
+@lru_cache(maxsize=8)
+def _directions(geometry: ScanGeometry, mount_heading: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Cosine and sine of the beams' directions in the robot's frame, each of shape (beams,)."""
+    angles = geometry.angles() + mount_heading
+    return cosines(angles), sines(angles)

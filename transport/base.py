@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from transport.arithmetic import norm
 from transport.messages import Pose, Twist, wrap_angle
 from transport.section import Positive, Settings
 
@@ -56,7 +57,7 @@ class Holonomic(Settings):
         """
         forward, left, turn = wanted.forward - before.forward, wanted.left - before.left, wanted.turn - before.turn
         most, most_turn = limits.acceleration * duration, limits.turn_acceleration * duration
-        change = math.hypot(forward, left)
+        change = norm(forward, left)
         if change > most:
             share = most / change
             speeds = before.forward + share * forward, before.left + share * left

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from transport.arithmetic import norm
 from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
 from transport.section import Point, Positive, Settings
@@ -89,7 +89,7 @@ class RobotDescription(Settings):
     @property
     def radius(self) -> float:
         """Radius of the circle about the robot's origin that its footprint sweeps when it rotates, m."""
-        return max(math.hypot(x, y) for x, y in self.footprint)
+        return max(norm(x, y) for x, y in self.footprint)
 
     @property
     def half_width(self) -> float:

@@ -76,6 +76,28 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
                 beside.unlink(missing_ok=True)
 
 
+def append_line(path: Path, line: str) -> None:
+    """Add a line to a file, whole or not at all.
+
+    Args:
+        path: the file.
+        line: with its line feed.
+
+    Raises:
+        OSError: it cannot be written, with its name; the file ends as it did before.
+    """
+    with _named(path), path.open("ab", buffering=0) as file:
+        end = file.seek(0, os.SEEK_END)
+        content = line.encode()
+        try:
+            written = file.write(content)
+            if written != len(content):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError:
+            file.truncate(end)
+            raise
+
+
 class Stream:
     """A file that grows while something goes on, such as the trace or the recording of a run.
 
@@ -168,7 +190,9 @@ def locked(path: Path, holder: str) -> Iterator[None]:
         BusyFileError: another program holds it; the message names it.
         OSError: the lock cannot be made, with its name.
     """
-    beside = path.with_name(path.name + ".lock")
+    with _named(path):
+        followed = _followed(path)
+    beside = followed.with_name(followed.name + ".lock")
     with _named(beside):
         file = _claimed(beside, path)
     try:

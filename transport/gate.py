@@ -13,15 +13,17 @@ from typing import Protocol
 
 from transport.bus import Bus
 from transport.clock import Clock, MonotonicClock, Pace
-from transport.description import RobotDescription
+from transport.description import Laser, RobotDescription
 from transport.driver import RosDriver
 from transport.envelope import ObservationTag
 from transport.guard import Guard
 from transport.keys import RobotKeys
-from transport.messages import STOP, Command, DoorReply, Observation, Odometry, Scan, Twist
+from transport.messages import STOP, Command, DoorReply, LinkStatus, Observation, Twist
+from transport.senses import Senses
 from transport.session import Again, Ask, Close, Granted, Lease, Open, Refused, State
 from transport.settings import LinkSettings
 from transport.side import Order, RobotSide
+from transport.trust import Trust
 from transport.wording import printable
 from transport.world import MakeWorld, World
 
@@ -49,6 +51,10 @@ class Base(Protocol):
         """The newest observation, if there is a new one."""
         ...
 
+    def status(self) -> LinkStatus:
+        """How old the base's scan and odometry are, and why the newest ones were refused."""
+        ...
+
     def move(self, twist: Twist) -> None:
         """Drive so until told otherwise."""
         ...
@@ -68,10 +74,11 @@ class Base(Protocol):
 
 
 class Gate:
-    """Lets one controller at a time command a base, as long as its commands are timely.
+    """Lets one controller at a time command a base, as long as its commands are timely and the base's sensors fresh.
 
     Attributes:
         guard: which commands reach the base.
+        trust: whether the base may move by what it senses.
         dropped: how many messages were dropped before they were judged, by reason.
     """
 
@@ -85,6 +92,7 @@ class Gate:
     ) -> None:
         settings, self._clock = settings or LinkSettings(), clock or MonotonicClock()
         self.guard = Guard(description, settings, self._clock.now)
+        self.trust = Trust(settings)
         self._base, self._name, self._period = base, description.name, description.period
         self._granted: Granted | None = None
         self._reports: list[Mapping[str, object]] = []
@@ -94,6 +102,7 @@ class Gate:
         self._rings = 0
         self._repeat = Pace(self._period, self._clock)
         self._told = STOP
+        self._last: Observation | None = None
         self._side = RobotSide(bus, RobotKeys(description.name, settings), self)
         self.dropped = self._side.dropped
 
@@ -215,7 +224,10 @@ class Gate:
 
     def _move(self) -> None:
         """Tell the base what holds now: at once where it changed, and again every period in case that got lost."""
+        blind = self.trust.look(self._base.status(), self._clock.now())
         twist = self.guard.twist()
+        if blind:
+            twist = STOP
         if twist != self._told or self._repeat.due() <= 0:
             self._base.move(twist)
             self._told = twist
@@ -238,7 +250,8 @@ class Gate:
             door=self._door,
         )
         self.guard.shown(observation.stamp)
-        self._side.show(observation, tag)
+        self._side.show(observation, tag, since=self._last)
+        self._last = observation
 
 
 class PacedWorld:
@@ -287,6 +300,10 @@ class PacedWorld:
         self._ring = False
         return observation
 
+    def status(self) -> LinkStatus:
+        """What the world's one clock says of its sensors."""
+        return LinkStatus() if self._world is None else self._world.observation.link
+
     def move(self, twist: Twist) -> None:
         """Drive so from the next period on."""
         self._twist = twist
@@ -306,12 +323,17 @@ class PacedWorld:
 
 
 class DriverBase:
-    """A base behind a bare ROS 2 driver."""
+    """A base behind a bare ROS 2 driver.
 
-    def __init__(self, driver: RosDriver) -> None:
-        self._driver = driver
-        self._scan: Scan | None = None
-        self._odometry: Odometry | None = None
+    Args:
+        driver: what speaks with it.
+        laser: what its scans must be of.
+        clock: monotonic time.
+    """
+
+    def __init__(self, driver: RosDriver, laser: Laser, clock: Clock | None = None) -> None:
+        self._driver, self._clock = driver, clock or MonotonicClock()
+        self._senses = Senses(laser)
         self._door: DoorReply | None = None
 
     finished = False
@@ -319,7 +341,10 @@ class DriverBase:
     def begin(self, question: Open) -> str:
         """A controller takes the robot, once it senses anything."""
         del question
-        return "" if self._scan and self._odometry else "the robot's driver sends no scan or no odometry"
+        if self._senses.refused:
+            return f"the robot's sensors cannot be believed: {self._senses.refused}"
+        sensing = self._senses.scan is not None and self._senses.odometry is not None
+        return "" if sensing else "the robot's driver sends no scan or no odometry"
 
     def end(self) -> None:
         """Hardware goes on."""
@@ -330,17 +355,21 @@ class DriverBase:
 
     def sense(self) -> Observation | None:
         """A new scan makes a new observation, with the newest odometry."""
-        sensed = self._driver.sense()
-        self._odometry = sensed.odometry or self._odometry
+        before, sensed = self._senses.scan, self._driver.sense()
+        self._senses.take(sensed, self._clock.now())
         self._door = sensed.door or self._door
-        if sensed.scan is not None:
-            self._scan = sensed.scan
-        if sensed.scan is None or self._odometry is None:
+        scan, odometry = self._senses.scan, self._senses.odometry
+        if scan is None or odometry is None or scan is before:
             return None
-        stamp = max(sensed.scan.stamp, self._odometry.stamp)
-        observation = Observation(stamp, sensed.scan, self._odometry, self._door)
+        observation = Observation(max(scan.stamp, odometry.stamp), scan, odometry, self._door)
         self._door = None
         return observation
+
+    def status(self) -> LinkStatus:
+        """How old scan and odometry are."""
+        if self._senses.scan is None or self._senses.odometry is None:
+            return LinkStatus(refused=self._senses.refused)
+        return LinkStatus(*self._senses.ages(self._clock.now()), refused=self._senses.refused)
 
     def move(self, twist: Twist) -> None:
         """Send a velocity to the driver."""

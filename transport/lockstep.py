@@ -19,6 +19,7 @@ from transport.envelope import CommandTag, ObservationTag, is_tagged, is_whole, 
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, Observation, Odometry, Scan, Twist
 from transport.robot import LinkError
+from transport.sanity import observed
 from transport.session import (
     Again,
     Ask,
@@ -356,7 +357,7 @@ class RemoteLockstep:
                 if self.resent == resent:
                     self._usual += (time.monotonic() - began - self._usual) / 8
                 self._finished = tag.finished
-                return Observation(tag.stamp, scan, odometry, tag.door)
+                return observed(tag.stamp, scan, odometry, tag.door)
             self.dropped["repeated"] += 1
         raise LinkError(f"the simulator of {self._robot!r} has not answered for {self._limit:g} s")
 

@@ -15,7 +15,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from transport.arithmetic import norm
+
 NANOSECONDS = 1_000_000_000
+
+ALL_ROUND = 4.5
+"""A laser sees all round if the gap behind its last beam is narrower than so many steps from beam to beam."""
 
 
 def wrap_angle(angle: float) -> float:
@@ -43,7 +48,7 @@ class Twist:
     @property
     def speed(self) -> float:
         """The norm of the translational velocity in m/s."""
-        return math.hypot(self.forward, self.left)
+        return norm(self.forward, self.left)
 
 
 STOP = Twist()
@@ -80,6 +85,11 @@ class ScanGeometry:
         """Direction of the last beam, rad."""
         return self.angle_min + (self.beams - 1) * self.angle_increment
 
+    @property
+    def all_round(self) -> bool:
+        """Whether the beams go all the way round, so that the gap behind the last one is about as wide as any other."""
+        return math.tau - abs(self.angle_max - self.angle_min) < ALL_ROUND * abs(self.angle_increment)
+
     def angles(self) -> NDArray[np.float64]:
         """Directions of all beams, rad, shape (beams,)."""
         return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
@@ -92,7 +102,8 @@ class Scan:
     Attributes:
         stamp: time of the first beam, ns.
         geometry: which beams.
-        ranges: metres, float32, shape (beams,); infinity where nothing was hit, NaN where nothing was measured.
+        ranges: metres, float32, shape (beams,), by REP 117: infinity where nothing was hit, minus infinity where
+            something is nearer than ``range_min``, NaN where nothing was measured.
     """
 
     stamp: int
@@ -148,12 +159,16 @@ class LinkStatus:
         odometry_age: the same for odometry, s.
         reconnects: how often the link was lost and found again in this run.
         stopped: the robot's dead man has stopped it and waits for a new lease.
+        refused: why the newest scan or odometry cannot be believed; empty where both can.
+        blind: why the controller keeps the base standing; empty where it may drive by what is sensed.
     """
 
     scan_age: float = 0.0
     odometry_age: float = 0.0
     reconnects: int = 0
     stopped: bool = False
+    refused: str = ""
+    blind: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,40 +4,19 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 
 from transport.clock import Clock, MonotonicClock, Pace
 from transport.description import RobotDescription
-from transport.driver import Driver, Sensed
-from transport.messages import NANOSECONDS, Command, LinkStatus, Observation, Odometry, Scan
+from transport.driver import Driver
+from transport.messages import Command, LinkStatus, Observation
 from transport.robot import LinkError
-from transport.sanity import odometry_fault, scan_fault
+from transport.senses import Senses
 from transport.settings import LinkSettings
+from transport.timeline import Timeline
 
 _FIRST = 0.02
 """Between two looks for the first data, s."""
-
-
-class Freshness:
-    """How old a sensor's newest message is, without the robot's clock and this one's agreeing.
-
-    The quickest message so far is taken to have come at once; what another took longer is its delay.
-    """
-
-    def __init__(self) -> None:
-        self._stamp = 0
-        self._quickest: float | None = None
-
-    def arrived(self, stamp: int, now: float) -> None:
-        """A message with this stamp (ns) was taken at ``now`` (s)."""
-        if self._quickest is None or stamp <= self._stamp:
-            # The first message, or the first of a robot whose clock was set back.
-            self._quickest = now - stamp / NANOSECONDS
-        self._stamp = stamp
-        self._quickest = min(self._quickest, now - stamp / NANOSECONDS)
-
-    def age(self, now: float) -> float:
-        """Age of the newest message, s."""
-        return 0.0 if self._quickest is None else max(0.0, now - self._stamp / NANOSECONDS - self._quickest)
 
 
 class RealtimeRobot:
@@ -45,23 +24,31 @@ class RealtimeRobot:
 
     Attributes:
         dropped: how many messages were dropped, by reason.
+        clock_faults: how often the robot's clock misbehaved, by what it did.
         reconnects: how often data came again after they had been stale.
     """
 
     def __init__(
         self, driver: Driver, description: RobotDescription, settings: LinkSettings, clock: Clock | None = None
     ) -> None:
-        self.dropped: Counter[str] = Counter()
         self.reconnects = 0
         self._driver, self._description, self._settings = driver, description, settings
         self._clock = clock or MonotonicClock()
         self._pace = Pace(description.period, self._clock)
-        self._heard = self._clock.now()
-        self._scan: Scan | None = None
-        self._odometry: Odometry | None = None
-        self._scan_freshness, self._odometry_freshness = Freshness(), Freshness()
-        self._fault = ""
+        self._senses = Senses(description.laser)
+        self._timeline = Timeline(settings.stale)
+        self._answers = 0
         self._stale = False
+
+    @property
+    def dropped(self) -> Counter[str]:
+        """How many messages were dropped, by reason."""
+        return self._driver.dropped + self._senses.dropped
+
+    @property
+    def clock_faults(self) -> Counter[str]:
+        """How often the robot's clock misbehaved, by what it did."""
+        return self._timeline.faults
 
     @property
     def finished(self) -> bool:
@@ -90,70 +77,58 @@ class RealtimeRobot:
         deadline = self._clock.now() + self._settings.connect
         while not self._complete():
             if self._clock.now() >= deadline:
-                raise LinkError(self._missing())
+                raise LinkError(f"will not drive {self._description.name!r}: {self._missing()}")
             self._clock.wait(_FIRST)
-            self._take(self._driver.sense())
+            self._senses.take(self._driver.sense(), self._clock.now())
         self._pace = Pace(self._description.period, self._clock)
 
     def observe(self) -> Observation:
         """Wait for the next beat; the newest data then.
 
+        The observation's stamp is the robot's own as long as its clock runs: see :class:`transport.timeline.Timeline`.
+
         Raises:
             LinkError: the robot has not been heard for too long.
         """
         self._pace.wait()
-        sensed = self._driver.sense()
-        self._take(sensed)
-        if self._scan is None or self._odometry is None or self._silent():
-            raise LinkError(self._missing())
-        status = self._status()
-        stamp = max(self._scan.stamp, self._odometry.stamp)
-        return Observation(stamp, self._scan, self._odometry, sensed.door, status)
+        sensed, now = self._driver.sense(), self._clock.now()
+        self._senses.take(sensed, now)
+        scan, odometry = self._senses.scan, self._senses.odometry
+        if scan is None or odometry is None or self._senses.silent(now, self._settings.silence):
+            raise LinkError(f"{self._description.name!r} {self._lost()}")
+        self._answers = max(scan.stamp, odometry.stamp)
+        fresh = sensed.scan is not None or sensed.odometry is not None
+        stamp = self._timeline.tick(self._answers, now, fresh=fresh)
+        return Observation(stamp, scan, odometry, sensed.door, self._status(now))
 
     def command(self, command: Command) -> None:
         """Send a command in answer to the last observation; never waits."""
-        self._driver.drive(command)
+        self._driver.drive(replace(command, answers=self._answers))
 
     def close(self) -> None:
         """Stop the robot and let go of it; a second call does nothing."""
         self._driver.close()
 
-    def _take(self, sensed: Sensed) -> None:
-        now = self._clock.now()
-        if sensed.scan is not None and not self._refused(scan_fault(sensed.scan, self._description.laser)):
-            self._scan = sensed.scan
-            self._scan_freshness.arrived(sensed.scan.stamp, now)
-            self._heard = now
-        if sensed.odometry is not None and not self._refused(odometry_fault(sensed.odometry)):
-            self._odometry = sensed.odometry
-            self._odometry_freshness.arrived(sensed.odometry.stamp, now)
-
-    def _refused(self, fault: str) -> bool:
-        self.dropped.update([fault] if fault else [])
-        self._fault = fault or self._fault
-        return bool(fault)
-
     def _complete(self) -> bool:
-        now, stale = self._clock.now(), self._settings.stale
-        ages = self._scan_freshness.age(now), self._odometry_freshness.age(now)
-        return self._scan is not None and self._odometry is not None and max(ages) < stale
-
-    def _silent(self) -> bool:
-        return self._clock.now() - self._heard > self._settings.silence
+        return not self._senses.refused and max(self._senses.ages(self._clock.now())) < self._settings.stale
 
     def _missing(self) -> str:
-        name = self._description.name
-        if self._fault:
-            return f"will not drive {name!r}: {self._fault}"
-        sensor = "scan" if self._scan is None else "odometry" if self._odometry is None else ""
-        if sensor:
-            return f"will not drive {name!r}: no {sensor} has come within {self._settings.connect:g} s"
-        return f"{name!r} has not been heard for {self._settings.silence:g} s"
+        """What has not come since the robot was looked for, or why what came is of no use."""
+        limit = self._settings.connect
+        missing = self._senses.silent(self._clock.now(), limit) or "fresh scan or odometry"
+        return self._senses.refused or f"no {missing} has come within {limit:g} s"
 
-    def _status(self) -> LinkStatus:
-        now = self._clock.now()
-        scan_age, odometry_age = self._scan_freshness.age(now), self._odometry_freshness.age(now)
-        stale = max(scan_age, odometry_age) > self._settings.stale
+    def _lost(self) -> str:
+        """What the robot no longer does."""
+        limit, refused = self._settings.silence, self._senses.refused
+        silent = self._senses.silent(self._clock.now(), limit)
+        if refused:
+            return f"has sent nothing to drive by for {limit:g} s: {refused}"
+        return f"has not been heard for {limit:g} s" if "and" in silent else f"has sent no {silent} for {limit:g} s"
+
+    def _status(self, now: float) -> LinkStatus:
+        ages = self._senses.ages(now)
+        stale = max(ages) > self._settings.stale
         self.reconnects += self._stale and not stale
         self._stale = stale
-        return LinkStatus(scan_age, odometry_age, self.reconnects, self._driver.stopped)
+        return LinkStatus(*ages, self.reconnects, self._driver.stopped, self._senses.refused)

@@ -3,35 +3,118 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
+from transport.arithmetic import norm
 from transport.description import Laser
-from transport.messages import Odometry, Scan
+from transport.messages import NANOSECONDS, DoorReply, LinkStatus, Observation, Odometry, Scan, ScanGeometry
 
 _ANGLE, _RANGE = 0.01, 0.05
+_FEW, _FEW_SHARE = 3, 0.02
+"""The number of beams may differ by so many, and by this share of them."""
 _SEEING = 0.1
+_REACHED = 1.5
+"""A direction is measured if a beam is this near to it, in steps from beam to beam."""
 
 
-def scan_fault(scan: Scan, laser: Laser) -> str:
-    """Why a scan does not come from the laser that the profile describes, or nothing."""
+class ScanError(ValueError):
+    """A scan that cannot be believed; the message says why."""
+
+
+def conformed(scan: Scan, laser: Laser) -> Scan:
+    """A scan as the profile's laser gives it.
+
+    A laser that turns clockwise, whose number of beams varies by a few, or that sees all round from anywhere on, gives
+    scans of the same directions. They are put into the profile's order, each direction with its nearest beam; one
+    that no beam measures reads NaN.
+
+    Args:
+        scan: as it came.
+        laser: what the profile says.
+
+    Raises:
+        ScanError: the scan is of another laser, or shows next to nothing.
+    """
     expected, given = laser.geometry(), scan.geometry
-    if given.beams != expected.beams:
-        return f"the scan has {given.beams} beams, the profile says {expected.beams}"
-    ends = (given.angle_min, given.angle_max), (expected.angle_min, expected.angle_max)
-    if not np.allclose(*ends, rtol=0, atol=_ANGLE):
-        return (
-            f"the scan reaches from {given.angle_min:.3f} to {given.angle_max:.3f} rad, "
-            f"the profile says {laser.angle_min:.3f} to {laser.angle_max:.3f} rad"
-        )
-    if abs(given.range_max - expected.range_max) > _RANGE * expected.range_max:
-        return f"the scan's longest range is {given.range_max:g} m, the profile says {laser.range_max:g} m"
-    ranges = scan.ranges
-    if bool((ranges < 0).any()):
+    if np.shape(scan.ranges) != (given.beams,):
+        raise ScanError(f"the scan has {np.size(scan.ranges)} ranges for {given.beams} beams")
+    if fault := _fan_fault(given, expected) or _range_fault(given, expected):
+        raise ScanError(fault)
+    taken = _beams(given, expected)
+    if taken is not None:
+        shape = replace(expected, range_min=given.range_min, range_max=given.range_max)
+        scan = Scan(scan.stamp, shape, np.where(taken < 0, np.float32(math.nan), scan.ranges[taken]))
+    if fault := blindness(scan):
+        raise ScanError(fault)
+    return scan
+
+
+def _fan_fault(given: ScanGeometry, expected: ScanGeometry) -> str:
+    """Why a scan's directions are not those of the profile's laser, or nothing."""
+    few = max(_FEW, round(_FEW_SHARE * expected.beams))
+    if abs(given.beams - expected.beams) > few or given.beams < 2:
+        return f"the scan has {given.beams} beams, the profile says {expected.beams} (robot.laser.beams)"
+    step = abs(given.angle_increment)
+    first, last = sorted((given.angle_min, given.angle_max))
+    tolerance = max(_ANGLE, (abs(given.beams - expected.beams) + _REACHED) * abs(expected.angle_increment))
+    turned = 0.0 if given.all_round and expected.all_round else math.remainder(first - expected.angle_min, math.tau)
+    longer = (last - first) - (expected.angle_max - expected.angle_min)
+    if step > 0 and abs(turned) <= tolerance and abs(turned + longer) <= tolerance:
+        return ""
+    return (
+        f"the scan reaches from {given.angle_min:.3f} to {given.angle_max:.3f} rad, "
+        f"the profile says {expected.angle_min:.3f} to {expected.angle_max:.3f} rad (robot.laser.angle_min, angle_max)"
+    )
+
+
+def _range_fault(given: ScanGeometry, expected: ScanGeometry) -> str:
+    if abs(given.range_max - expected.range_max) <= _RANGE * expected.range_max:
+        return "" if 0 <= given.range_min < given.range_max else f"the scan's shortest range is {given.range_min:g} m"
+    return (
+        f"the scan's longest range is {given.range_max:g} m, "
+        f"the profile says {expected.range_max:g} m (robot.laser.range_max)"
+    )
+
+
+@lru_cache(maxsize=16)
+def _beams(given: ScanGeometry, expected: ScanGeometry) -> NDArray[np.intp] | None:
+    """The beam for each of the profile's directions, -1 where there is none; None where they are the same."""
+    step = abs(given.angle_increment)
+    first = min(given.angle_min, given.angle_max)
+    if given.beams == expected.beams and given.angle_increment > 0 and abs(first - expected.angle_min) < step / 2:
+        return None
+    away = expected.angles() - first
+    away = (away + step / 2) % math.tau - step / 2 if given.all_round else away - math.tau * round(away[0] / math.tau)
+    nearest = np.rint(away / step).astype(np.intp)
+    last = given.beams - 1
+    if given.all_round:
+        # What lies between the last beam and the first one is measured by the nearer of them.
+        nearest = np.where(away / step > last + (math.tau / step - last) / 2, 0, np.minimum(nearest, last))
+    beams = np.clip(nearest, 0, last)
+    apart = np.abs((away - beams * step + math.pi) % math.tau - math.pi)
+    beams[apart > _REACHED * step] = -1
+    # Beams that turn clockwise are counted from the other end.
+    return np.where(beams < 0, -1, last - beams) if given.angle_increment < 0 else beams
+
+
+def blindness(scan: Scan) -> str:
+    """That a laser sees next to nothing, or nothing.
+
+    A beam that reads below the shortest range, as of a laser that has stopped turning, measures nothing; one that reads
+    minus infinity, infinity or more than the longest range does.
+    """
+    ranges, beams = scan.ranges, scan.geometry.beams
+    seeing = int(np.count_nonzero(ranges >= scan.geometry.range_min))
+    if seeing < _SEEING * beams:
+        seeing += int(np.count_nonzero(ranges == -np.inf))
+    if seeing < _SEEING * beams:
+        return f"the laser sees next to nothing: {seeing} of {beams} beams measure anything"
+    if (ranges < 0).any() and bool(((ranges < 0) & np.isfinite(ranges)).any()):
         return "the scan has negative ranges"
-    measured = np.count_nonzero((ranges >= given.range_min) & (ranges <= given.range_max))
-    if measured < _SEEING * given.beams:
-        return f"the laser sees next to nothing: {measured} of {given.beams} beams measure a distance"
     return ""
 
 
@@ -40,7 +123,21 @@ def odometry_fault(odometry: Odometry) -> str:
     twist = odometry.twist
     if not all(map(math.isfinite, (odometry.x, odometry.y, twist.forward, twist.left, twist.turn))):
         return "the odometry is not finite"
-    norm = math.hypot(odometry.qz, odometry.qw)
-    if not abs(norm - 1) < 0.01:
-        return f"the odometry's heading is no unit quaternion about the vertical: its norm is {norm:.3f}"
+    length = norm(odometry.qz, odometry.qw)
+    if not abs(length - 1) < 0.01:
+        return f"the odometry's heading is no unit quaternion about the vertical: its norm is {length:.3f}"
     return ""
+
+
+def observed(stamp: int, scan: Scan, odometry: Odometry, door: DoorReply | None = None) -> Observation:
+    """An observation where one clock stamps everything, as in lockstep: ages and faults follow from the data alone.
+
+    Args:
+        stamp: now, ns.
+        scan: the newest scan.
+        odometry: the newest odometry.
+        door: the answer to a ring, if one came.
+    """
+    ages = (stamp - scan.stamp) / NANOSECONDS, (stamp - odometry.stamp) / NANOSECONDS
+    refused = blindness(scan) or odometry_fault(odometry)
+    return Observation(stamp, scan, odometry, door, LinkStatus(*ages, refused=refused))

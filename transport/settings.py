@@ -37,7 +37,9 @@ class LinkSettings(Settings):
     patience: Positive = 1.0
     """The lease of a controller that was not heard for so long may be given to another, s."""
     stale: Positive = 0.35
-    """Sensor data older than this are stale, s."""
+    """The base is stopped when scan or odometry is older than this, s: by the controller, and by a gate on its own."""
+    resume: Positive = 0.3
+    """It is driven again when both have been fresh and credible for so long, s."""
     silence: Positive = 5.0
     """A controller that has heard nothing for so long gives the run up, s."""
     step: Positive = 10.0

@@ -61,12 +61,20 @@ class RobotSide:
             item = self._inbox.take()
         return None
 
-    def show(self, observation: Observation, tag: ObservationTag) -> None:
-        """Send an observation, each part as soon as it is encoded: the network works meanwhile."""
+    def show(self, observation: Observation, tag: ObservationTag, since: Observation | None = None) -> None:
+        """Send an observation, each part as soon as it is encoded: the network works meanwhile.
+
+        Args:
+            observation: what is sensed.
+            tag: what rides with each part.
+            since: the last one shown; a reading that it holds already is not sent again, lest it looks like a new one.
+        """
         self._shown.clear()
         attachment = tag.open()
-        self._send(self._odometry, encode_odometry(observation.odometry), attachment)
-        self._send(self._scan, encode_scan(observation.scan), attachment)
+        if since is None or since.odometry is not observation.odometry:
+            self._send(self._odometry, encode_odometry(observation.odometry), attachment)
+        if since is None or since.scan is not observation.scan:
+            self._send(self._scan, encode_scan(observation.scan), attachment)
         self._send(self._clock, encode_clock(observation.stamp), attachment)
 
     def repeat(self) -> None:

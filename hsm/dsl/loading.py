@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -99,20 +97,20 @@ def read_text(path: str | Path) -> str:
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
     """Check a text as ``check_file`` does; imports are looked for beside ``file``."""
-    with _no_collection():
-        return _Loader(library).check(text, file, remarks=remarks)
+    return _Loader(library).check(text, file, remarks=remarks)
 
 
-@contextmanager
-def _no_collection() -> Iterator[None]:
-    """Without it, the garbage collector walks all of a large machine again and again, and finds nothing."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
+def find_import(name: str, beside: Path, library: Library) -> Path:
+    """Where an imported machine lies: beside the file, else in a folder of the library; beside it if it is nowhere."""
+    relative = Path(*name.split(".")).with_suffix(SUFFIX)
+    paths = [folder / relative for folder in (beside, *library.folders)]
+    return next((path for path in paths if path.is_file()), paths[0])
+
+
+def importable(file: Path, library: Library) -> list[str]:
+    """The machines that a file can import by name: those beside it, and those in the folders of the library."""
+    paths = (path for folder in (file.parent, *library.folders) for path in sorted(folder.glob(f"*{SUFFIX}")))
+    return [path.stem for path in paths if path.stem != file.stem]
 
 
 def _model(checked: Checked) -> Model:
@@ -180,19 +178,8 @@ class _Loader:
         self.units[path] = unit
         return unit
 
-    def _find(self, name: str, beside: Path) -> Path:
-        """Where an imported machine lies: beside the file, else in a folder of the library."""
-        relative = Path(*name.split(".")).with_suffix(SUFFIX)
-        paths = [folder / relative for folder in (beside, *self.library.folders)]
-        return next((path for path in paths if path.is_file()), paths[0])
-
-    def _importable(self, file: Path) -> list[str]:
-        """The machines that lie beside a file, and those in the folders of the library."""
-        paths = (path for folder in (file.parent, *self.library.folders) for path in sorted(folder.glob(f"*{SUFFIX}")))
-        return [path.stem for path in paths if path.stem != file.stem]
-
     def _import(self, name: Token, report: Report) -> CompilationUnit | None:
-        path = self._find(name, Path(report.file).parent)
+        path = find_import(name, Path(report.file).parent, self.library)
         key = path.resolve()
         place = place_of(report.file, name)
         if key in self.open_files:
@@ -205,7 +192,7 @@ class _Loader:
         try:
             text = read_text(path)
         except MachineError as error:
-            meant = report.guess(name, self._importable(Path(report.file))).text
+            meant = report.guess(name, importable(Path(report.file), self.library)).text
             message = f"there is no machine `{name}` to import: {error.diagnostics[0].message}"
             report.add("E0208", place, message, meant or f"put `{name}{SUFFIX}` beside this file")
             return None

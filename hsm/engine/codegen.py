@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import count
 from types import CodeType, TracebackType
 from typing import Any
 
@@ -109,19 +110,19 @@ class Generator:
     """Makes chains and blocks for one model, and gives signals, variables and foreign objects their slots.
 
     Attributes:
-        calls: the distinct signal calls, by slot.
         variables: slot of each variable and parameter, by name.
         states: index of each state, by name.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self.calls: list[SignalValue] = []
         names = [parameter.name for parameter in model.parameters] + [variable.name for variable in model.variables]
         self.variables = {name: slot for slot, name in enumerate(names)}
         self._types = {one.name: one.type for one in model.variables}
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
         self.states = {state.name: state.index for state in model.states}
+        # Runs in several threads share the generator: a counter and ``setdefault`` keep two of them from one number.
+        self._numbers = count()
         self._slots: dict[tuple[str, str], int] = {}
         self._decisions = [decision_of(transition) for transition in model.transitions]
         self.probes = Probes(self._decisions)
@@ -317,10 +318,7 @@ class Generator:
         """The slot of a signal with these arguments."""
         key = (call.signal.name, ", ".join(map(self._code, call.arguments)))
         found = self._slots.get(key)
-        if found is None:
-            found = self._slots[key] = len(self.calls)
-            self.calls.append(call)
-        return found
+        return self._slots.setdefault(key, next(self._numbers)) if found is None else found
 
     def key(self, call: SignalValue, values: Sequence[Any]) -> Any:
         """Where the value of a call is kept within a step, as the generated code has it."""
@@ -343,7 +341,7 @@ class Generator:
         """The name under which generated code knows an object."""
         name = self._objects.get(id(value))
         if name is None:
-            name = self._objects[id(value)] = f"k{len(self._objects)}"
+            name = self._objects.setdefault(id(value), f"k{next(self._numbers)}")
             self._namespace[name] = value
         return name
 

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from hsm.engine.codegen import Generator
 from hsm.engine.configuration import CACHE, Configuration
-from hsm.engine.limits import within_limits
 from hsm.engine.planner import Planner
 from hsm.model.chart import Model
 from hsm.model.topology import Topology
@@ -47,25 +43,6 @@ class CompiledChart:
                 self._configurations.clear()
             found = self._configurations[leaves] = Configuration(self.topology, self.generator, leaves)
         return found
-
-    def parameter_values(self, given: Mapping[str, Any]) -> list[Any]:
-        """The values of all parameters, in order: those given, and the defaults of the others.
-
-        Raises:
-            ValueError: a parameter is unknown, one without a default is missing, or a number is beyond its limits.
-        """
-        declared = {parameter.name: parameter for parameter in self.model.parameters}
-        for name in given:
-            if name not in declared:
-                known = ", ".join(declared) or "none"
-                raise ValueError(f"machine {self.name} has no parameter `{name}`; its parameters: {known}")
-        missing = [name for name, parameter in declared.items() if parameter.required and name not in given]
-        if missing:
-            raise ValueError(f"machine {self.name} needs a value for its parameter `{missing[0]}`")
-        for name, value in given.items():
-            if not within_limits(value, declared[name].type):
-                raise ValueError(f"machine {self.name} cannot hold {value!r:.40} in its parameter `{name}`")
-        return [given.get(name, parameter.default) for name, parameter in declared.items()]
 
     def __repr__(self) -> str:
         return f"<Machine {self.name}: {len(self.model.states) - 1} states>"

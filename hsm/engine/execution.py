@@ -12,6 +12,7 @@ from hsm.engine.codegen import NONE, Block
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Configuration, Picked, Plan, Selector
 from hsm.engine.evaluation import SignalFault
+from hsm.engine.macrostep import Macrostep
 from hsm.engine.record import NOTHING_DUE, Phase, Selection
 from hsm.model.chart import Cancel, Send
 from hsm.model.diagnostics import Place
@@ -98,6 +99,8 @@ class MacrostepExecution:
         self.state = replace(state)
         self.selections: list[Selection] = []
         self.stopped: list[int] = []
+        self._time = time
+        self._settled = False
         self._now = nanoseconds(time)
         self._latest = self._now + tolerance(time)
         self._facts = facts
@@ -123,6 +126,7 @@ class MacrostepExecution:
             events: outcomes of activities and events from outside, in order.
             error: what a guard has just raised, when the step was tried the quick way.
         """
+        self._settled = True
         self._error = error
         if self.state.outcome is not None:
             for entry in events:
@@ -136,6 +140,15 @@ class MacrostepExecution:
         if due:
             self._time_outs(due)
         self._conditions()
+
+    def macrostep(self) -> Macrostep:
+        """What was done, once all is done."""
+        state = self.state
+        # The last look for conditions found nothing; a step that ends the machine, or enters it, has none.
+        values = state.values if self._settled and state.outcome is None else None
+        step = Macrostep()
+        step.raw = (self._time, self.selections, self._memo, values, state.timers, state.configuration)
+        return step
 
     def _reached(self, deadline: int) -> bool:
         return deadline <= self._latest

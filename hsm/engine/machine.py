@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Generic
 
 from hsm.engine.compiled import CompiledChart
+from hsm.engine.inputs import check_time, parameter_values
 from hsm.engine.run import Supervisor
 from hsm.engine.snapshots import from_json
 from hsm.model.chart import Model
+from hsm.model.registry import E, F
 
 
-class Machine(CompiledChart):
-    """A compiled machine. It never changes, and serves any number of runs.
+class Machine(CompiledChart, Generic[F, E]):
+    """A compiled machine. It never changes, and serves any number of runs, also in several threads.
+
+    ``Machine[F, E]`` is one whose runs are given facts of type ``F`` and give effects of type ``E``, as its library's.
 
     Attributes:
         model: the declaration.
     """
 
     def start(
-        self, parameters: Mapping[str, Any] | None = None, *, facts: object = None, time: float = 0.0
-    ) -> Supervisor:
+        self, parameters: Mapping[str, Any] | None = None, *, facts: F | None = None, time: float = 0.0
+    ) -> Supervisor[F, E]:
         """Start a run: set the parameters and enter the initial configuration.
 
         Args:
@@ -28,14 +32,27 @@ class Machine(CompiledChart):
             facts: what signals and actions that are needed at the start are given.
             time: the time of the start in seconds.
 
+        Returns:
+            The run.
+
         Raises:
-            ValueError: a parameter is unknown, one without a default is missing, or a number is beyond its limits.
+            ValueError: a parameter is unknown, one without a default is missing, or a number is out of bounds, infinite
+                or no number.
+            TypeError: a parameter or the time is of the wrong type.
             MachineFault: an action failed.
         """
-        return Supervisor.begin(self, self.parameter_values(parameters or {}), facts, time)
+        values = parameter_values(self.model, parameters or {})
+        check_time(time, time)
+        return Supervisor.begin(self, values, facts, time)
 
-    def restore(self, snapshot: Mapping[str, Any]) -> Supervisor:
-        """Go on with a run from where ``Supervisor.snapshot`` left it.
+    def restore(self, snapshot: Mapping[str, Any]) -> Supervisor[F, E]:
+        """Go on with a run from where ``Supervisor.snapshot`` left it; its activities begin anew.
+
+        Args:
+            snapshot: what ``Supervisor.snapshot`` gave, also after a way through JSON.
+
+        Returns:
+            A run with the same future.
 
         Raises:
             SnapshotError: the snapshot does not fit this machine.
@@ -44,5 +61,9 @@ class Machine(CompiledChart):
 
 
 def build(model: Model) -> Machine:
-    """The machine of a declaration."""
+    """The machine of a declaration.
+
+    Args:
+        model: a machine as data, such as ``check_text`` gives.
+    """
     return Machine(model)

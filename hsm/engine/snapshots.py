@@ -22,7 +22,7 @@ class SnapshotError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class SavedRun:
     """What a snapshot holds, in terms of a machine.
 
     Attributes:
@@ -38,7 +38,7 @@ class Run:
     finished: frozenset[int]
 
 
-def to_json(machine: CompiledChart, run: Run) -> dict[str, Any]:
+def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
     """A run in a form that JSON can carry; states and variables stand by their names."""
     state, names = run.state, [one.name for one in machine.model.states]
     events = [(one.event, one.reason) if isinstance(one, PendingFault) else (one, None) for one in run.pending]
@@ -59,7 +59,7 @@ def to_json(machine: CompiledChart, run: Run) -> dict[str, Any]:
     }
 
 
-def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> Run:
+def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
     """The run that ``to_json`` wrote.
 
     Raises:
@@ -85,14 +85,14 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> Run:
         state = RunState(machine.configuration(leaves), values, timers, sent, history, snapshot["outcome"])
         pending = tuple(_pending(machine, *one) for one in snapshot["pending"])
         finished = frozenset(_index(machine, name) for name in snapshot["finished"])
-        return Run(float(snapshot["time"]), state, pending, finished)
+        return SavedRun(float(snapshot["time"]), state, pending, finished)
     except SnapshotError:
         raise
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise SnapshotError(f"this is no snapshot of a run: {error!r}") from error
 
 
-def carry_over(old: CompiledChart, run: Run, new: CompiledChart, parameters: Sequence[Any]) -> Run:
+def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters: Sequence[Any]) -> SavedRun:
     """A run of one machine as a run of a changed one, where every active state still exists.
 
     Variables keep their values where name and type are the same. Time-outs go on where the state still has the same
@@ -132,7 +132,7 @@ def carry_over(old: CompiledChart, run: Run, new: CompiledChart, parameters: Seq
     state = RunState(configuration, values, timers, run.state.sent, history, run.state.outcome)
     pending = tuple(_moved(one, known[names[_origin(one)]]) for one in run.pending if names[_origin(one)] in known)
     finished = frozenset(known[names[one]] for one in run.finished if names[one] in known)
-    return Run(run.time, state, pending, finished)
+    return SavedRun(run.time, state, pending, finished)
 
 
 def _leaves(machine: CompiledChart, names: Sequence[str]) -> tuple[int, ...]:
@@ -199,7 +199,7 @@ def _moved(entry: StateEvent | PendingFault, origin: int) -> StateEvent | Pendin
     return replace(entry, origin=origin)
 
 
-def _kept_values(old: CompiledChart, run: Run, new: CompiledChart) -> dict[str, Any]:
+def _kept_values(old: CompiledChart, run: SavedRun, new: CompiledChart) -> dict[str, Any]:
     types = {one.name: one.type for one in new.model.variables}
     return {
         one.name: value
@@ -209,7 +209,7 @@ def _kept_values(old: CompiledChart, run: Run, new: CompiledChart) -> dict[str, 
     }
 
 
-def _kept_timers(old: CompiledChart, run: Run, new: CompiledChart, values: Sequence[Any]) -> dict[int, int]:
+def _kept_timers(old: CompiledChart, run: SavedRun, new: CompiledChart, values: Sequence[Any]) -> dict[int, int]:
     running = {_timer_text(old, old.model.transitions[index]): due for index, due in run.state.timers.items()}
     fired = {
         _timer_text(old, one)

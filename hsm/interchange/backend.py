@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from transitions.extensions import HierarchicalMachine
 from transitions.extensions.nesting import NestedState, NestedTransition
 
+from hsm.engine.inputs import parameter_values
 from hsm.model.chart import Action, Cancel, On, Send, State, StateKind, Transition
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place
@@ -65,7 +66,7 @@ class TransitionsMachine(HierarchicalMachine):
     def __init__(self, machine: CompiledChart, model: object, parameters: Mapping[str, Any]) -> None:
         self.machine = machine
         generator = machine.generator
-        self._values = [*machine.parameter_values(parameters), *(None for _ in machine.model.variables)]
+        self._values = [*parameter_values(machine.model, parameters), *(None for _ in machine.model.variables)]
         self._set_out = [generator.entry(state) for state in machine.model.states]
         self._paths = {_path(machine, state): state.index for state in machine.model.states}
         root = machine.model.states[0]

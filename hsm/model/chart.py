@@ -244,6 +244,8 @@ class Model:
         files: the source files it was read from, the machine's own first.
         doc: the comment at the top of the file.
         properties: what must hold of every run, those of instances included.
+        events: the events that may come from outside: those that the machine, what it imports and its library declare;
+            None where nothing is declared and any may come, as in SCXML.
     """
 
     name: str
@@ -254,3 +256,4 @@ class Model:
     files: tuple[str, ...] = ()
     doc: str = ""
     properties: tuple[Property, ...] = ()
+    events: frozenset[str] | None = None

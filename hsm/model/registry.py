@@ -23,9 +23,33 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, Protocol, TypeVar, get_type_hints, runtime_checkable
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Concatenate,
+    Generic,
+    ParamSpec,
+    Protocol,
+    TypeVar,
+    get_type_hints,
+    runtime_checkable,
+)
 
 from hsm.model.types import Enumeration, Type, type_of
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar as DefaultTypeVar
+
+    F = DefaultTypeVar("F", default=Any)
+    E = DefaultTypeVar("E", default=Any)
+else:
+    F = TypeVar("F")
+    E = TypeVar("E")
+
+FactsT_contra = TypeVar("FactsT_contra", contravariant=True)
+EffectT_co = TypeVar("EffectT_co", covariant=True)
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +59,18 @@ class Outcome:
     name: str
 
 
-class Activity(Protocol):
+class Activity(Protocol[FactsT_contra, EffectT_co]):
     """What runs while a state is active: made on entry, ticked once a step, dropped on exit."""
 
-    def tick(self, facts: Any) -> object:
-        """An effect for the caller (such as a velocity), or an ``Outcome`` when the activity is over."""
+    def tick(self, facts: FactsT_contra, /) -> EffectT_co | Outcome | None:
+        """Do the part of one step.
+
+        Args:
+            facts: what is known in this step.
+
+        Returns:
+            An effect for the caller, such as a velocity; an ``Outcome`` when the activity is over; None for neither.
+        """
         ...
 
 
@@ -89,7 +120,7 @@ class ActivityDeclaration:
     """Something that a state may ``do``: the class that does it, how it can end, what it holds meanwhile."""
 
     name: str
-    factory: Callable[..., Activity]
+    factory: Callable[..., Activity[Any, Any]]
     outcomes: tuple[str, ...] = ()
     holds: tuple[str, ...] = ()
     parameters: tuple[Parameter, ...] = ()
@@ -114,12 +145,15 @@ class EventDeclaration:
     doc: str = ""
 
 
-_F = TypeVar("_F", bound=Callable[..., Any])
+_A = TypeVar("_A", bound=Callable[..., Activity[Any, Any]])
 
 
 @dataclass(slots=True)
-class Library:
+class Library(Generic[F, E]):
     """A named set of declarations; filled by decorators when a robot's modules are imported, then only read.
+
+    ``Library[F, E]`` is one whose signals, actions and activities are given facts of type ``F``, and whose activities
+    give effects of type ``E``; machines and runs that come from it have the same two types.
 
     Attributes:
         name: for messages.
@@ -139,10 +173,17 @@ class Library:
     enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
     folders: list[Path] = field(default_factory=list)
 
-    def signal(self, name: str) -> Callable[[_F], _F]:
-        """Declare a function of the facts (its first argument) as a signal."""
+    def signal(self, name: str) -> Callable[[Callable[Concatenate[F, _P], _R]], Callable[Concatenate[F, _P], _R]]:
+        """Declare a function of the facts (its first argument) as a signal.
 
-        def register(function: _F) -> _F:
+        Args:
+            name: how machines name it; dots are allowed, as in ``space.left``.
+
+        Raises:
+            RegistryError: the name is taken, or an annotation is no type of the language.
+        """
+
+        def register(function: Callable[Concatenate[F, _P], _R]) -> Callable[Concatenate[F, _P], _R]:
             parameters, result = self._signature(name, function, skip=1)
             declared = SignalDeclaration(name, self._type(name, result), function, parameters, _doc(function))
             self._add(self.signals, name, declared)
@@ -150,10 +191,19 @@ class Library:
 
         return register
 
-    def activity(self, name: str, *, outcomes: Iterable[str] = (), holds: Iterable[str] = ()) -> Callable[[_F], _F]:
-        """Declare a class with a ``tick`` method as an activity; the arguments of ``__init__`` are its parameters."""
+    def activity(self, name: str, *, outcomes: Iterable[str] = (), holds: Iterable[str] = ()) -> Callable[[_A], _A]:
+        """Declare a class with a ``tick`` method as an activity; the arguments of ``__init__`` are its parameters.
 
-        def register(factory: _F) -> _F:
+        Args:
+            name: how machines name it.
+            outcomes: the names of the outcomes that ``tick`` may return.
+            holds: what it needs for itself alone; two activities that hold the same never run at once.
+
+        Raises:
+            RegistryError: the name is taken, or an annotation is no type of the language.
+        """
+
+        def register(factory: _A) -> _A:
             initialiser: Callable[..., Any] = getattr(factory, "__init__") if isinstance(factory, type) else factory  # noqa: B009
             own = initialiser is not object.__init__
             parameters = self._signature(name, initialiser, skip=int(isinstance(factory, type)))[0] if own else ()
@@ -163,10 +213,17 @@ class Library:
 
         return register
 
-    def action(self, name: str) -> Callable[[_F], _F]:
-        """Declare a function of the facts (its first argument) as a one-shot action."""
+    def action(self, name: str) -> Callable[[Callable[Concatenate[F, _P], _R]], Callable[Concatenate[F, _P], _R]]:
+        """Declare a function of the facts (its first argument) as a one-shot action.
 
-        def register(function: _F) -> _F:
+        Args:
+            name: how machines name it.
+
+        Raises:
+            RegistryError: the name is taken, or an annotation is no type of the language.
+        """
+
+        def register(function: Callable[Concatenate[F, _P], _R]) -> Callable[Concatenate[F, _P], _R]:
             parameters, _ = self._signature(name, function, skip=1)
             self._add(self.actions, name, ActionDeclaration(name, function, parameters, _doc(function)))
             return function
@@ -174,10 +231,18 @@ class Library:
         return register
 
     def event(self, name: str, doc: str = "") -> None:
-        """Declare an event that may come from outside."""
+        """Declare an event that may come from outside.
+
+        Args:
+            name: what is sent.
+            doc: when it is sent.
+
+        Raises:
+            RegistryError: the name is taken.
+        """
         self._add(self.events, name, EventDeclaration(name, doc))
 
-    def include(self, other: Library) -> None:
+    def include(self, other: Library[F, E]) -> None:
         """Take over all declarations of another library.
 
         Raises:

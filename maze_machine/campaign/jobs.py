@@ -1,17 +1,13 @@
 """Campaigns: machines driven through mazes with many seeds, the same results whoever does the work.
 
-A campaign is a list of jobs, each of which depends on nothing but itself. Its results are a file of JSON lines: a first
-line that says what was to be done, then one line a job, added as jobs end and put in order once all have. A campaign
-that was interrupted is taken up again from that file.
+A campaign is a list of jobs, each of which depends on nothing but itself.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import lru_cache
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -84,18 +80,25 @@ def _mazes(name: str) -> list[str]:
 
 
 def run_job(setup: Setup, job: Job) -> Record:
-    """Do one job; it never fails: what goes wrong is its result."""
+    """Do one job; it never fails: what goes wrong is its result, a fault of this program too."""
     try:
         ending = _drive(setup, job)
     except MazeError as error:
         return {**asdict(job), "solved": False, "refused": str(error)}
     except MachineFault as error:
         return {**asdict(job), "solved": False, "outcome": "fault", "reason": str(error)}
+    except Exception as error:
+        return crashed(job, f"{type(error).__name__}: {error}")
     return {**asdict(job), **ending}
 
 
+def crashed(job: Job, reason: str) -> Record:
+    """The result of a job that ended the program that did it."""
+    return {**asdict(job), "solved": False, "outcome": "crashed", "reason": reason}
+
+
 def _drive(setup: Setup, job: Job) -> dict[str, Any]:
-    mission = _mission(setup, job.machine)
+    mission = mission_of(setup, job.machine)
     world = SimulatedWorld(_maze(job.maze), mission.profile.robot, job.seed)
     robot = LockstepRobot(world)
     ending = drive(mission, robot, robot)
@@ -113,88 +116,11 @@ def _drive(setup: Setup, job: Job) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=16)
-def _mission(setup: Setup, machine: str) -> Mission:
+def mission_of(setup: Setup, machine: str) -> Mission:
+    """The mission of all jobs with a machine."""
     return prepare(machine, load_profile(setup.robot, setup.settings), time_limit=setup.time_limit)
 
 
 @lru_cache(maxsize=16)
 def _maze(name: str) -> Maze:
     return find_maze(name)
-
-
-class Results:
-    """The results file of a campaign.
-
-    Args to open it: the file, what all jobs share, and the jobs, in order. The file may hold more than these jobs: a
-    campaign can grow by machines, mazes and seeds.
-
-    Raises (when it is opened):
-        FileError: the file holds results of another setup, of files that have changed since, or no results at all.
-        MachineError: one of the machines has faults.
-    """
-
-    def __init__(self, file: Path, setup: Setup, jobs: Sequence[Job]) -> None:
-        self._file = file
-        self._jobs = jobs
-        self._setup = json.loads(json.dumps(asdict(setup)))
-        self._files = _fingerprints(setup, jobs)
-        self._done: dict[Job, Record] = {}
-        if file.exists():
-            self._take_up()
-        self.write()
-
-    @property
-    def open_jobs(self) -> list[Job]:
-        """What is still to be done, in order."""
-        return [job for job in self._jobs if job not in self._done]
-
-    @property
-    def records(self) -> list[Record]:
-        """The results there are for the jobs, in order."""
-        return [self._done[job] for job in self._jobs if job in self._done]
-
-    def add(self, record: Record) -> None:
-        """Take in one result and write it down at once."""
-        self._done[_job_of(record)] = record
-        with self._file.open("a", encoding="utf-8") as file:
-            file.write(_line(record))
-
-    def write(self) -> None:
-        """Write the whole file in order: the same bytes, whatever order the results came in."""
-        others = [self._done[job] for job in sorted(self._done.keys() - set(self._jobs))]
-        head = {"setup": self._setup, "files": dict(sorted(self._files.items()))}
-        fresh = self._file.with_name(self._file.name + ".part")
-        fresh.write_text("".join(map(_line, [head, *self.records, *others])), encoding="utf-8")
-        fresh.replace(self._file)
-
-    def _take_up(self) -> None:
-        lines = self._file.read_text(encoding="utf-8").splitlines(keepends=True)
-        try:
-            # An interruption may have cut off the last line.
-            head, *records = [json.loads(line) for line in lines if line.endswith("\n")]
-            setup, files = head["setup"], head["files"]
-            self._done = {_job_of(record): record for record in records}
-        except (ValueError, KeyError, TypeError):
-            raise FileError(f"{self._file} holds no results of a campaign", "give another file") from None
-        changed = [name for name, mark in self._files.items() if files.get(name, mark) != mark]
-        if setup != self._setup or changed:
-            what = f"of {', '.join(changed)} as it was before a change" if changed else f"of another setup: {setup}"
-            raise FileError(f"{self._file} holds results {what}", "give another file, or remove this one")
-        self._files = files | self._files
-
-
-def _job_of(record: Record) -> Job:
-    return Job(record["machine"], record["maze"], record["seed"])
-
-
-def _line(value: Record) -> str:
-    return json.dumps(value, separators=(",", ":")) + "\n"
-
-
-def _fingerprints(setup: Setup, jobs: Sequence[Job]) -> dict[str, str]:
-    """A mark of the text of each machine, with all that it imports, and of each maze: it tells when one has changed."""
-    files = {name: _mission(setup, name).machine.model.files for name in dict.fromkeys(job.machine for job in jobs)}
-    files |= {name: (str(maze_file(name)),) for name in dict.fromkeys(job.maze for job in jobs)}
-    return {
-        name: sha256(b"\0".join(Path(one).read_bytes() for one in of)).hexdigest()[:16] for name, of in files.items()
-    }

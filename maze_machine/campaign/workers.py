@@ -1,71 +1,154 @@
-"""Who does the jobs of a campaign: this machine's cores, or a cluster."""
+"""This machine's cores do the jobs of a campaign, each in a process that may die without harm to the others."""
 
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
+import threading
+from collections import deque
 from collections.abc import Generator, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
-from functools import partial
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnContext
 
-from maze_machine.campaign.jobs import Job, Record, Setup, run_job
+from maze_machine.campaign.jobs import Job, Record, Setup, crashed, run_job
 from maze_machine.errors import CommandError, ExitStatus
 
+ATTEMPTS = 2
+"""So often a job is tried whose process dies: it may have been killed for another reason than the job."""
 
-class ClusterError(CommandError):
-    """The cluster cannot be used."""
 
-    status = ExitStatus.UNREACHABLE
+class WorkerError(CommandError):
+    """No process can be started to do the jobs."""
+
+    status = ExitStatus.FAILED
 
 
 @contextmanager
 def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Generator[Iterator[Record]]:
     """Do jobs in so many processes: a context in which the results come as they are ready.
 
-    Who leaves it before the last one, by Ctrl-C too, throws away what has been begun: no process stays behind.
-    """
-    # A fresh interpreter for each worker: no thread, socket or lock of this process is inherited.
-    context = multiprocessing.get_context("spawn")
-    others = multiprocessing.active_children()
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_quiet) as pool:
-        try:
-            futures = [pool.submit(run_job, setup, job) for job in jobs]
-            yield (future.result() for future in as_completed(futures))
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            begun = [process for process in multiprocessing.active_children() if process not in others]
-            for process in begun:
-                process.terminate()
-            for process in begun:
-                process.join()
-
-
-def _quiet() -> None:
-    """A worker ends without a word when the user presses Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-
-
-@contextmanager
-def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Iterator[Record]]:
-    """Do jobs as ``on_cores`` does on a dask.distributed cluster that runs already and has this project installed.
+    A process that dies is replaced; a job whose process has died twice has the outcome ``crashed``. Whoever leaves the
+    context before the last result, by Ctrl-C too, throws away what has been begun: no process stays, nor does one where
+    this process is killed.
 
     Raises:
-        ClusterError: dask is not installed, or no scheduler answers.
+        WorkerError: no process can be started.
     """
+    crew = _Crew(setup, deque(jobs), workers)
     try:
-        from distributed import Client  # noqa: PLC0415 - an extra
-        from distributed import as_completed as as_they_come  # noqa: PLC0415
-    except ImportError:
-        raise ClusterError("--scheduler needs dask.distributed", "pip install 'maze-machine[cluster]'") from None
-    try:
-        client = Client(address, timeout="10s")
-    except (OSError, ValueError) as error:
-        raise ClusterError(f"no scheduler at {address}: {error}") from None
-    with client:
-        futures = client.map(partial(run_job, setup), list(jobs), pure=False)
+        yield crew.records()
+    finally:
+        crew.dismiss()
+
+
+class _Worker:
+    """One process with a pipe of its own, which does one job at a time."""
+
+    def __init__(self, context: SpawnContext, setup: Setup) -> None:
+        self.pipe, theirs = context.Pipe()
+        self.job: Job | None = None
+        self.ready = False
+        self._process = context.Process(target=_work, args=(setup, theirs), daemon=True)
+        self._process.start()
+        theirs.close()
+
+    def give(self, job: Job) -> None:
+        """Have it do a job; where it has died, that shows when its answer is read."""
+        self.job = job
+        with suppress(OSError):
+            self.pipe.send(job)
+
+    def died(self) -> str:
+        """How a process whose pipe has closed came to its end."""
+        self._process.join(5.0)
+        self.end()
+        code = self._process.exitcode or 0
+        return f"killed by {signal.Signals(-code).name}" if code < 0 else f"ended with status {code}"
+
+    def end(self) -> None:
+        """Have no process and no pipe any more."""
+        self._process.kill()
+        self._process.join()
+        self.pipe.close()
+
+
+class _Crew:
+    """The processes at work, and the jobs that wait for one."""
+
+    def __init__(self, setup: Setup, waiting: deque[Job], size: int) -> None:
+        self._setup, self._waiting = setup, waiting
+        # A fresh interpreter for each worker: no thread, socket or lock of this process is inherited.
+        self._context = multiprocessing.get_context("spawn")
+        self._tried: dict[Job, int] = {}
+        self._workers = [_Worker(self._context, setup) for _ in range(min(size, len(waiting)))]
+
+    def records(self) -> Iterator[Record]:
+        """The results, as they are ready."""
+        while self._workers:
+            ready = wait([worker.pipe for worker in self._workers])
+            for worker in [worker for worker in self._workers if worker.pipe in ready]:
+                try:
+                    answer = worker.pipe.recv()
+                except (EOFError, OSError):
+                    record = self._replaced(worker)
+                else:
+                    record = answer if worker.ready else None
+                    worker.ready, worker.job = True, None
+                    self._employ(worker)
+                if record is not None:
+                    yield record
+
+    def _employ(self, worker: _Worker) -> None:
+        """Give a worker the next job, or let it go."""
+        if self._waiting:
+            worker.give(self._waiting.popleft())
+        else:
+            self._workers.remove(worker)
+            worker.end()
+
+    def _replaced(self, worker: _Worker) -> Record | None:
+        """Another process in place of one that has died; the record of its job, if that is given up."""
+        how, job = worker.died(), worker.job
+        self._workers.remove(worker)
+        if not worker.ready:
+            raise WorkerError(f"a worker could not be started: {how}", "is there enough memory?")
+        record = None
+        if job is not None:
+            self._tried[job] = self._tried.get(job, 0) + 1
+            if self._tried[job] < ATTEMPTS:
+                self._waiting.appendleft(job)
+            else:
+                record = crashed(job, f"the process was {how}" if how.startswith("killed") else f"the process {how}")
+        if self._waiting:
+            self._workers.append(_Worker(self._context, self._setup))
+        return record
+
+    def dismiss(self) -> None:
+        """End all processes."""
+        for worker in self._workers:
+            worker.end()
+        self._workers.clear()
+
+
+def _work(setup: Setup, pipe: Connection) -> None:
+    """Do jobs until the pipe is closed; a worker ends without a word when the user presses Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    pipe.send("ready")
+    while True:
         try:
-            yield (record for _, record in as_they_come(futures, with_results=True))
-        finally:
-            client.cancel(futures)
+            job: Job = pipe.recv()
+            pipe.send(run_job(setup, job))
+        except (EOFError, OSError):
+            return
+
+
+def _end_with_parent() -> None:
+    """Wait for the end of the process that started this one, and end at once."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)

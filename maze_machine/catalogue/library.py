@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
-import perception.library
 import perception.signals
-import skills.library
+import skills.catalogue
 from hsm.model.registry import Library
 from maze_machine.catalogue.machines import SHIPPED
 from maze_machine.catalogue.project import find_project
 from maze_machine.catalogue.trust import require_trust
 from maze_machine.errors import UsageError
+from maze_machine.installation import HiddenPackageError, require_packages
+from perception.facts import Facts
 from skills.settings import SkillSettings
+from transport.messages import Command
+
+RobotLibrary = Library[Facts, Command]
+"""What the machines of a maze robot may name: signals of its facts, activities that give commands."""
 
 
-def robot_library(settings: SkillSettings | None = None) -> Library:
+def robot_library(settings: SkillSettings | None = None) -> RobotLibrary:
     """Everything that a maze robot's machine may name: perception's signals, motion skills, the door bell, events.
 
     What a machine imports is looked for among the shipped machines, too.
@@ -27,13 +33,18 @@ def robot_library(settings: SkillSettings | None = None) -> Library:
     Args:
         settings: the gains of the robot's motion skills; by default those of PICO.
     """
-    library = Library("maze robot", folders=[SHIPPED])
-    library.include(perception.library.LIBRARY)
-    library.include(skills.library.library(settings or SkillSettings()))
+    library: RobotLibrary = Library("maze robot", folders=[SHIPPED])
+    library.include(perception.signals.LIBRARY)
+    library.include(skills.catalogue.library(settings or SkillSettings()))
     return library
 
 
-def chosen_library(named: str | None, machine: Path | None = None, settings: SkillSettings | None = None) -> Library:
+def chosen_library(
+    named: str | None,
+    machine: Path | None = None,
+    settings: SkillSettings | None = None,
+    ask: Callable[[str], bool] | None = None,
+) -> RobotLibrary:
     """The library that a machine is written against.
 
     That is the one named on the command line; else that of the project around the machine, if it names one and the
@@ -43,6 +54,7 @@ def chosen_library(named: str | None, machine: Path | None = None, settings: Ski
         named: ``MODULE:NAME``, or None.
         machine: the machine's file; None for whatever lies in the present folder.
         settings: the gains of the robot's motion skills, for the shipped library.
+        ask: asks a person whether to trust a project; by default a question on the terminal where there is one.
 
     Raises:
         UsageError: there is no such library, or its project is not trusted.
@@ -57,12 +69,12 @@ def chosen_library(named: str | None, machine: Path | None = None, settings: Ski
     if project.library is None:
         library = robot_library(settings)
     else:
-        require_trust(project)
+        require_trust(project, ask)
         library = named_library(project.library, project.folder)
     return replace(library, folders=[*project.machines, *library.folders])
 
 
-def named_library(name: str, folder: Path | None = None) -> Library:
+def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
     """A library of one's own, by its name.
 
     Args:
@@ -79,7 +91,10 @@ def named_library(name: str, folder: Path | None = None) -> Library:
     if place not in sys.path:
         sys.path.insert(0, place)
     try:
+        require_packages()
         found = getattr(import_module(module), attribute)
+    except HiddenPackageError as error:
+        raise UsageError(str(error)) from None
     except ModuleNotFoundError as error:
         if error.name != module.split(".")[0] and error.name != module:
             raise UsageError(f"`{name}` cannot be imported: {_fault(error)}") from None

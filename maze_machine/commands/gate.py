@@ -43,7 +43,7 @@ def gate(
         joined(listen, None, identity, outside) as net,
         dialling(driver, wait=profile.link.connect) as bus,
     ):
-        base = DriverBase(RosDriver(bus, RobotKeys(inside, profile.link)))
+        base = DriverBase(RosDriver(bus, RobotKeys(inside, profile.link)), profile.robot.laser)
         server = Gate(net, base, profile.robot, outside)
         print(f"{profile.robot.name} behind a gate listens at {listen}", flush=True)
         for _report in server.episodes():

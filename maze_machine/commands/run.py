@@ -269,8 +269,9 @@ def link_counts(robot: object) -> dict[str, int]:
     """What was counted on the link to a robot, by what it is called."""
     named = {"overruns": "overruns", "reconnects": "reconnects", "resent": "steps asked for again"}
     counts = {words: int(getattr(robot, name)) for name, words in named.items() if hasattr(robot, name)}
-    dropped = getattr(robot, "dropped", {})
-    return counts | {f"dropped, {reason}": count for reason, count in dropped.items()}
+    dropped, clock = getattr(robot, "dropped", {}), getattr(robot, "clock_faults", {})
+    counts |= {f"dropped, {reason}": count for reason, count in dropped.items()}
+    return counts | {f"the robot's clock {fault}": count for fault, count in clock.items()}
 
 
 def default_picture(machine: str, report: Mapping[str, Any]) -> Path:

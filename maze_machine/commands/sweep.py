@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from maze_machine.arguments.options import JsonOption, RobotOption, SettingsOption, TimeLimitOption
-from maze_machine.errors import ExitStatus, UsageError
+from maze_machine.errors import ExitStatus, FileError, UsageError
 
 
 def sweep(
@@ -33,7 +35,8 @@ def sweep(
     """Run machines over mazes and seeds and say how they did.
 
     The results do not depend on the number of workers. A sweep that was interrupted goes on where it was when it is
-    started again with the same file. The exit status is 0 if every run was solved.
+    started again with the same file; one sweep at a time may write it. A run whose worker dies is tried once more, and
+    then has the outcome `crashed`. The exit status is 0 if every run was solved.
 
     Example: `maze-machine sweep --machines pledge,right_hand --mazes mazes/ --seeds 10 --out results.jsonl`
     """
@@ -42,38 +45,39 @@ def sweep(
     from json import dumps
 
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from maze_machine.campaign.jobs import Results, Setup, jobs_of
+    from maze_machine.campaign.cluster import on_cluster
+    from maze_machine.campaign.jobs import Setup, jobs_of
+    from maze_machine.campaign.results import Results
     from maze_machine.campaign.summary import failures, summary, table
-    from maze_machine.campaign.workers import on_cluster, on_cores
+    from maze_machine.campaign.workers import on_cores
+    from transport.connect import controller_name
+    from transport.files import locked
 
     if scheduler is not None and workers is not None:
         raise UsageError("--workers does not go with --scheduler", "the cluster has its own workers")
     setup = Setup(robot, tuple(settings or ()), time_limit)
-    results = Results(out, setup, jobs_of(_each(machines), _each(mazes), seeds))
-    todo = results.open_jobs
-    bar = Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=Console(stderr=True),
-        disable=not Console(stderr=True).is_terminal,
-    )
-    if todo:
-        with bar:
-            shown = bar.add_task("runs", total=len(todo))
-            doing = (
-                on_cluster(setup, todo, scheduler)
-                if scheduler
-                else on_cores(setup, todo, workers or os.cpu_count() or 1)
-            )
-            with doing as done:
-                for record in done:
-                    results.add(record)
-                    bar.advance(shown)
-        results.write()
+    jobs = jobs_of(_each(machines), _each(mazes), seeds)
+    loss = ""
+    with locked(out, controller_name()):
+        results = Results(out, setup, jobs)
+        todo = results.open_jobs
+        try:
+            with shown(len(todo)) as advance:
+                doing = (
+                    on_cluster(setup, todo, scheduler)
+                    if scheduler
+                    else on_cores(setup, todo, workers or os.cpu_count() or 1)
+                )
+                with doing as done:
+                    for record in done:
+                        results.add(record)
+                        advance()
+            results.write()
+        except OSError as error:
+            if error.filename is None:
+                raise
+            loss = f"{error.filename}: {error.strerror}; start the sweep again when there is room, and it goes on here"
     rows, failed = summary(results.records), failures(results.records)
     if json:
         print(dumps({"machines": [asdict(row) for row in rows], "failures": failed}))
@@ -82,8 +86,24 @@ def sweep(
         console.print(table(rows))
         for line in failed:
             console.print(line, markup=False, highlight=False)
+    if loss:
+        raise FileError(loss)
     solved = all(record["solved"] for record in results.records)
     raise typer.Exit(ExitStatus.OK if solved else ExitStatus.FAILED)
+
+
+@contextmanager
+def shown(total: int) -> Iterator[Callable[[], None]]:
+    """A bar on a terminal for so many runs; what is yielded moves it on by one."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    bar = Progress(*columns, console=console, disable=not console.is_terminal or not total)
+    with bar:
+        task = bar.add_task("runs", total=total)
+        yield lambda: bar.advance(task)
 
 
 def _each(values: list[str]) -> list[str]:

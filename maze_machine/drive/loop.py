@@ -6,14 +6,20 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import count
 from time import perf_counter
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 from hsm import Machine, Macrostep, Supervisor
 from hsm.engine.monitoring import Monitor, Violation
 from perception import Perception
+from perception.facts import Facts
 from skills.chain import MotionChain
 from transport.messages import Command, Observation, Pose, Twist
 from transport.robot import Robot
+from transport.settings import LinkSettings
+from transport.trust import Trust
+
+BLINDED = "blinded"
+"""The event that the loop sends to a machine when it stops the base because of the sensors."""
 
 
 class Phases(NamedTuple):
@@ -56,6 +62,11 @@ class Tick:
     phases: Phases
 
     @property
+    def blind(self) -> str:
+        """Why the loop keeps the base standing; empty where scan and odometry are fresh and credible."""
+        return self.observation.link.blind
+
+    @property
     def time(self) -> float:
         """The tick's time on the robot's clock, s."""
         return self.observation.time
@@ -67,9 +78,19 @@ class Tick:
 
 
 def ticks(
-    robot: Robot, machine: Machine, parameters: Mapping[str, Any], perception: Perception, chain: MotionChain
+    robot: Robot,
+    machine: Machine[Facts, Command],
+    parameters: Mapping[str, Any],
+    perception: Perception,
+    chain: MotionChain,
+    *,
+    settings: LinkSettings,
 ) -> Iterator[Tick]:
     """Run a machine on a robot, tick by tick, until the machine ends.
+
+    Where scan or odometry are too old or refused, the base is stopped, whatever the machine wants, and its activities
+    wait; the machine goes on, and hears of it by the event ``blinded``. Once both have been good for a while, the
+    activities go on where they were.
 
     The last phase, log, is what the caller does with a tick. Whoever calls closes the robot, which stops it, in every
     case: at the end, on a fault, and when a run is given up by closing the iterator.
@@ -80,25 +101,31 @@ def ticks(
         parameters: the machine's parameters, in SI units.
         perception: makes facts of observations.
         chain: shapes what the activities want into what the base is sent.
+        settings: when sensor data are too old.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
         LinkError: the robot is out of reach.
     """
-    supervisor: Supervisor | None = None
+    supervisor: Supervisor[Facts, Command] | None = None
+    trust = Trust(settings)
+    hears_it = machine.model.events is None or BLINDED in machine.model.events
     for index in count():
         began = perf_counter()
-        observation = robot.observe()  # communicate
+        seeing = not trust.reason
+        observation = trust.judged(robot.observe())  # communicate
         observed = perf_counter()
+        blind = trust.reason
+        happened = (BLINDED,) if blind and seeing and hears_it else ()
         facts = perception.facts(observation)  # prepare
         prepared = perf_counter()
         if supervisor is None:  # coordinate
             supervisor = machine.start(parameters, facts=facts, time=observation.time)
             monitor = Monitor(supervisor)
-        step = supervisor.step(observation.time, facts=facts)
+        step = supervisor.step(observation.time, happened, facts=facts)
         coordinated = perf_counter()
-        effects = supervisor.act(facts)  # act
-        command = chain.shape(merged(effect for _, effect in effects), facts)
+        effects = () if blind else supervisor.act(facts)  # act
+        command = chain.stop(facts) if blind else chain.shape(merged(effect for _, effect in effects), facts)
         acted = perf_counter()
         robot.command(command)  # communicate
         commanded = perf_counter()
@@ -114,15 +141,14 @@ def ticks(
             return
 
 
-def merged(effects: Iterable[object]) -> Command:
+def merged(commands: Iterable[Command]) -> Command:
     """One command from what the active activities want.
 
     At most one of them holds the base, which the checker sees to; the others ask for no motion, so twists add up.
     """
     forward = left = turn = 0.0
     ring = False
-    for effect in effects:
-        command = cast(Command, effect)
+    for command in commands:
         forward += command.twist.forward
         left += command.twist.left
         turn += command.twist.turn

@@ -16,7 +16,9 @@ from maze_machine.catalogue.machines import find_machine
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.loop import Tick, ticks
 from perception import Perception
+from perception.facts import Facts
 from skills.chain import MotionChain
+from transport.messages import Command
 from transport.robot import Robot
 from transport.world import Refereed
 
@@ -35,7 +37,7 @@ class Mission:
         time_limit: the run is ended after so many seconds on the robot's clock; None for no limit.
     """
 
-    machine: Machine
+    machine: Machine[Facts, Command]
     profile: Profile
     parameters: Mapping[str, Any] = field(default_factory=dict)
     time_limit: float | None = None
@@ -123,7 +125,7 @@ def drive(
     with closing(robot):
         perception = perception or Perception(mission.profile.robot, mission.profile.perception)
         chain = MotionChain(mission.profile.robot, mission.profile.skills)
-        for tick in ticks(robot, mission.machine, mission.parameters, perception, chain):
+        for tick in ticks(robot, mission.machine, mission.parameters, perception, chain, settings=mission.profile.link):
             first, last = first or tick, tick
             violations.extend(map(str, tick.violations))
             for watch in watchers:

@@ -15,6 +15,7 @@ from maze_machine.drive.mission import Mission, Watcher
 from maze_machine.drive.replay import described, keeper, reasoned
 from maze_machine.drive.trace import TraceWriter
 from maze_machine.errors import UsageError
+from maze_machine.report.notices import Notices
 from maze_machine.report.progress import Progress
 from maze_machine.simulated.world import SimulatedWorld
 from transport.files import Stream
@@ -79,7 +80,8 @@ class Outputs:
                 found.append(keeper(recorder, mission))
             if self.live is not None:
                 found.append(stack.enter_context(shown_live(self.live, mission, world)))
-            found.append(stack.enter_context(Progress(Console(stderr=True))))
+            console = Console(stderr=True)
+            found += [stack.enter_context(Progress(console)), Notices(console)]
             yield found
 
 

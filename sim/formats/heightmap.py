@@ -151,7 +151,8 @@ def _axis(blob: Flags, frame: _Frame) -> tuple[Point, Point]:
     direction = np.array([math.cos(angle), math.sin(angle)])
     direction[np.abs(direction) < 1e-9] = 0.0
     corners = np.concatenate([frame.points(np.stack([columns + i, rows + j], axis=1)) for i in (0, 1) for j in (0, 1)])
-    reach = (corners - middle) @ direction
+    from_middle = corners - middle
+    reach = from_middle[:, 0] * direction[0] + from_middle[:, 1] * direction[1]
     first, second = middle + reach.min() * direction, middle + reach.max() * direction
     return (float(first[0]), float(first[1])), (float(second[0]), float(second[1]))
 
@@ -172,13 +173,11 @@ def draw(maze: Maze, metres_a_pixel: float) -> NDArray[np.uint8]:
         Grey values, shape (rows, columns).
     """
     pose = maze.start.pose
-    turn = np.array(
-        [[math.cos(pose.heading), math.sin(pose.heading)], [-math.sin(pose.heading), math.cos(pose.heading)]]
-    )
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
 
     def moved(segments: Segments) -> Segments:
-        points: Segments = (segments.reshape(-1, 2) - [pose.x, pose.y]) @ turn.T
-        return points.reshape(-1, 4)
+        x, y = (segments.reshape(-1, 2) - [pose.x, pose.y]).T
+        return np.stack([cos * x + sin * y, cos * y - sin * x], axis=1).reshape(-1, 4)
 
     walls = moved(maze.walls)
     leaves = moved(np.asarray([[*door.leaf[0], *door.leaf[1]] for door in maze.doors]).reshape(-1, 4))

@@ -7,7 +7,7 @@ from hsm.model.types import Length
 from perception.facts import Facts
 from skills.course import Course
 from skills.library import LIBRARY
-from skills.motion import BLOCKED, DONE, Headway, Skill, along, not_negative
+from skills.motion import BLOCKED, DONE, Headway, Skill, not_negative
 from skills.passage import passage_of, points_along
 from skills.sides import Side
 from transport.messages import Command
@@ -24,7 +24,8 @@ class Align(Skill):
     """Turn along the walls and move sideways to the usual distance from the wall at a side.
 
     In a corridor too narrow for that distance the robot moves to the middle. A distance of zero means the robot's usual
-    one. Outcomes: `done`; `blocked` when there is no wall at that side, or the robot cannot get there.
+    one. A robot whose base cannot move sideways only turns: as it drives on, it comes to that distance. Outcomes:
+    `done`; `blocked` when there is no wall at that side, or the robot cannot get there.
     """
 
     def __init__(self, side: Side = Side.RIGHT, distance: Length = 0.0) -> None:
@@ -35,13 +36,13 @@ class Align(Skill):
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
-        error = self._course.error(facts)
+        error, steering = self._course.error(facts), self.steering(facts)
         passage = passage_of(points_along(facts, error), facts.robot, facts.robot.radius)
         wall = passage.bound(self._side.sign)
         known = wall < self.settings.wall.reach
         aside = self._side.sign * (wall - min(self._distance, passage.width / 2)) if known else 0.0
-        if abs(error) < STRAIGHT and abs(aside) < NEAR:
+        if abs(error) < STRAIGHT and (abs(aside) < NEAR or not steering.sideways):
             return DONE if known else BLOCKED
         if self._headway.lost(facts):
             return BLOCKED
-        return along(error, 0.0, aside, passage.ahead, self.settings.motion)
+        return Command(steering.along(error, 0.0, aside, passage.ahead))

@@ -9,11 +9,13 @@ from hsm.model.types import Speed
 from perception.facts import Facts
 from skills.activities.to_opening import ToOpening
 from skills.course import TRUSTED
-from skills.frames import Frame, Turned, rotated
+from skills.frames import Frame, Turned
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE
 from skills.sides import Side
-from transport.messages import Command, Pose, Twist
+from skills.steering import OnPath
+from transport.arithmetic import norm
+from transport.messages import Command, Pose, wrap_angle
 
 QUARTER = math.pi / 2
 CLOSE = 0.35
@@ -26,9 +28,9 @@ class Arc(ToOpening):
 
     The distances to the opening's corners give the radius of a quarter circle that ends in the middle of the opening,
     in wide ones as far from the corner as a wall is kept off. At its beginning a local frame is set in the odometry.
-    Along the circle the path's speed is fed forward; the deviations in x and y from where the robot should be for the
-    angle that it has turned are fed back. A turn once begun is ended, if need be on the spot. Outcomes: `done`,
-    `blocked` when the robot does not get to where the circle begins.
+    Along the circle the path's speed is fed forward; the distance from where the robot should be is fed back: for the
+    angle that it has turned, or, where its base cannot move sideways, for its place. A turn once begun is ended, if
+    need be on the spot. Outcomes: `done`, `blocked` when the robot does not get to where the circle begins.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5) -> None:
@@ -52,7 +54,7 @@ class Arc(ToOpening):
         smallest, largest = self.settings.arc.smallest_radius, self.settings.arc.largest_radius
         radius = min(max(min(approach.left, approach.beside), smallest), largest)
         if approach.left > radius + 0.02:
-            return self._straight_on(approach, self._speed)
+            return self._straight_on(facts, approach, self._speed)
         pose = facts.observation.odometry.pose
         frame = Frame(Pose(pose.x, pose.y, pose.heading + approach.error))
         self._circle = _Circle(frame, radius, self._side, pose.heading)
@@ -68,14 +70,11 @@ class Arc(ToOpening):
             left = misalignment
         if left < self.settings.arc.tolerance:
             return DONE
+        steering = self.steering(facts)
         if self._on_the_spot:
-            return Command(Twist(turn=self._side.sign * self.settings.rotate.rate))
-        target = circle.place(min(turned, QUARTER))
-        here = circle.frame.local(pose)
-        gain = self.settings.arc.gain
-        forward, aside = rotated(gain * (target[0] - here.x), gain * (target[1] - here.y), -here.heading)
+            return Command(steering.turn(self._side.sign * self.settings.rotate.rate, (0.0, 0.0)))
         rate = min(self._speed / circle.radius, facts.robot.limits.turn_rate, self.settings.arc.turn_gain * left)
-        return Command(Twist(rate * circle.radius + forward, aside, self._side.sign * rate))
+        return Command(steering.follow(circle.seen_from(pose), rate * circle.radius))
 
 
 class _Circle:
@@ -92,6 +91,10 @@ class _Circle:
         """The angle turned from the course to the side, rad."""
         return self._turned.update(pose.heading) * self._sign - self._before
 
-    def place(self, angle: float) -> tuple[float, float]:
-        """Where the robot should be after turning by ``angle`` (rad), m."""
-        return self.radius * math.sin(angle), self._sign * self.radius * (1 - math.cos(angle))
+    def seen_from(self, pose: Pose) -> OnPath:
+        """The circle where the robot is beside it: in its direction from the centre."""
+        here = self.frame.local(pose)
+        x, y = here.x, here.y - self._sign * self.radius
+        angle = math.atan2(x, -self._sign * y)
+        error = wrap_angle(self._sign * angle - here.heading)
+        return OnPath(self._sign * (norm(x, y) - self.radius), error, self._sign / self.radius)

@@ -6,6 +6,7 @@ import math
 
 from hsm.model.registry import Outcome
 from hsm.model.types import Length, Speed
+from perception.exit import quantised
 from perception.facts import Facts
 from perception.space import look
 from skills.activities.follow_wall import FollowWall
@@ -34,7 +35,8 @@ class CrossSpace(FollowWall):
     def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:
         settings = facts.settings.space
         threshold = self._distance + BEYOND
-        beside = look(facts.sweep, self._side.sign * math.pi / 2, settings.width, threshold, settings.bad_share)
+        direction = quantised(facts.misalignment) + self._side.sign * math.pi / 2
+        beside = look(facts.sweep, direction, settings.width, threshold, settings.bad_share)
         if beside.free:
             return LOST
         narrow = passage.width < self.settings.wall.corridor

@@ -7,8 +7,8 @@ from hsm.model.types import Speed
 from perception.facts import Facts
 from skills.course import Course
 from skills.library import LIBRARY
-from skills.motion import BLOCKED, Headway, Skill, above_zero, along, off_the_walls
-from skills.passage import Passage, passage_of, points_along
+from skills.motion import BLOCKED, Headway, Skill, above_zero
+from skills.passage import Passage, off_the_walls, passage_of, points_along
 from transport.messages import Command
 
 
@@ -31,7 +31,9 @@ class Drive(Skill):
         ended = self._ended(facts, passage)
         if ended is None and self._headway.lost(facts):
             return BLOCKED
-        return ended or along(error, self._speed, self._aside(passage), passage.ahead, self.settings.motion)
+        if ended is not None:
+            return ended
+        return Command(self.steering(facts).along(error, self._speed, self._aside(passage), passage.ahead))
 
     def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:
         """How the activity has ended, or None while it goes on."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from hsm.model.types import Length, Speed
 from skills.activities.drive import Drive
 from skills.library import LIBRARY
-from skills.motion import not_negative, off_the_walls
-from skills.passage import Passage
+from skills.motion import not_negative
+from skills.passage import Passage, off_the_walls
 from skills.sides import Side
 
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from hsm.model.registry import Outcome
 from hsm.model.types import Duration
 from perception.facts import Facts
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Skill, not_negative
-from transport.messages import Command, Twist
+from transport.arithmetic import norm, norms
+from transport.messages import Command
 
 CLEAR = 0.2
 """Distance from the robot's outline that is room enough, m."""
@@ -19,9 +16,10 @@ CLEAR = 0.2
 
 @LIBRARY.activity("make_room", outcomes=("done", "blocked"), holds=("base",))
 class MakeRoom(Skill):
-    """Move away from what is near, without turning, until there is room about the robot.
+    """Move away from what is near until there is room about the robot.
 
-    The push of each hit within reach falls with its distance. Outcomes: `done` when there is room, `blocked` when the
+    The push of each hit within reach falls with its distance. A base that cannot move sideways goes forward or back,
+    and turns where it is pushed to a side. Outcomes: `done` when there is room, `blocked` when the
     time is over first, as in a narrow place.
     """
 
@@ -37,9 +35,9 @@ class MakeRoom(Skill):
             return DONE
         if facts.time - self._began > self._timeout:
             return BLOCKED
-        distance = np.hypot(facts.points[:, 0], facts.points[:, 1])
+        distance = norms(facts.points[:, 0], facts.points[:, 1])
         near = facts.points[distance < facts.robot.radius + 2 * CLEAR]
         push = -(near / (near**2).sum(axis=1, keepdims=True)).sum(axis=0)
-        size = math.hypot(*push) or 1.0
-        speed = self.settings.motion.lateral_speed
-        return Command(Twist(speed * float(push[0]) / size, speed * float(push[1]) / size))
+        size = norm(*push.tolist()) or 1.0
+        direction = float(push[0]) / size, float(push[1]) / size
+        return Command(self.steering(facts).away(direction, self.settings.motion.lateral_speed))

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 from hsm.model.registry import Outcome
 from hsm.model.types import Length, Speed
 from perception.facts import Facts
-from skills.frames import Frame, rotated
+from skills.frames import Frame
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, PATIENCE, Progress, Skill, above_zero, finite, not_negative
-from transport.messages import Command, Pose, Twist
+from transport.arithmetic import norm
+from transport.messages import Command, Pose
 
 THERE = 0.02
 """The robot has arrived when it is this near, m."""
@@ -39,11 +38,10 @@ class Move(Skill):
         if self._goal is None:
             self._goal = Frame(Frame(pose).outer(self._way))
         here = self._goal.local(pose)
-        left = math.hypot(here.x, here.y)
+        left = norm(here.x, here.y)
         if left < THERE:
             return DONE
-        if self._progress.lost(left, facts.time):
+        if self._progress.lost(left, facts):
             return BLOCKED
-        speed = min(self._speed, max(SLOWEST, self.settings.arc.gain * left)) / left
-        turn = -self.settings.motion.heading_gain * here.heading
-        return Command(Twist(*rotated(-speed * here.x, -speed * here.y, -here.heading), turn))
+        speed = min(self._speed, max(SLOWEST, self.settings.arc.gain * left))
+        return Command(self.steering(facts).to_point(Frame(pose).local(self._goal.origin), speed))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from hsm.model.registry import Outcome
 from hsm.model.types import Length, Speed
 from perception.facts import Facts
@@ -10,6 +12,9 @@ from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, not_negative
 from skills.sides import Side
 from transport.messages import Command
+
+PARALLEL = math.radians(10)
+"""A robot that is off its course by more turns along the walls first, rad."""
 
 
 @LIBRARY.activity("pass_corner", outcomes=("done", "blocked"), holds=("base",))
@@ -30,5 +35,7 @@ class PassCorner(ToOpening):
             return BLOCKED
         approach = self._approach(facts, self._past)
         if approach.left <= 0.02:
-            return DONE
-        return self._straight_on(approach, max(0.1, min(self._speed, 2.0 * approach.left)))
+            if abs(approach.error) < PARALLEL:
+                return DONE
+            return Command(self.steering(facts).along(approach.error, 0.0, 0.0, approach.passage.ahead))
+        return self._straight_on(facts, approach, max(0.1, min(self._speed, 2.0 * approach.left)))

@@ -11,8 +11,9 @@ from skills.course import TRUSTED
 from skills.frames import Frame, Turned, rotated
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, finite
-from skills.passage import passage_of, points_along
-from transport.messages import Command, Pose, Twist
+from skills.passage import Passage, passage_of, points_along
+from transport.arithmetic import norm
+from transport.messages import Command, Pose
 
 CLOSE = 0.35
 """With less than this left to turn the compass says where the turn ends, rad."""
@@ -26,8 +27,9 @@ class Rotate(Skill):
 
     The turn is measured by odometry from the axis of the walls that the robot stands along at first; quarter turns end
     along the walls, where there are any. Where a wall is too near for the robot's corners, the robot moves off it while
-    it turns. A turn that meets an obstacle is taken back, and tried again should that fail too, so that the robot never
-    stays between two headings. Outcomes: `done`; `blocked` when the robot stands as before.
+    it turns; one whose base cannot move sideways backs from a wall ahead before it turns. A turn that meets an obstacle
+    is taken back, and tried again should that fail too, so that the robot never stays between two headings. Outcomes:
+    `done`; `blocked` when the robot stands as before.
     """
 
     def __init__(self, angle: Angle) -> None:
@@ -40,6 +42,7 @@ class Rotate(Skill):
         self._spot = Frame(Pose())
         self._away = 0.0
         self._nearest = math.inf
+        self._there = False
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
@@ -57,42 +60,35 @@ class Rotate(Skill):
         if abs(left) < settings.tolerance:
             return DONE if self._goal == self._angle else BLOCKED
         if self._headway.lost(facts):
-            self._goal = self._angle - self._goal
             self._headway = Headway(settings.patience)
+            if self._there or self.steering(facts).sideways:
+                self._goal = self._angle - self._goal
+            self._there = True
         turn = math.copysign(min(settings.rate, settings.gain * abs(left)), left)
-        return Command(Twist(*self._to_the_spot(pose), turn))
+        return Command(self.steering(facts).turn(turn, self._to_the_spot(facts, pose)))
 
     def _roomy_spot(self, facts: Facts, pose: Pose) -> Frame:
         """Where to turn: here, or as far off the walls as the robot's corners need."""
         error = self._error
         room = facts.robot.radius + self.settings.safety.margin + self.settings.rotate.room
         passage = passage_of(points_along(facts, error), facts.robot, room)
-        aside = 0.0
-        if passage.width < 2 * room:
-            aside = (passage.left + passage.right) / 2
-        elif passage.left < room:
-            aside = passage.left - room
-        elif -passage.right < room:
-            aside = passage.right + room
-        # A wall beside the robot asks for no more; what does, as the way that it will turn into, is not beside it.
-        most = room - facts.robot.half_width
-        aside = min(max(aside, -most), most)
+        aside = _aside(passage, room, facts.robot.half_width) if self.steering(facts).sideways else 0.0
         back = min(0.0, passage.ahead - room)
         x, y = rotated(back, aside, error)
         return Frame(Frame(pose).outer(Pose(x, y)))
 
-    def _to_the_spot(self, pose: Pose) -> tuple[float, float]:
-        """Velocity towards the spot, in the robot's frame."""
+    def _to_the_spot(self, facts: Facts, pose: Pose) -> tuple[float, float]:
+        """Where the spot is, in the robot's frame, m; a robot that can only go there first goes there once."""
         here = self._spot.local(pose)
-        gain, most = self.settings.motion.lateral_gain, self.settings.motion.lateral_speed
-        distance = math.hypot(here.x, here.y)
+        distance = norm(here.x, here.y)
         if self._pushed_off(distance):
             self._spot, self._away, self._nearest = Frame(pose), 0.0, 0.0
             return 0.0, 0.0
-        if distance < self.settings.motion.dead_zone:
-            return 0.0, 0.0
-        speed = min(most, gain * distance)
-        return rotated(-speed * here.x / distance, -speed * here.y / distance, -here.heading)
+        if not self.steering(facts).sideways:
+            self._there = self._there or distance < self.settings.motion.dead_zone
+            if self._there:
+                return 0.0, 0.0
+        return rotated(-here.x, -here.y, -here.heading)
 
     def _pushed_off(self, distance: float) -> bool:
         """Whether the robot, on its way to the spot or there, has been made to leave it.
@@ -104,3 +100,23 @@ class Rotate(Skill):
             self._nearest = min(self._nearest, distance)
         self._away = distance
         return distance > self._nearest + PUSHED
+
+
+def _aside(passage: Passage, room: float, half_width: float) -> float:
+    """How far to the left the robot has room to turn, m.
+
+    Args:
+        passage: the walls at both sides.
+        room: what a turn takes to each side, m.
+        half_width: of the robot, m.
+    """
+    aside = 0.0
+    if passage.width < 2 * room:
+        aside = (passage.left + passage.right) / 2
+    elif passage.left < room:
+        aside = passage.left - room
+    elif -passage.right < room:
+        aside = passage.right + room
+    # A wall beside the robot asks for no more; what does, as the way that it will turn into, is not beside it.
+    most = room - half_width
+    return min(max(aside, -most), most)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from hsm.model.types import Length, Speed
 from perception.facts import Facts
 from skills.course import Course
-from skills.motion import Headway, Skill, above_zero, along, off_the_walls
+from skills.motion import Headway, Skill, above_zero
 from skills.opening import Opening, opening_of
-from skills.passage import Passage, passage_of, points_along
+from skills.passage import Passage, off_the_walls, passage_of, points_along
 from skills.sides import Side
 from transport.messages import Command
 
@@ -52,7 +52,7 @@ class ToOpening(Skill):
         passage = passage_of(points, facts.robot, self.settings.motion.look_ahead)
         return Approach(error, self._opening.middle(past) - self._opening.driven(pose), self._opening.aside, passage)
 
-    def _straight_on(self, approach: Approach, speed: float) -> Command:
+    def _straight_on(self, facts: Facts, approach: Approach, speed: float) -> Command:
         """Drive on along the course."""
         aside = off_the_walls(approach.passage, self.settings)
-        return along(approach.error, speed, aside, approach.passage.ahead, self.settings.motion)
+        return Command(self.steering(facts).along(approach.error, speed, aside, approach.passage.ahead))

@@ -1,5 +1,1 @@
-"""What the strategies must remember and a machine cannot: declared as signals and actions over the world model."""
-
-from skills.strategies import marks
-
-__all__ = ["marks"]
+"""What the strategies must remember and a machine cannot: signals and actions over the world model."""

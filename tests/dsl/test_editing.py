@@ -7,7 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from hsm.dsl import check_text
+from hsm.dsl.lsp import actions, navigation
 from hsm.dsl.lsp.editing import Document, SymbolKind
+from hsm.dsl.lsp.occurrences import Role
 
 MACHINES = Path(__file__).parent / "machines"
 TEXT = """\
@@ -67,7 +70,7 @@ def test_a_target_is_a_state(complete):
         *("left", "open_door", "open_door.history", "open_door.deep_history"),
     }
     assert found["straight"].doc == "Drives on."
-    assert set(complete("    on done -> turning.")) == set(found)
+    assert set(complete("    on done -> turning.")) == {"turning.history", "turning.deep_history"}
 
 
 @pytest.mark.parametrize(
@@ -112,27 +115,141 @@ def test_hovering_shows_the_registry(document):
     assert (found.kind, found.doc) == (SymbolKind.ACTIVITY, "Drive straight on.")
     assert found.detail == "drive(speed : speed = 0.5 m/s) -> blocked; holds base"
     assert document().hover(*at("space.front")).detail == "space.front : bool"
-    assert document().hover(*at("cruise", 1)).detail == "speed"
-    assert document().hover(*at("straight.")) is None
+    assert document().hover(*at("cruise", 1)).detail == "speed = 0.5 m/s"
     assert document().hover(999, 0) is None
 
 
+def test_hovering_a_state_shows_the_ways_in_and_out(document):
+    found = document().hover(*at("straight"))
+    assert found.doc.startswith("Drives on.")
+    assert "out:\n- `when space.front -> turning`" in found.doc
+    assert "in:" not in found.doc
+    assert "- open_door: `on opened -> turning.history`" in document().hover(*at("turning", 1)).doc
+
+
+def test_hovering_an_argument_and_a_machine(document):
+    assert document().hover(*at("speed = cruise")).detail == "speed in m/s"
+    assert document().hover(*at("door")).kind is SymbolKind.MACHINE
+    assert document().hover(*at("deg")).detail == "angle"
+
+
+def test_a_call_shows_what_it_takes_and_what_is_due(document):
+    text = TEXT.replace("do rotate(90 deg)", "do rotate(")
+    line, column = at("rotate(")
+    call = Document(text, "walk.maze-machine", document().library).call(line, column + 6)
+    assert (call.name, call.active) == ("rotate", 0)
+    assert call.parameters[0].name == "angle"
+
+
 def test_definitions(document):
-    assert document().definition(*at("cruise", 1)).line == 6
-    assert document().definition(*at("turning")).line == 14
-    assert document().definition(*at("turning.history")).line == 14
-    assert document().definition(*at("door", 3)).file == str(MACHINES / "door.maze-machine")
-    assert document().definition(*at("rotate")) is None
+    def defined(word, nth=0):
+        return navigation.definition(document(), *at(word, nth))
+
+    assert defined("cruise", 1).line == 5
+    assert defined("turning").line == 13
+    assert defined("turning.history").line == 13
+    assert defined("door", 3).file == str(MACHINES / "door.maze-machine")
+    assert Path(defined("rotate").file).name == "library.py"
+    assert Path(defined("space.front").file).name == "library.py"
+    assert defined("90") is None
+
+
+def test_references_are_those_of_one_meaning(document):
+    def used(word, nth=0):
+        return [(one.line, one.declares) for one in navigation.references(document(), *at(word, nth))]
+
+    assert used("cruise") == [(5, True), (10, False)]
+    assert used("turning") == [(11, False), (13, True), (22, False)]
+    assert used("turns") == [(6, True), (19, False)]
+    assert used("open_door") == [(19, False), (21, True)]
+
+
+def test_a_new_name_is_written_wherever_the_old_one_is_meant(document):
+    one = document()
+    found = navigation.rename(one, *at("turning"), "veering", [])
+    lines = [list(line) for line in TEXT.split("\n")]
+    for _, place in sorted(found, key=lambda pair: (pair[1].line, -pair[1].column)):
+        lines[place.line][place.column : place.end] = "veering"
+    renamed = "\n".join("".join(line) for line in lines)
+    assert renamed == TEXT.replace("turning", "veering")
+    for name in ("not a name", "9", "straight", "cruise", "space.front", ""):
+        with pytest.raises(navigation.RenameError):
+            navigation.rename(one, *at("turning"), name, [])
+    for word in ("rotate", "space.front", "90"):
+        with pytest.raises(navigation.RenameError):
+            navigation.rename(one, *at(word), "other", [])
+
+
+def test_a_new_name_reaches_the_files_that_import_the_machine(library, tmp_path):
+    (tmp_path / "part.maze-machine").write_text(
+        "machine part\n\nparam rest : time = 1 s\n\ninitial a\n\nstate a\n    after rest -> over\n\nfinal over\n",
+        encoding="utf-8",
+    )
+    text = (
+        "machine whole\n\nimport part\n\ninitial p\n\nstate p = part(rest = 2 s)\n    on over -> q\n\n"
+        "state q\n    on over -> p\n"
+    )
+    part = Document(
+        (tmp_path / "part.maze-machine").read_text(encoding="utf-8"), str(tmp_path / "part.maze-machine"), library
+    )
+    whole = Document(text, str(tmp_path / "whole.maze-machine"), library)
+    renamed = navigation.rename(part, 2, 7, "pause", [whole])
+    assert [(Path(file).stem, one.line) for file, one in renamed] == [("part", 2), ("part", 7), ("whole", 6)]
+    renamed = navigation.rename(part, 9, 8, "ended", [whole])
+    assert [(Path(file).stem, one.line) for file, one in renamed] == [("part", 7), ("part", 9), ("whole", 7)]
 
 
 def test_the_outline(document):
-    found = document().symbols()
-    assert [one.name for one in found] == ["straight", "turning", "open_door", "over"]
-    assert [one.name for one in found[1].children] == ["left"]
+    found = navigation.outline(document())
+    assert [one.name for one in found] == ["cruise", "turns", "straight", "turning", "open_door", "over"]
+    assert [one.name for one in found[3].children] == ["left"]
+    assert (found[3].whole.line, found[3].whole.end_line) == (13, 19)
+    assert list(navigation.folds(document())) == [(9, 11, False), (13, 19, False), (17, 19, False), (21, 22, False)]
 
 
 def test_a_deep_outline(document):
-    assert document("machine m\n" + "".join(" " * depth + f"state s{depth}\n" for depth in range(1200))).symbols()
+    deep = "machine m\n" + "".join(" " * depth + f"state s{depth}\n" for depth in range(1200))
+    assert navigation.outline(document(deep))
+
+
+def test_colours_name_the_role_of_each_word(document):
+    found = {(one.line, one.column): one.kind for one in navigation.colours(document())}
+    assert found[0, 0] is navigation.Colour.COMMENT
+    assert found[1, 0] is navigation.Colour.KEYWORD
+    assert found[at("space.front")[0], at("space.front")[1] - 1] is Role.SIGNAL
+    assert found[at("rotate")[0], at("rotate")[1] - 1] is Role.ACTIVITY
+    assert found[at("speed = cruise")[0], at("speed = cruise")[1] - 1] is Role.ARGUMENT
+
+
+def test_what_is_meant_is_one_click_away(library):
+    text = "machine m\n\ninitial a\n\nstate a\n    do rotat(90 deg)\n    on done -> b\n\nfinal b\n"
+    found = check_text(text, library, "m").diagnostics
+    document = Document(text, "m", library)
+    edits = actions.all_fixes(document, found)
+    assert [(one.line, one.column, one.end_column, one.text) for one in edits] == [(5, 7, 12, "rotate")]
+    mended = text.replace("rotat(", "rotate(")
+    mended = mended.replace("on done ->", "after 1 s ->")
+    remaining = check_text(mended, library, "m").diagnostics
+    (missing,) = (one for one in actions.fixes(Document(mended, "m", library), remaining) if "Add" in one.title)
+    assert missing.title == "Add `on done`"
+    assert missing.edits[0].text == "\n    on done -> a"
+
+
+def test_arguments_that_are_left_out_are_hinted_at(document):
+    text = TEXT.replace("do drive(speed = cruise)", "do drive()")
+    found = actions.hints(Document(text, "walk", document().library), 0, 99)
+    assert {(one.line, one.text) for one in found} == {(10, "speed = 0.5 m/s"), (18, ", rate = 0.8 rad/s")}
+    assert [one.line for one in actions.hints(document(), 0, 99)] == [18]
+
+
+def test_a_wrong_type_is_not_offered(complete):
+    assert set(complete("    do follow_wall(side = ")) == {"left", "right"}
+    assert {"straight", "left"} <= set(complete("    when in("))
+    assert "space.front" not in complete("    when in(")
+
+
+def test_the_outcomes_of_an_instance_are_offered(complete):
+    assert "opened" in complete("    on op")
 
 
 def test_over_the_protocol(tmp_path):
@@ -172,7 +289,7 @@ def test_over_the_protocol(tmp_path):
     assert by_id[3]["range"]["start"] == {"line": 5, "character": 6}
     assert by_id[4]["contents"]["value"] == "`deg : angle` (unit)"
     assert [one["name"] for one in by_id[5]] == ["a", "b"]
-    assert "    on done -> b\n" in by_id[6][0]["newText"]
+    assert [one["newText"] for one in by_id[6]] == ["    do rotat(90 deg)  # \U0001f6aa", "    on done -> b"]
 
 
 def frame(message):

@@ -3,16 +3,21 @@
 import json
 import multiprocessing
 import os
+import resource
 import signal
 import socket
 import time
+from pathlib import Path
 
 import pytest
 
-from maze_machine.campaign.jobs import Job, Results, Setup, jobs_of, run_job
+from maze_machine.campaign.cluster import on_cluster
+from maze_machine.campaign.jobs import Job, Setup, jobs_of, run_job
+from maze_machine.campaign.results import Results
 from maze_machine.campaign.summary import failures
 from maze_machine.campaign.workers import on_cores
 from maze_machine.errors import FileError
+from transport.files import locked
 
 SETUP = Setup(time_limit=4.0)
 LIMIT = 60.0
@@ -154,19 +159,224 @@ def test_who_stops_taking_results_leaves_no_process():
             os.kill(worker, 0)
 
 
-def test_a_cluster_gives_the_same_results(finish, start, tmp_path):
+class Deadly(str):
+    """A machine's name that kills every worker that receives it."""
+
+    def __reduce__(self):
+        in_worker = "__import__('multiprocessing').parent_process()"
+        return eval, (f"{in_worker} and __import__('os').abort() or {str(self)!r}",)
+
+    def __deepcopy__(self, _):
+        return str(self)
+
+
+def test_a_job_that_always_kills_its_process_is_a_result_and_the_others_are_done():
+    good = jobs_of(["right_hand"], ["corridor"], 2)
+    jobs = [good[0], Job(Deadly("deadly"), "corridor", 0), good[1]]
+    with on_cores(Setup(time_limit=1.0), jobs, 1) as done:
+        records = {(record["machine"], record["seed"]): record for record in done}
+    assert records[("deadly", 0)] == {
+        "machine": "deadly",
+        "maze": "corridor",
+        "seed": 0,
+        "solved": False,
+        "outcome": "crashed",
+        "reason": "the process was killed by SIGABRT",
+    }
+    assert [records[("right_hand", seed)]["outcome"] for seed in (0, 1)] == ["still inside", "still inside"]
+    assert failures(records.values())[-1].startswith("1 x deadly: crashed, such as corridor with seed 0")
+
+
+def test_a_fault_of_the_program_is_a_result_too(monkeypatch):
+    def fails(*_):
+        raise ZeroDivisionError("somewhere")
+
+    monkeypatch.setattr("maze_machine.campaign.jobs.drive", fails)
+    record = run_job(SETUP, Job("pledge", "corridor", 0))
+    assert (record["outcome"], record["reason"]) == ("crashed", "ZeroDivisionError: somewhere")
+
+
+def children_of(pid):
+    return [int(one) for one in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def workers_of(sweep):
+    deadline = time.monotonic() + LIMIT
+    while True:
+        assert time.monotonic() < deadline
+        assert sweep.poll() is None, sweep.stderr.read()
+        found = [pid for pid in children_of(sweep.pid) if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+        if found:
+            return found
+        time.sleep(0.01)
+
+
+def test_a_worker_that_is_killed_costs_no_result(start, tmp_path):
+    file = tmp_path / "r.jsonl"
+    arguments = ["sweep", "--machines", "right_hand", "--mazes", "corridor", "--seeds", 6, "--time-limit", 3]
+    sweep = start(*arguments, "--workers", 1, "--out", file)
+    deadline = time.monotonic() + LIMIT
+    while not file.exists() or file.read_text().count("\n") < 2:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    for worker in workers_of(sweep):
+        os.kill(worker, signal.SIGKILL)
+    _, err = sweep.communicate(timeout=LIMIT)
+    assert (sweep.returncode, err) == (1, "")
+    records = [json.loads(line) for line in file.read_text().splitlines()[1:]]
+    assert [record["seed"] for record in records] == list(range(6))
+    assert {record["outcome"] for record in records} == {"still inside"}
+
+
+def test_workers_end_with_a_parent_that_is_killed(start, tmp_path):
+    sweep = start(
+        "sweep", "--machines", "pledge", "--mazes", "corridor", "--seeds", 500, "--workers", 2, "--out", tmp_path / "r"
+    )
+    workers = workers_of(sweep)
+    sweep.kill()
+    deadline = time.monotonic() + LIMIT
+    for worker in workers:
+        while Path(f"/proc/{worker}").exists() and "Z" not in Path(f"/proc/{worker}/stat").read_text().split()[2]:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+
+
+def test_a_second_sweep_into_one_file_is_refused_with_the_name_of_the_first(finish, tmp_path):
+    file = tmp_path / "r.jsonl"
+    arguments = ["sweep", "--machines", "right_hand", "--mazes", "corridor", "--time-limit", 1, "--out", file]
+    link = tmp_path / "link.jsonl"
+    link.symlink_to(file)
+    with locked(file, "host, process 7"):
+        for name in (file, link):
+            status, _, err = finish(*arguments[:-1], name)
+            assert status == 3
+            assert "is being written by host, process 7" in err
+            assert len(err.splitlines()) == 1
+        assert not file.exists()
+    assert finish(*arguments)[0] == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.jsonl", "r.jsonl"]
+
+
+GOOD = {"machine": "pledge", "maze": "corridor", "seed": 0, "solved": False, "outcome": "fault", "reason": "x"}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "[]",
+        "{}",
+        "nothing",
+        "[" * 100_000,
+        json.dumps({**GOOD, "machine": 1}),
+        json.dumps({**GOOD, "seed": -1}),
+        json.dumps({**GOOD, "solved": True}),
+        json.dumps({**GOOD, "reason": None}),
+        json.dumps({**GOOD, "clearance": "near"}),
+    ],
+    ids=range(9),
+)
+def test_a_damaged_results_file_is_refused_and_left_alone(tmp_path, line):
+    file = tmp_path / "results.jsonl"
+    jobs = jobs_of(["pledge"], ["corridor"], 1)
+    results = Results(file, SETUP, jobs)
+    results.add(GOOD)
+    assert Results(file, SETUP, jobs).records == [GOOD]
+    for text in (file.read_text() + line + "\n", line + "\n" + json.dumps(GOOD) + "\n", "\0" * 100):
+        file.write_text(text)
+        with pytest.raises(FileError, match="holds no results of a campaign, or damaged ones"):
+            Results(file, SETUP, jobs)
+        assert file.read_text() == text
+        Results(file.with_name("new.jsonl"), SETUP, jobs)
+        file.with_name("new.jsonl").replace(file)
+        Results(file, SETUP, jobs).add(GOOD)
+
+
+def test_a_full_disk_costs_the_result_that_did_not_fit_and_none_before(tmp_path):
+    file = tmp_path / "results.jsonl"
+    jobs = jobs_of(["pledge"], ["corridor"], 3)
+    results = Results(file, SETUP, jobs)
+    results.add(GOOD)
+    before = file.read_bytes()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 20, hard))
+    try:
+        with pytest.raises(OSError, match=r"File too large|No space left") as caught:
+            results.add({**GOOD, "seed": 1})
+        with pytest.raises(OSError, match="File too large"):
+            results.write()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert caught.value.filename == str(file)
+    assert file.read_bytes() == before
+    assert Results(file, SETUP, jobs).records == [GOOD]
+
+
+@pytest.fixture
+def cluster(start):
+    """Start a scheduler and workers of dask, and their address."""
     pytest.importorskip("distributed")
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     address = f"tcp://127.0.0.1:{port}"
-    start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard", program="dask")
-    for _ in range(2):
-        start("worker", address, "--host", "127.0.0.1", "--nthreads", 1, "--no-dashboard", program="dask")
+
+    def scheduler():
+        return start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard", program="dask")
+
+    def worker():
+        return start("worker", address, "--host", "127.0.0.1", "--nthreads", 1, "--no-dashboard", program="dask")
+
+    return address, scheduler, worker
+
+
+def test_a_cluster_gives_the_same_results(finish, cluster, tmp_path):
+    address, scheduler, worker = cluster
+    scheduler()
+    worker()
+    worker()
     arguments = ["sweep", "--machines", "pledge", "--mazes", "corridor", "--seeds", 3]
-    assert finish(*arguments, "--scheduler", address, "--out", "cluster.jsonl")[0] == 0
+    status, out, err = finish(*arguments, "--scheduler", address, "--out", "cluster.jsonl")
+    assert (status, err) == (0, ""), out
     assert finish(*arguments, "--workers", 1, "--out", "here.jsonl")[0] == 0
     assert (tmp_path / "cluster.jsonl").read_bytes() == (tmp_path / "here.jsonl").read_bytes()
+
+
+def test_a_scheduler_and_a_worker_that_are_killed_cost_no_result(start, finish, cluster, tmp_path):
+    address, scheduler, worker = cluster
+    first = scheduler()
+    workers = [worker(), worker()]
+    file = tmp_path / "cluster.jsonl"
+    arguments = ["sweep", "--machines", "right_hand", "--mazes", "corridor", "--seeds", 30, "--time-limit", 4]
+    sweep = start(*arguments, "--scheduler", address, "--out", file)
+
+    def wait_for(lines):
+        deadline = time.monotonic() + LIMIT
+        while not file.exists() or file.read_text().count("\n") < lines:
+            assert time.monotonic() < deadline
+            assert sweep.poll() is None, sweep.stderr.read()
+            time.sleep(0.01)
+
+    wait_for(3)
+    os.killpg(workers[0].pid, signal.SIGKILL)
+    first.kill()
+    first.wait()
+    scheduler()
+    worker()
+    _, err = sweep.communicate(timeout=2 * LIMIT)
+    assert (sweep.returncode, err) == (1, "")
+    assert finish(*arguments, "--workers", 2, "--out", "here.jsonl")[0] == 1
+    assert file.read_bytes() == (tmp_path / "here.jsonl").read_bytes()
+
+
+def test_a_job_that_kills_every_worker_of_a_cluster_is_a_result(cluster):
+    address, scheduler, worker = cluster
+    scheduler()
+    worker()
+    good = jobs_of(["right_hand"], ["corridor"], 1)
+    with on_cluster(Setup(time_limit=1.0), [*good, Job(Deadly("deadly"), "corridor", 0)], address) as done:
+        records = {record["machine"]: record for record in done}
+    assert records["right_hand"]["outcome"] == "still inside"
+    assert records["deadly"]["outcome"] == "crashed"
 
 
 def test_no_scheduler_at_the_address(finish):

@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import perception.signals  # noqa: F401 - fills the library
 from perception.facts import Facts, Perception
-from perception.library import LIBRARY
+from perception.signals import LIBRARY
 from tests.perception.scenes import PICO, corridor, observation_of, scan_of
 from transport.description import Laser, RobotDescription
 from transport.messages import Pose, Scan, ScanGeometry

@@ -10,7 +10,7 @@ import pytest
 from perception import signals
 from perception.facts import Perception
 from perception.junction import JunctionKind
-from perception.library import LIBRARY
+from perception.signals import LIBRARY
 from tests.perception.scenes import PICO, corridor, observation_of, observe
 from transport.messages import Pose, Scan
 
@@ -26,6 +26,21 @@ def value(name, facts):
 
 def facts_at(walls, pose, seed=1):
     return Perception(PICO).facts(observe(walls, pose, rng=np.random.default_rng(seed)))
+
+
+@pytest.mark.parametrize("degrees", [-18, -9.5, 0, 9.5, 18])
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_space_is_looked_for_along_the_walls_however_the_robot_stands(side, degrees):
+    """Just past a way to a side, whose near corner is still beside: a slanted robot would look back into it."""
+    sign = 1 if side == "left" else -1
+    level = sign * 0.5
+    walls = [(-1.0, -level, 6.0, -level), (-3.0, level, -1.2, level), (-0.06, level, 6.0, level)]
+    facts = facts_at(
+        [*walls, (-1.2, level, -1.2, 4 * level), (-0.06, level, -0.25, 4 * level)], Pose(heading=math.radians(degrees))
+    )
+    assert [value(f"space.{one}", facts) for one in ("left", "front", "right")] == [False, True, False]
+    for one in ("left", "right"):
+        assert value(f"distance.{one}", facts) == pytest.approx(0.5, abs=0.02)
 
 
 @pytest.mark.parametrize("width", WIDTHS)

@@ -6,13 +6,20 @@ from pathlib import Path
 
 import pytest
 
+import hsm
+
 DOCS = Path(__file__).parents[2] / "docs"
-GENERATED = runpy.run_path(str(DOCS / "generate.py"))["GENERATED"]
+GENERATOR = runpy.run_path(str(DOCS / "generate.py"))
+GENERATED = GENERATOR["GENERATED"]
 
 
 @pytest.mark.parametrize("path", GENERATED, ids=lambda path: path.name)
 def test_a_generated_file_is_what_the_code_says(path):
     assert path.read_text(encoding="utf-8") == GENERATED[path](), "run: python docs/generate.py"
+
+
+def test_the_page_of_the_python_interface_has_every_public_name():
+    assert sorted(name for names in GENERATOR["PUBLIC"].values() for name in names) == sorted(hsm.__all__)
 
 
 def test_the_pictures_of_the_readme_can_be_drawn(tmp_path):

@@ -46,8 +46,7 @@ def world():
 def drive():
     """Run an activity until its outcome or for a time (s), through limits and guard, with noise."""
 
-    def run(activity, maze, seed=0, limit=20.0, then=()):
-        robot = RobotDescription()
+    def run(activity, maze, seed=0, limit=20.0, robot=RobotDescription()):  # noqa: B008
         simulation = Simulation(maze, robot, seed, SimulatorSettings())
         perception, chain = Perception(robot), MotionChain(robot, SkillSettings())
         outcome, commands = None, []
@@ -59,7 +58,7 @@ def drive():
             command = chain.shape(effect, facts)
             commands.append(command)
             simulation.step(command)
-        while commands[-1].twist != STOP and outcome is not None:
+        while commands[-1].twist != STOP and outcome is not None and simulation.time < limit + 5.0:
             facts = perception.facts(simulation.observation)
             commands.append(chain.shape(Command(), facts))
             simulation.step(commands[-1])

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from perception.repulsion import Force
-from skills.activities import drive_to
 from skills.activities.drive_to import DriveTo
+from skills.steering.field import FieldSeeker
+from transport.description import RobotDescription
 from transport.messages import STOP, Pose
 
 SEEDS = (0, 1, 2)
+HOLONOMIC, TWO_WHEELS = (RobotDescription.model_validate({"base": base}) for base in ("holonomic", "differential"))
 ARRIVED = 0.07
 """How far from its target the robot may say that it is there, beside its odometry's drift, m."""
 DRIFT = 0.01
@@ -60,47 +62,52 @@ def scene(hall, block):
     return scenes.__getitem__
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+RUNS = [*((HOLONOMIC, seed) for seed in SEEDS), *((TWO_WHEELS, seed) for seed in SEEDS[:2])]
+"""Robots and seeds."""
+
+
+@pytest.mark.parametrize(("robot", "seed"), RUNS)
 @pytest.mark.parametrize(
     "name",
     ["block", "block aside", "wide block", "blocks", "posts", "slalom", "gap", "beside a wall", "before a wall"],
 )
-def test_obstacles_are_rounded(world, scene, drive, name, seed):
+def test_obstacles_are_rounded(world, scene, drive, name, robot, seed):  # noqa: PLR0917
     walls, distance = scene(name)
-    done = drive(DriveTo(distance), world(walls), seed, limit=40)
+    done = drive(DriveTo(distance), world(walls), seed, limit=40, robot=robot)
     assert done.outcome == "done"
     assert arrived(done, distance)
     assert done.clearance > 0.09
     assert not done.touched
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_it_turns_a_corner_of_a_corridor(world, drive, seed):
+@pytest.mark.parametrize(("robot", "seed"), RUNS)
+def test_it_turns_a_corner_of_a_corridor(world, drive, robot, seed):
     walls = [(-2, 0.5, 2, 0.5), (2, 0.5, 2, 4), (-2, -0.5, 3, -0.5), (3, -0.5, 3, 4)]
-    done = drive(DriveTo(math.hypot(2.5, 2.5), math.pi / 4), world(walls), seed, limit=40)
+    done = drive(DriveTo(math.hypot(2.5, 2.5), math.pi / 4), world(walls), seed, limit=40, robot=robot)
     assert done.outcome == "done"
     assert arrived(done, math.hypot(2.5, 2.5), math.pi / 4)
     assert done.clearance > 0.1
 
 
+@pytest.mark.parametrize("robot", [HOLONOMIC, TWO_WHEELS])
 @pytest.mark.parametrize("width", [0.6, 1.0, 1.5, 2.0])
-def test_a_corridor_is_driven_along(world, corridor, drive, width):
-    done = drive(DriveTo(4.0), world(corridor(width)))
+def test_a_corridor_is_driven_along(world, corridor, drive, width, robot):
+    done = drive(DriveTo(4.0), world(corridor(width)), robot=robot)
     assert done.outcome == "done"
     assert arrived(done, 4.0)
     assert done.clearance > min(0.07, width / 2 - 0.25)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("robot", "seed"), RUNS)
 @pytest.mark.parametrize("trap", ["dead end", "wall", "pocket", "inside a wall"])
-def test_where_there_is_no_way_it_is_blocked_soon(world, hall, corridor, drive, trap, seed):  # noqa: PLR0917
+def test_where_there_is_no_way_it_is_blocked_soon(world, hall, corridor, drive, trap, robot, seed):  # noqa: PLR0917
     walls, distance = {
         "dead end": (corridor(1.0, length=2.0), 3.0),
         "wall": ([*hall, (2, -3, 2, 3)], 4.0),
         "pocket": ([*hall, (2, -0.8, 2, 0.8), (0.8, 0.8, 2, 0.8), (0.8, -0.8, 2, -0.8)], 3.5),
         "inside a wall": (hall, 6.2),
     }[trap]
-    done = drive(DriveTo(distance), world(walls), seed, limit=40)
+    done = drive(DriveTo(distance), world(walls), seed, limit=40, robot=robot)
     assert done.outcome == "blocked"
     assert len(done.commands) * 0.1 < 30
     assert longest_rest(done) < 3
@@ -112,7 +119,7 @@ def test_without_the_way_round_a_block_ahead_would_hold_it(world, scene, drive, 
     def straight_at_it(self, facts, distance, bearing):
         return min(0.5, distance) + facts.repulsion.forward, facts.repulsion.left
 
-    monkeypatch.setattr(drive_to.DriveTo, "_field", straight_at_it)
+    monkeypatch.setattr(FieldSeeker, "_field", straight_at_it)
     walls, distance = scene("block")
     assert drive(DriveTo(distance), world(walls)).outcome == "blocked"
 

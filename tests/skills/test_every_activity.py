@@ -1,29 +1,42 @@
 """What every activity keeps to, whatever it sees and is asked for: the robot's limits and the outcomes it declares."""
 
 import math
+import pkgutil
 from dataclasses import dataclass
+from importlib import import_module
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import skills
 from hsm.model.registry import Outcome
 from hsm.model.types import BOOLEAN, INTEGER, Enumeration
 from perception import Perception
+from skills.catalogue import library
 from skills.chain import MotionChain
-from skills.library import library
+from skills.library import LIBRARY as DECLARED
 from skills.settings import SkillSettings
 from transport.description import Laser, Limits, RobotDescription
 from transport.messages import NANOSECONDS, STOP, Command, DoorReply, Observation, Odometry, Scan
 
 LIBRARY = library(SkillSettings())
 TICKS = 12
+
+
+def two_wheels(**more):
+    """A robot that cannot move sideways."""
+    return RobotDescription.model_validate({"base": "differential"} | more)
+
+
 ROBOTS = (
     RobotDescription(),
     RobotDescription(laser=Laser(beams=180, angle_min=-1.5, angle_max=1.5, range_max=4.0)),
     RobotDescription(limits=Limits(speed=0.2, turn_rate=0.4, acceleration=0.3, turn_acceleration=0.8)),
     RobotDescription(limits=Limits(translation="axis")),
+    two_wheels(),
+    two_wheels(footprint=((0.1, 0.1), (-0.3, 0.1), (-0.3, -0.1), (0.1, -0.1))),
 )
 positive = st.floats(0.01, 20)
 
@@ -90,23 +103,49 @@ def reachable(limits, before, twist, period):
     return change <= limits.acceleration * period + 1e-9 and turn <= limits.turn_acceleration * period + 1e-9
 
 
-@pytest.mark.parametrize("name", LIBRARY.activities)
-@given(st.data(), worlds, st.sampled_from(ROBOTS))
-@settings(max_examples=12, deadline=None, derandomize=True)
-def test_no_command_breaks_the_limits(name, data, world, robot):
+def sent(name, data, world, robot):
+    """What a base is sent by an activity with arguments drawn, in a world."""
     declared = LIBRARY.activities[name]
     activity = declared.factory(*(data.draw(argument(parameter)) for parameter in declared.parameters))
-    perception, chain, before = Perception(robot), MotionChain(robot, SkillSettings()), STOP
+    perception, chain = Perception(robot), MotionChain(robot, SkillSettings())
     for observation in world.observations(robot):
         facts = perception.facts(observation)
         effect = activity.tick(facts)
         if isinstance(effect, Outcome):
             assert effect.name in declared.outcomes
             effect = Command()
-        sent = chain.shape(effect, facts).twist
-        assert within(robot.limits, sent), sent
-        assert reachable(robot.limits, before, sent, robot.period), (before, sent)
-        before = sent
+        yield chain.shape(effect, facts).twist
+
+
+@pytest.mark.parametrize("name", LIBRARY.activities)
+@given(st.data(), worlds, st.sampled_from(ROBOTS))
+@settings(max_examples=12, deadline=None, derandomize=True)
+def test_no_command_breaks_the_limits(name, data, world, robot):
+    before = STOP
+    for twist in sent(name, data, world, robot):
+        assert within(robot.limits, twist), twist
+        assert reachable(robot.limits, before, twist, robot.period), (before, twist)
+        before = twist
+
+
+sizes = st.floats(0.05, 0.6)
+robots_on_two_wheels = st.builds(
+    lambda front, rear, half, track, speed: two_wheels(
+        footprint=((front, half), (-rear, half), (-rear, -half), (front, -half)),
+        base={"kind": "differential", "track": track, "wheel_speed": speed},
+    ),
+    sizes, sizes, sizes, sizes, sizes,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LIBRARY.activities)
+@given(st.data(), worlds, robots_on_two_wheels)
+@settings(max_examples=6, deadline=None, derandomize=True)
+def test_a_robot_on_two_wheels_is_never_sent_sideways_nor_a_wheel_too_fast(name, data, world, robot):
+    for twist in sent(name, data, world, robot):
+        assert twist.left == 0.0
+        rims = twist.forward - twist.turn * robot.base.track / 2, twist.forward + twist.turn * robot.base.track / 2
+        assert max(map(abs, rims)) <= robot.base.wheel_speed * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("name", LIBRARY.activities)
@@ -122,3 +161,11 @@ def test_what_makes_no_sense_is_refused_with_the_argument_s_name(name, value):
 
 SIGNED = ("angle", "bearing", "left")
 """Parameters that may be negative."""
+
+
+def test_everything_that_a_skill_declares_is_in_the_catalogue():
+    for module in pkgutil.walk_packages(skills.__path__, "skills."):
+        import_module(module.name)
+    assert set(DECLARED.activities) == set(LIBRARY.activities)
+    assert set(DECLARED.signals) == set(LIBRARY.signals)
+    assert set(DECLARED.actions) == set(LIBRARY.actions)

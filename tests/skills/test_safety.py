@@ -5,8 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skills.safety import Guard, moved
+from skills.outline import Outline
+from skills.safety import Guard
 from skills.settings import SafetySettings
+from transport.base import integrate
 from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist
 
@@ -31,14 +33,14 @@ def seen_from(points, pose):
     return (points - (pose.x, pose.y)) @ np.array([[cos, -sin], [sin, cos]])
 
 
-def driven(points, wanted, ticks=80, noise=0.0, seed=0):
+def driven(points, wanted, ticks=80, noise=0.0, seed=0, robot=ROBOT):  # noqa: PLR0917
     """The smallest clearance on a drive with a constant wish, and where it ends."""
-    guard, pose, twist, least = Guard(ROBOT, SETTINGS), Pose(), STOP, math.inf
+    guard, pose, twist, least = Guard(robot, SETTINGS), Pose(), STOP, math.inf
     rng = np.random.default_rng(seed)
     for _ in range(ticks):
         seen = seen_from(points, pose)
         twist = guard.admit(twist, wanted, seen + rng.normal(0, noise, seen.shape))
-        pose = moved(pose, twist, ROBOT.period)
+        pose = integrate(pose, twist, ROBOT.period)
         least = min(least, guard.clearance(seen_from(points, pose), np.zeros((1, 3))))
     return least, pose
 
@@ -59,7 +61,7 @@ def test_a_robot_that_wants_into_a_wall_stops_before_it():
 def test_without_the_guard_it_would_have_hit_it():
     pose = Pose()
     for _ in range(80):
-        pose = moved(pose, Twist(0.5), 0.1)
+        pose = integrate(pose, Twist(0.5), 0.1)
     assert pose.x > 2.0
 
 
@@ -95,7 +97,7 @@ def overtaken_by(speed, direction, ticks=40):
         seen = seen_from(seen_from(wall, Pose(heading=direction)), pose)
         least = min(least, guard.clearance(seen, np.zeros((1, 3))))
         twist = guard.admit(twist, STOP, seen)
-        pose = moved(pose, twist, ROBOT.period)
+        pose = integrate(pose, twist, ROBOT.period)
     return least
 
 
@@ -147,3 +149,88 @@ def test_who_turns_in_a_corridor_of_80_cm_is_in_no_narrow_passage(degrees):
     """The wall that the robot turns away from comes near at its side a little farther ahead."""
     seen = seen_from(corridor(0.8), Pose(0, 0, math.radians(degrees)))
     assert Guard(ROBOT, SETTINGS).margin(seen) >= 0.1
+
+
+def on_two_wheels(footprint=ROBOT.footprint):
+    return RobotDescription.model_validate({"base": "differential", "footprint": footprint})
+
+
+def circle(radius, corners=32):
+    angles = [math.tau * corner / corners for corner in range(corners)]
+    return tuple((radius * math.cos(angle), radius * math.sin(angle)) for angle in angles)
+
+
+ROUND = RobotDescription(footprint=circle(0.2))
+OUTLINES = {
+    "pico": ROBOT.footprint,
+    "round": circle(0.2),
+    "octagon": circle(0.2, 8),
+    "long": ((0.1, 0.1), (-0.3, 0.1), (-0.3, -0.1), (0.1, -0.1)),
+    "rounded": ((0.2, 0.1), (0.15, 0.15), (-0.15, 0.15), (-0.2, 0.1), (-0.2, -0.1), (-0.15, -0.15), (0.15, -0.15)),
+}
+
+
+@pytest.mark.parametrize("name", OUTLINES)
+def test_the_outline_holds_the_footprint_and_is_no_larger_than_its_box(name):
+    footprint = np.array(OUTLINES[name])
+    outline = Outline(OUTLINES[name])
+    at_rest = np.zeros((1, 3))
+    assert all(outline.clearance(corner[None, :], at_rest) <= 1e-6 for corner in footprint)
+    assert (outline.middle + outline.half >= footprint.max(axis=0) - 1e-12).all()
+    assert outline.clearance(np.array([[footprint[:, 0].max() + 0.1, 0.0]]), at_rest) == pytest.approx(0.1)
+
+
+def test_a_box_keeps_its_corners_and_a_circle_has_none():
+    assert Outline(ROBOT.footprint).rounding == 0.0
+    assert Outline(OUTLINES["long"]).rounding == 0.0
+    assert Outline(circle(0.2)).rounding == pytest.approx(0.2, abs=1e-6)
+    assert 0.01 < Outline(OUTLINES["rounded"]).rounding < 0.2
+
+
+@given(st.floats(-math.pi, math.pi), st.integers(0, 1000))
+@settings(max_examples=30, deadline=None, derandomize=True)
+def test_a_round_robot_loses_no_clearance_by_turning(angle, seed):
+    points = np.random.default_rng(seed).uniform(-1.0, 1.0, (40, 2))
+    outline = Outline(circle(0.2))
+    turned = outline.clearance(points, np.array([[0.0, 0.0, angle]]))
+    assert turned == pytest.approx(outline.clearance(points, np.zeros((1, 3))), abs=1e-6)
+
+
+@pytest.mark.parametrize("robot", [ROUND, on_two_wheels(circle(0.2))], ids=["holonomic", "two wheels"])
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+def test_a_round_robot_turns_freely_between_walls_within_its_margin(robot, turn):
+    _, pose = driven(corridor(0.46), Twist(turn=turn), ticks=40, noise=0.003, robot=robot)
+    assert abs(math.remainder(pose.heading - turn * 3.9, math.tau)) < 0.3
+
+
+@given(twists, st.integers(0, 1000))
+@settings(max_examples=40, deadline=None, derandomize=True)
+def test_no_wish_brings_the_outline_of_a_robot_on_two_wheels_near_a_wall(wanted, seed):
+    rng = np.random.default_rng(seed)
+    scattered = rng.uniform(-1.5, 1.5, (60, 2))
+    points = np.concatenate([scattered[np.abs(scattered).max(axis=1) > 0.45], corridor(1.2)])
+    least, _ = driven(points, wanted, ticks=40, robot=on_two_wheels())
+    # A turn away from a wall may take half of the least margin, nothing else less than all of it.
+    assert least >= SETTINGS.least_margin / 2 - 1e-6
+
+
+@pytest.mark.parametrize("beside", [0.23, 0.26, 0.3])
+@pytest.mark.parametrize("side", [1, -1])
+def test_beside_a_wall_a_robot_on_two_wheels_gets_away(side, beside):
+    """As close as its rear corner may swing in; parallel, it could else only drive on along the wall."""
+    x = np.arange(-2, 8, 0.02)
+    wall = np.column_stack([x, np.full_like(x, side * beside)])
+    least, pose = driven(wall, Twist(0.3, 0.0, -side * 0.5), ticks=15, robot=on_two_wheels())
+    assert -side * pose.heading > 0.15
+    assert pose.x > 0.2
+    assert least > 0.01
+
+
+def test_a_robot_on_two_wheels_cannot_give_way_to_what_comes_from_its_side():
+    """It stands where a holonomic one moves aside; what comes on from ahead it backs from."""
+    for robot, gives_way in ((ROBOT, True), (on_two_wheels(), False)):
+        wall = np.column_stack([np.arange(-1, 1, 0.02), np.full(100, 0.28)])
+        _, pose = driven(wall, STOP, ticks=20, robot=robot)
+        assert (pose.y < -0.02) == gives_way
+    _, pose = driven(wall_ahead(0.15), STOP, ticks=20, robot=on_two_wheels())
+    assert pose.x < -0.05

@@ -153,11 +153,11 @@ def test_a_driver_behind_a_gate_keeps_the_contract(endpoint: str) -> None:
         inside.close()
         keys = RobotKeys("toy", BARE)
         with listening(endpoint) as outside, dialling(endpoint) as dialler:
-            gate = Gate(outside, DriverBase(RosDriver(network.bus(), keys)), TOY, SETTINGS)
+            gate = Gate(outside, DriverBase(RosDriver(network.bus(), keys), TOY.laser), TOY, SETTINGS)
             gate_stack = stack.enter_context(ExitStack())
             working(gate_stack, lambda stop: deque(gate.episodes(stop, heartbeat=0.02)))
             ready = threading.Event()
-            while gate._base._scan is None:
+            while gate._base._senses.scan is None:
                 ready.wait(0.01)
             robot = open_robot(dialler, TOY, SETTINGS)
             began = robot.observe().odometry.x

@@ -294,7 +294,9 @@ def test_a_gate_in_front_of_a_bare_driver_stops_it_within_a_quarter_of_a_second(
     network = MemoryNetwork(clock=clock)
     inside = RobotKeys("base", LinkSettings(gate=False))
     bare = BareRobot(network, inside, clock)
-    gate = Gate(network.bus(), DriverBase(RosDriver(network.bus(), inside)), TOY, LinkSettings(), clock)
+    gate = Gate(
+        network.bus(), DriverBase(RosDriver(network.bus(), inside), TOY.laser, clock), TOY, LinkSettings(), clock
+    )
     clock.others = [bare.pump, gate.pump]
     clock.wait(0.3)
     robot = open_robot(network.bus(), TOY, LinkSettings(), clock=clock)
@@ -319,13 +321,15 @@ def test_a_gate_that_was_restarted_is_taken_again_by_standing_still() -> None:
     inside = RobotKeys("base", LinkSettings(gate=False))
     bare = BareRobot(network, inside, clock)
     side = network.bus()
-    gate = Gate(side, DriverBase(RosDriver(network.bus(), inside)), TOY, LinkSettings(), clock)
+    gate = Gate(side, DriverBase(RosDriver(network.bus(), inside), TOY.laser, clock), TOY, LinkSettings(), clock)
     clock.others = [bare.pump, gate.pump]
     clock.wait(0.3)
     robot = open_robot(network.bus(), TOY, LinkSettings(), clock=clock)
     drive(robot, 5)
     side.close()
-    gate = Gate(network.bus(), DriverBase(RosDriver(network.bus(), inside)), TOY, LinkSettings(), clock)
+    gate = Gate(
+        network.bus(), DriverBase(RosDriver(network.bus(), inside), TOY.laser, clock), TOY, LinkSettings(), clock
+    )
     clock.others = [bare.pump, gate.pump]
     assert drive(robot, 5)[-1].link.stopped
     drive(robot, 2, STOP)
@@ -337,7 +341,9 @@ def test_a_gate_refuses_while_its_driver_is_silent() -> None:
     clock = Hand()
     network = MemoryNetwork(clock=clock)
     inside = RobotKeys("base", LinkSettings(gate=False))
-    gate = Gate(network.bus(), DriverBase(RosDriver(network.bus(), inside)), TOY, LinkSettings(), clock)
+    gate = Gate(
+        network.bus(), DriverBase(RosDriver(network.bus(), inside), TOY.laser, clock), TOY, LinkSettings(), clock
+    )
     clock.others = [gate.pump]
     with pytest.raises(LinkError, match="driver sends no scan or no odometry"):
         open_robot(network.bus(), TOY, LinkSettings(), clock=clock)

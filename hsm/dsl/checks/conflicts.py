@@ -15,7 +15,7 @@ def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     states = subject.model.states
     held: list[dict[str, State]] = [{} for _ in states]
     for state in reversed(states):
-        if state.index in subject.broken:
+        if state.index in subject.erroneous:
             continue  # where it lies is not known
         inside = held[state.index]
         parts = [held[child] for child in state.children]

@@ -13,7 +13,7 @@ from hsm.model.diagnostics import Diagnostic
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """Unreachable states, and states with no way out."""
     reached = reachable(subject.model)
-    if not subject.unresolved:
+    if not subject.leading_anywhere:
         yield from _unreached(subject, reached)
     yield from _dead_ends(subject, reached)
 
@@ -80,7 +80,7 @@ def _dead_ends(subject: AnalysisInput, reached: list[bool]) -> Iterator[Diagnost
     model = subject.model
     outermost = _outermost_domains(model)
     for state in subject.own_states():
-        if state.kind is not StateKind.ATOMIC or not reached[state.index] or state.index in subject.opaque:
+        if state.kind is not StateKind.ATOMIC or not reached[state.index] or state.index in subject.reporting_unknown:
             continue
         if not subject.uncertain.isdisjoint(state.transitions):
             continue

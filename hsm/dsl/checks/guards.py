@@ -55,7 +55,7 @@ def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
         if 0 < len(table) <= _LONGEST_TABLE:
             found = list(_table(table))
             yield from found
-            if len(known) == len(state.transitions) and state.index not in subject.deaf:
+            if len(known) == len(state.transitions) and state.index not in subject.awaiting_unknown:
                 idle = {one.place for one in found if one.code != "N0701"}
                 yield from _gaps(subject, state, [row for row in table if row.transition.place not in idle], usual)
         yield from _events(own, usual)

@@ -30,7 +30,7 @@ class End:
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """Outcomes that nothing handles, or that are handled only under a condition."""
     for state in subject.own_states():
-        if state.index in subject.opaque:
+        if state.index in subject.reporting_unknown:
             continue
         if state.activity is not None and state.instance is None:
             ends = {outcome: End((outcome,)) for outcome in state.activity.activity.outcomes}
@@ -55,7 +55,7 @@ def _handled(subject: AnalysisInput, state: State, ends: Mapping[str, End], whos
     place = state.place if state.activity is None or state.activity.place is None else state.activity.place
     never: list[str] = []
     for outcome, end in ends.items():
-        if any(name in subject.doubt for name in (*end.names, *end.own)):
+        if any(name in subject.doubtful for name in (*end.names, *end.own)):
             continue
         handled = _handled_when(subject, state, end)
         if handled is False:
@@ -81,7 +81,7 @@ def _handled_when(subject: AnalysisInput, state: State, end: End) -> Formula:
     guards = 0
     names = {*end.names, *end.own}
     while guards <= _MOST_GUARDS:
-        if state.index in subject.deaf:
+        if state.index in subject.awaiting_unknown:
             return True
         for number in state.transitions:
             transition = model.transitions[number]

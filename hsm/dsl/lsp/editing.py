@@ -1,4 +1,4 @@
-"""What an editor asks while a machine is written: what could stand here, what is this, where is it declared.
+"""What an editor asks while a machine is written: what could stand here, what is this, what does a call take.
 
 Lines and columns count from 0, columns in characters; ``hsm.dsl.lsp.server`` turns them into what the protocol counts.
 """
@@ -7,28 +7,40 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+from functools import cached_property
 from pathlib import Path
 
 from lark import Token
 
-from hsm.dsl.loading import SUFFIX
+from hsm.dsl.loading import find_import, importable, read_text
 from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
+from hsm.dsl.lsp.occurrences import Occurrence, Role, occurrences
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.symbols import HISTORY, SymbolTable, collect_symbols
 from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.syntax import ast
-from hsm.dsl.syntax.ast import place_of
 from hsm.dsl.syntax.lexer import STATEMENTS
 from hsm.dsl.syntax.parser import parse
 from hsm.model.chart import StateKind
-from hsm.model.diagnostics import Place
-from hsm.model.registry import Library
-from hsm.model.types import QUANTITY_NAMES, UNITS
+from hsm.model.diagnostics import MachineError
+from hsm.model.registry import Library, Parameter
+from hsm.model.types import QUANTITY_NAMES, UNITS, Enumeration
 
 _WORD = re.compile(r"[A-Za-z_][\w.]*")
 _TYPES = ("bool", "int", *QUANTITY_NAMES.values())
+_OPEN_CALL = re.compile(r"([A-Za-z_][\w.]*)\s*\(([^()]*)$")
+_SNIPPETS = {
+    "state": "state ${1:name}\n    ${0}",
+    "parallel": "parallel ${1:name}\n    state ${2:one}\n    state ${3:two}",
+    "param": "param ${1:name} : ${2:type} = ${0:value}",
+    "var": "var ${1:name} : ${2:type} = ${0:value}",
+    "property": "property ${1:name} : never ${0:condition}",
+    "on": "on ${1:done} -> ${0:state}",
+    "when": "when ${1:condition} -> ${0:state}",
+    "after": "after ${1:1 s} -> ${0:state}",
+}
 
 
 class SymbolKind(Enum):
@@ -59,102 +71,120 @@ class Entry:
         kind: what it is.
         detail: its type or its arguments, in one line.
         doc: what it is for.
+        snippet: what is inserted instead of the name, with places to fill in, in the notation of editors; or empty.
     """
 
     label: str
     kind: SymbolKind
     detail: str = ""
     doc: str = ""
+    snippet: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Symbol:
-    """A state in the outline of a file, with the states inside it."""
+class Call:
+    """A call that is being written.
+
+    Attributes:
+        name: what is called.
+        doc: what it is for.
+        parameters: what it takes.
+        active: the position of the parameter that is being written; that of none where it is beyond the last.
+    """
 
     name: str
-    kind: StateKind
-    place: Place
-    children: tuple[Symbol, ...] = ()
+    doc: str
+    parameters: tuple[Parameter, ...]
+    active: int
+
+
+_KINDS_OF = {
+    Role.EVENT: (SymbolKind.EVENT,),
+    Role.VARIABLE: (SymbolKind.VARIABLE, SymbolKind.PARAMETER),
+    Role.PARAMETER: (SymbolKind.PARAMETER,),
+    Role.SIGNAL: (SymbolKind.SIGNAL,),
+    Role.ACTIVITY: (SymbolKind.ACTIVITY,),
+    Role.ACTION: (SymbolKind.ACTION,),
+    Role.FUNCTION: (SymbolKind.FUNCTION,),
+    Role.VALUE: (SymbolKind.VALUE,),
+    Role.TYPE: (SymbolKind.TYPE,),
+    Role.PROPERTY: (SymbolKind.FUNCTION,),
+}
 
 
 class Document:
-    """A text under edit, as far as it can be understood."""
+    """A text under edit, as far as it can be understood; it never changes, an edit makes another one."""
 
     def __init__(self, text: str, file: str, library: Library) -> None:
+        self.text = text
         self.file = file
         self.library = library
         self.tree, findings = parse(text, file)
         self.table: SymbolTable = collect_symbols(self.tree, Report(file, findings))
 
+    @cached_property
+    def occurrences(self) -> list[Occurrence]:
+        """All names of the file with their roles, in the order of the text."""
+        return occurrences(self.tree, self.table, self.library)
+
+    def occurrence(self, line: int, column: int) -> Occurrence | None:
+        """The name at a position."""
+        here = (one for one in self.occurrences if one.line == line and one.column <= column <= one.end)
+        return next(here, None)
+
+    def imported(self, name: str) -> Document | None:
+        """The document of a machine that this one imports under a name; None where it cannot be read."""
+        token = self.table.imports.get(name)
+        if token is None:
+            return None
+        path = find_import(str(token), Path(self.file).parent, self.library)
+        try:
+            return Document(read_text(path), str(path), self.library)
+        except MachineError:
+            return None
+
+    # Completion.
+
+    def typed(self, line: int, column: int) -> str:
+        """The part of a name that stands before a position."""
+        found = re.search(r"[A-Za-z_][\w.]*$", self._before(line, column))
+        return found.group() if found else ""
+
     def completions(self, line: int, column: int) -> list[Entry]:
-        """What could stand at a position, whatever of it is written already."""
-        text = self.tree.lines[line][:column] if line < len(self.tree.lines) else ""
+        """What could stand at a position: all that has the letters typed so far, in their order."""
+        text = self._before(line, column)
         if "#" in text:
             return []
-        written = re.search(r"[A-Za-z_][\w.]*$|$", text)
-        return list(self._possible(text[: written.start()] if written else text))
+        typed = self.typed(line, column)
+        found = dict.fromkeys(self._possible(text.removesuffix(typed)))
+        return [one for one in found if _fits(typed, one.label)]
 
-    def hover(self, line: int, column: int) -> Entry | None:
-        """What stands at a position."""
-        word = self._word(line, column)
-        if word is None:
-            return None
-        return next((one for one in self._everything() if one.label == word.value), None)
-
-    def definition(self, line: int, column: int) -> Place | None:
-        """Where the name at a position is declared; of an imported machine, its file."""
-        word = self._word(line, column)
-        if word is None:
-            return None
-        name = word.value.removesuffix(".history").removesuffix(".deep_history")
-        if name in self.table.imports:
-            path = Path(self.file).parent.joinpath(*self.table.imports[name].split(".")).with_suffix(SUFFIX)
-            return Place(str(path), 1, 1, 1, 1)
-        token = self.table.declared.get(name)
-        return None if token is None else place_of(self.file, token)
-
-    def symbols(self) -> list[Symbol]:
-        """The states, as they lie in one another."""
-        made: dict[int, list[Symbol]] = {}
-        for symbol in reversed(self.table.all_states()):
-            inner = tuple(reversed(made.pop(id(symbol), [])))
-            if symbol.parent is not None and symbol.token is not None:
-                entry = Symbol(symbol.name, symbol.kind, place_of(self.file, symbol.token), inner)
-                made.setdefault(id(symbol.parent), []).append(entry)
-            elif symbol.parent is None:
-                return list(inner)
-        return []
-
-    def _word(self, line: int, column: int) -> Token | None:
-        text = self.tree.lines[line] if line < len(self.tree.lines) else ""
-        for match in _WORD.finditer(text.partition("#")[0]):
-            if match.start() <= column <= match.end():
-                return Token("NAME", match.group(), 0, line + 1, match.start() + 1, line + 1, match.end() + 1)
-        return None
+    def _before(self, line: int, column: int) -> str:
+        return self.tree.lines[line][:column] if line < len(self.tree.lines) else ""
 
     def _possible(self, before: str) -> Iterator[Entry]:
-        """What could stand behind the beginning of a line."""
+        """What could stand after the beginning of a line."""
         words = before.split()
         if not words:
-            yield from (Entry(word, SymbolKind.KEYWORD) for word in sorted(STATEMENTS))
+            yield from (Entry(word, SymbolKind.KEYWORD, snippet=_SNIPPETS.get(word, "")) for word in sorted(STATEMENTS))
             return
         first, last = words[0], words[-1]
-        called = re.search(r"([A-Za-z_][\w.]*)\s*\([^()]*$", before)
+        called = _OPEN_CALL.search(before)
         if called is not None:
-            yield from self._arguments(called[1])
-            yield from self._values()
+            yield from self._inside_call(called[1], called[2])
         elif first == "initial" or re.search(r"[-=]>([^/]*,)?\s*$", before):
             yield from self._states()
         elif first == "do" and len(words) == 1:
             yield from self._activities()
         elif first == "import":
-            yield from self._machines()
+            names = dict.fromkeys(importable(Path(self.file), self.library))
+            yield from (Entry(name, SymbolKind.MACHINE) for name in names)
         elif first in ("param", "var") and last == ":":
             yield from self._types()
         elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and "=" not in words:
             return
         elif first == "state":
-            yield from (Entry(name, SymbolKind.MACHINE) for name in self.table.imports)
+            yield from (self._instance(name) for name in self.table.imports)
         elif re.search(r"\d\s*$", before):
             yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
         elif last == "raise" or (first == "on" and re.fullmatch(r"\s*on\s+([\w.]+\s*,\s*)*", before)):
@@ -164,6 +194,105 @@ class Document:
         else:
             yield from self._values()
 
+    def _inside_call(self, called: str, written: str) -> Iterator[Entry]:
+        """What could stand in the brackets of a call: its arguments by name, and values of the type that is due."""
+        if called == "in":
+            yield from self._states()
+            return
+        parameters = self.parameters_of(called)
+        last = written.rpartition(",")[2]
+        label = re.fullmatch(r"\s*([A-Za-z_]\w*)\s*=\s*", last)
+        if label is None and not last.strip():
+            given = set(re.findall(r"([A-Za-z_]\w*)\s*=(?!=)", written))
+            for one in parameters:
+                if one.name not in given:
+                    yield Entry(f"{one.name} = ", SymbolKind.ARGUMENT, type_text(one.type))
+        position = written.count(",")
+        due = next((one for one in parameters if label is not None and one.name == label[1]), None)
+        if label is None and position < len(parameters):
+            due = parameters[position]
+        if due is None or not isinstance(due.type, Enumeration):
+            yield from (one for one in self._values() if due is None or one.kind is not SymbolKind.VALUE)
+            return
+        yield from (Entry(member, SymbolKind.VALUE, str(due.type)) for member in due.type.members)
+        yield from (one for one in self._variables() if one.detail.partition(" ")[0] == str(due.type))
+
+    def parameters_of(self, called: str) -> tuple[Parameter, ...]:
+        """What a signal, an activity or an action takes."""
+        tables = (self.library.signals, self.library.activities, self.library.actions)
+        return next((table[called].parameters for table in tables if called in table), ())
+
+    # Hovering and calls.
+
+    def hover(self, line: int, column: int) -> Entry | None:
+        """What stands at a position."""
+        here = self.occurrence(line, column)
+        if here is None:
+            word = self._word(line, column)
+            unit = UNITS.get(word)
+            return None if unit is None else Entry(word, SymbolKind.UNIT, str(unit.quantity))
+        if here.role is Role.STATE:
+            return self._state_entry(here.name)
+        if here.role is Role.ARGUMENT:
+            found = next((one for one in self.parameters_of(here.owner) if one.name == here.name), None)
+            return None if found is None else Entry(here.name, SymbolKind.ARGUMENT, type_text(found.type))
+        if here.role is Role.MACHINE:
+            return self._machine_entry(here.name)
+        kinds = _KINDS_OF[here.role]
+        return next((one for one in self._everything() if one.label == here.name and one.kind in kinds), None)
+
+    def call(self, line: int, column: int) -> Call | None:
+        """The call around a position, while its brackets are open."""
+        called = _OPEN_CALL.search(self._before(line, column))
+        if called is None:
+            return None
+        entry = next((one for one in self._everything() if one.label == called[1]), None)
+        parameters = self.parameters_of(called[1])
+        if not parameters:
+            return None
+        last = called[2].rpartition(",")[2]
+        label = re.match(r"\s*([A-Za-z_]\w*)\s*=(?!=)", last)
+        names = [one.name for one in parameters]
+        active = names.index(label[1]) if label is not None and label[1] in names else called[2].count(",")
+        return Call(called[1], entry.doc if entry is not None else "", parameters, active)
+
+    def _word(self, line: int, column: int) -> str:
+        text = self.tree.lines[line] if line < len(self.tree.lines) else ""
+        found = (one for one in _WORD.finditer(text.partition("#")[0]) if one.start() <= column <= one.end())
+        return next((one.group() for one in found), "")
+
+    def _state_entry(self, name: str) -> Entry | None:
+        """A state with its transitions: those that leave it, and those that lead to it."""
+        entry = next((one for one in self._states() if one.label == name), None)
+        if entry is None:
+            return None
+        leaving, leading = [], []
+        for symbol in self.table.all_states():
+            for item in symbol.lines:
+                if not isinstance(item, ast.TransitionLine):
+                    continue
+                text = self.tree.lines[(item.keyword.line or 1) - 1].strip()
+                targets = () if item.target is None else item.target.names
+                if symbol.name == name:
+                    leaving.append(f"- `{text}`")
+                if any(str(one).removesuffix(".history").removesuffix(".deep_history") == name for one in targets):
+                    leading.append(f"- {symbol.name or self.table.root.name}: `{text}`")
+        parts = [entry.doc, *_listed("out", leaving), *_listed("in", leading)]
+        return replace(entry, doc="\n\n".join(part for part in parts if part))
+
+    def _machine_entry(self, name: str) -> Entry | None:
+        document = self.imported(name.rpartition(".")[2])
+        if document is None:
+            heading = self.table.heading
+            own = heading is not None and str(heading.name) == name
+            doc = self.tree.comment_above(heading.name.line or 1) if own and heading is not None else ""
+            return Entry(name, SymbolKind.MACHINE, doc=doc) if own else None
+        heading = document.table.heading
+        doc = document.tree.comment_above(heading.name.line or 1) if heading is not None else ""
+        return Entry(name, SymbolKind.MACHINE, document.file, doc)
+
+    # What there is.
+
     def _everything(self) -> Iterator[Entry]:
         yield from self._values()
         yield from self._activities()
@@ -171,14 +300,20 @@ class Document:
         yield from self._states()
         yield from self._events()
         yield from self._types()
-        yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
+        yield from self._properties()
 
     def _values(self) -> Iterator[Entry]:
         """What an expression is made of."""
         yield from self._variables()
         for one in self.library.signals.values():
             call = signature(one.name, one.parameters, empty="")
-            yield Entry(one.name, SymbolKind.SIGNAL, f"{call} : {type_text(one.type)}", one.doc)
+            yield Entry(
+                one.name,
+                SymbolKind.SIGNAL,
+                f"{call} : {type_text(one.type)}",
+                one.doc,
+                _call_snippet(one.name, one.parameters) if one.parameters else "",
+            )
         for name, enumeration in self.library.enumerations.items():
             yield from (Entry(member.value, SymbolKind.VALUE, name) for member in enumeration)
         yield from (Entry(name, SymbolKind.FUNCTION) for name in FUNCTIONS)
@@ -187,9 +322,17 @@ class Document:
         for line in self.table.root.lines:
             match line:
                 case ast.ParameterLine(name, kind):
-                    yield Entry(str(name), SymbolKind.PARAMETER, str(kind), self.tree.comment_above(name.line or 1))
+                    detail = self._declared_text(name, str(kind))
+                    yield Entry(str(name), SymbolKind.PARAMETER, detail, self.tree.comment_above(name.line or 1))
                 case ast.VariableLine(name, kind):
-                    yield Entry(str(name), SymbolKind.VARIABLE, str(kind), self.tree.comment_above(name.line or 1))
+                    detail = self._declared_text(name, str(kind))
+                    yield Entry(str(name), SymbolKind.VARIABLE, detail, self.tree.comment_above(name.line or 1))
+
+    def _declared_text(self, name: Token, kind: str) -> str:
+        """The type of a variable or parameter, and its value as it is written."""
+        line = self.tree.lines[(name.line or 1) - 1]
+        value = line[(name.end_column or 1) - 1 :].partition("#")[0].partition("=")[2].strip()
+        return f"{kind} = {value}" if value else kind
 
     def _states(self) -> Iterator[Entry]:
         for name, symbol in self.table.states.items():
@@ -204,34 +347,44 @@ class Document:
     def _activities(self) -> Iterator[Entry]:
         for one in self.library.activities.values():
             ends = f"{signature(one.name, one.parameters)} -> {outcomes_text(one)}; {holds_text(one)}"
-            yield Entry(one.name, SymbolKind.ACTIVITY, ends, one.doc)
+            yield Entry(one.name, SymbolKind.ACTIVITY, ends, one.doc, _call_snippet(one.name, one.parameters))
 
     def _actions(self) -> Iterator[Entry]:
         for one in self.library.actions.values():
-            yield Entry(one.name, SymbolKind.ACTION, signature(one.name, one.parameters), one.doc)
+            call = _call_snippet(one.name, one.parameters)
+            yield Entry(one.name, SymbolKind.ACTION, signature(one.name, one.parameters), one.doc, call)
 
     def _events(self) -> Iterator[Entry]:
+        for line in self.table.root.lines:
+            if isinstance(line, ast.EventLine):
+                for event in line.names:
+                    yield Entry(str(event), SymbolKind.EVENT, "event", self.tree.comment_above(event.line or 1))
         yield from (Entry(one.name, SymbolKind.EVENT, "event", one.doc) for one in self.library.events.values())
-        outcomes = dict.fromkeys(
-            outcome
-            for symbol in self.table.all_states()
-            if symbol.activity is not None
-            for outcome in self._outcomes(str(symbol.activity.call.name))
-        )
-        finals = (name for name, symbol in self.table.states.items() if symbol.kind is StateKind.FINAL)
-        for name in dict.fromkeys((*outcomes, *finals, "done", "fault")):
+        for name in dict.fromkeys((*self._outcomes(), *self._finals(), "done", "fault")):
             yield Entry(name, SymbolKind.EVENT, "outcome")
 
-    def _outcomes(self, activity: str) -> Iterable[str]:
-        declared = self.library.activities.get(activity)
-        return declared.outcomes if declared is not None else ()
+    def _outcomes(self) -> Iterator[str]:
+        """The outcomes of the activities that the file names, and of the machines of which it has instances."""
+        for symbol in self.table.all_states():
+            if symbol.activity is not None:
+                declared = self.library.activities.get(str(symbol.activity.call.name))
+                yield from declared.outcomes if declared is not None else ()
+            if symbol.instance is not None:
+                inner = self.imported(str(symbol.instance.name))
+                yield from inner._finals() if inner is not None else ()
 
-    def _arguments(self, called: str) -> Iterator[Entry]:
-        tables = (self.library.signals, self.library.activities, self.library.actions)
-        for table in tables:
-            declared = table.get(called)
-            for one in declared.parameters if declared is not None else ():
-                yield Entry(f"{one.name} = ", SymbolKind.ARGUMENT, type_text(one.type))
+    def _finals(self) -> Iterator[str]:
+        yield from (name for name, symbol in self.table.states.items() if symbol.kind is StateKind.FINAL)
+
+    def _instance(self, name: str) -> Entry:
+        """An imported machine, with its parameters to fill in."""
+        document = self.imported(name)
+        lines = () if document is None else document.table.root.lines
+        listed = [one for one in lines if isinstance(one, ast.ParameterLine)]
+        needed = [str(one.name) for one in listed if one.default is None]
+        detail = ", ".join(f"{one.name} : {one.type}" for one in listed)
+        filled = ", ".join(f"{one} = ${{{number}}}" for number, one in enumerate(needed, 1))
+        return Entry(name, SymbolKind.MACHINE, f"{name}({detail})", snippet=f"{name}({filled})")
 
     def _types(self) -> Iterator[Entry]:
         yield from (Entry(name, SymbolKind.TYPE) for name in _TYPES)
@@ -239,8 +392,26 @@ class Document:
             values = ", ".join(member.value for member in enumeration)
             yield Entry(name, SymbolKind.TYPE, values, first_line(enumeration.__doc__ or ""))
 
-    def _machines(self) -> Iterator[Entry]:
-        folder = Path(self.file).parent
-        for path in sorted(folder.glob(f"*{SUFFIX}")):
-            if path.name != Path(self.file).name:
-                yield Entry(path.name.removesuffix(SUFFIX), SymbolKind.MACHINE)
+    def _properties(self) -> Iterator[Entry]:
+        for line in self.table.root.lines:
+            if isinstance(line, ast.PropertyLine):
+                text = self.tree.lines[(line.name.line or 1) - 1].partition(":")[2].partition("#")[0].strip()
+                yield Entry(str(line.name), SymbolKind.FUNCTION, text, self.tree.comment_above(line.name.line or 1))
+
+
+def _fits(typed: str, label: str) -> bool:
+    """Whether the letters that were typed stand in a label in this order, as editors match them; dots part words."""
+    if "." in typed:
+        return label.lower().startswith(typed.lower())
+    letters = iter(label.lower())
+    return all(letter in letters for letter in typed.lower())
+
+
+def _call_snippet(name: str, parameters: Iterable[Parameter]) -> str:
+    """A call with its required arguments to fill in."""
+    needed = [one.name for one in parameters if one.required]
+    return f"{name}({', '.join(f'{one} = ${{{number}}}' for number, one in enumerate(needed, 1))})"
+
+
+def _listed(title: str, lines: list[str]) -> list[str]:
+    return [f"{title}:\n" + "\n".join(lines)] if lines else []

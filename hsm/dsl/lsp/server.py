@@ -1,185 +1,332 @@
-"""The language server: findings while one types, completion, hovering, definitions, outline and formatting.
+"""The language server: each request of the protocol, answered from ``hsm.dsl.lsp``'s own terms.
 
-It needs the extra ``lsp``. ``hsm.dsl.lsp.editing`` knows the answers; here they are put into the protocol's terms.
+It needs the extra ``lsp``. Diagnostics are worked out when a document is opened, and when typing pauses for a moment;
+an editor that asks for them itself (pull) gets them then and none unasked.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import asyncio
+from pathlib import Path
 
 from lsprotocol import types
-from pygls import uris
+from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 
 from hsm.dsl.format.formatter import format_text
-from hsm.dsl.loading import check_text
-from hsm.dsl.lsp.editing import Document, Entry, Symbol, SymbolKind
-from hsm.model.chart import StateKind
-from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
-from hsm.model.registry import Library
+from hsm.dsl.lsp import actions, navigation, protocol
+from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.workspace import Documents, LibraryOf
+from hsm.model.diagnostics import MachineError
 
-_SEVERITIES = {
-    Severity.ERROR: types.DiagnosticSeverity.Error,
-    Severity.WARNING: types.DiagnosticSeverity.Warning,
-    Severity.NOTE: types.DiagnosticSeverity.Information,
-}
-_KINDS = {
-    SymbolKind.KEYWORD: types.CompletionItemKind.Keyword,
-    SymbolKind.STATE: types.CompletionItemKind.Class,
-    SymbolKind.SIGNAL: types.CompletionItemKind.Property,
-    SymbolKind.ACTIVITY: types.CompletionItemKind.Method,
-    SymbolKind.ACTION: types.CompletionItemKind.Function,
-    SymbolKind.EVENT: types.CompletionItemKind.Event,
-    SymbolKind.VARIABLE: types.CompletionItemKind.Variable,
-    SymbolKind.PARAMETER: types.CompletionItemKind.Constant,
-    SymbolKind.ARGUMENT: types.CompletionItemKind.Field,
-    SymbolKind.FUNCTION: types.CompletionItemKind.Function,
-    SymbolKind.VALUE: types.CompletionItemKind.EnumMember,
-    SymbolKind.TYPE: types.CompletionItemKind.TypeParameter,
-    SymbolKind.UNIT: types.CompletionItemKind.Unit,
-    SymbolKind.MACHINE: types.CompletionItemKind.Module,
-}
-
-_DEEPEST = 40
+PAUSE = 0.05
+"""How long typing has to pause before a document is checked, s."""
+_PULL = types.DiagnosticOptions(inter_file_dependencies=True, workspace_diagnostics=False, identifier="maze-machine")
+FIX_ALL = "source.fixAll.maze-machine"
 
 
-def make_server(library: Library, version: str) -> LanguageServer:
-    """A server for machines that are written against a library.
+class MachineServer(LanguageServer):
+    """A language server with the documents of its editor."""
+
+    def __init__(self, library_of: LibraryOf, version: str) -> None:
+        super().__init__("maze-machine", version, text_document_sync_kind=types.TextDocumentSyncKind.Incremental)
+        self.documents = Documents(library_of)
+        self.pulls = False
+        self.snippets = False
+        self._waiting: dict[str, asyncio.TimerHandle] = {}
+
+    def document(self, uri: str) -> Document:
+        """The document as it is in the editor."""
+        file = protocol.path_of(uri)
+        self.documents.update(file, self.workspace.get_text_document(uri).source)
+        return self.documents[file]
+
+    def publish(self, uri: str) -> None:
+        """Tell the editor what is wrong with a document, unless it asks itself."""
+        self._waiting.pop(uri, None)
+        if self.pulls or uri not in self.workspace.text_documents:
+            return
+        document = self.document(uri)
+        found = self.documents.diagnostics(document.file)
+        shown = [protocol.diagnostic(one, document.file, document.tree.lines) for one in found]
+        version = self.workspace.get_text_document(uri).version
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown, version))
+
+    def publish_soon(self, uri: str) -> None:
+        """The same, when typing has paused."""
+        if (waiting := self._waiting.pop(uri, None)) is not None:
+            waiting.cancel()
+        self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self.publish, uri)
+
+    def forget(self, uri: str) -> None:
+        """A document was closed: nothing is wrong with it any more."""
+        if (waiting := self._waiting.pop(uri, None)) is not None:
+            waiting.cancel()
+        self.documents.close(protocol.path_of(uri))
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
+
+    def folder(self, file: str) -> Path:
+        """The innermost folder of the editor's workspace around a file."""
+        folders = [Path(protocol.path_of(uri)) for uri in self.workspace.folders]
+        around = [one for one in folders if Path(file).is_relative_to(one)]
+        return max(around, key=lambda one: len(one.parts), default=Path(file).parent)
+
+
+def make_server(library_of: LibraryOf, version: str) -> MachineServer:
+    """A server.
 
     Args:
-        library: the registry.
+        library_of: gives the library that a file's machine is written against.
         version: of this program.
     """
-    server = LanguageServer("maze-machine", version, text_document_sync_kind=types.TextDocumentSyncKind.Full)
-
-    def document(uri: str) -> Document:
-        return Document(server.workspace.get_text_document(uri).source, _path(uri), library)
-
-    def publish(uri: str) -> None:
-        text = server.workspace.get_text_document(uri).source
-        path = _path(uri)
-        found = [
-            one
-            for one in check_text(text, library, path).diagnostics
-            if one.place is not None and one.place.file == path
-        ]
-        lines = _lines(text)
-        diagnostics = [_diagnostic(one, path, lines) for one in found]
-        server.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, diagnostics))
-
-    @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
-    def opened(params: types.DidOpenTextDocumentParams) -> None:
-        publish(params.text_document.uri)
-
-    @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
-    def changed(params: types.DidChangeTextDocumentParams) -> None:
-        publish(params.text_document.uri)
-
-    @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[".", " ", "("]))
-    def complete(params: types.CompletionParams) -> list[types.CompletionItem]:
-        found = document(params.text_document.uri)
-        return [_item(one) for one in found.completions(*_position(params.position, found.tree.lines))]
-
-    @server.feature(types.TEXT_DOCUMENT_HOVER)
-    def hover(params: types.HoverParams) -> types.Hover | None:
-        found = document(params.text_document.uri)
-        entry = found.hover(*_position(params.position, found.tree.lines))
-        return None if entry is None else types.Hover(types.MarkupContent(types.MarkupKind.Markdown, _markdown(entry)))
-
-    @server.feature(types.TEXT_DOCUMENT_DEFINITION)
-    def define(params: types.DefinitionParams) -> types.Location | None:
-        found = document(params.text_document.uri)
-        place = found.definition(*_position(params.position, found.tree.lines))
-        if place is None:
-            return None
-        lines = found.tree.lines if place.file == found.file else ()
-        return types.Location(uris.from_fs_path(place.file) or params.text_document.uri, _range(place, lines))
-
-    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
-    def symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
-        found = document(params.text_document.uri)
-        return [_symbol(one, found.tree.lines) for one in found.symbols()]
-
-    @server.feature(types.TEXT_DOCUMENT_FORMATTING)
-    def formatting(params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
-        text = server.workspace.get_text_document(params.text_document.uri).source
-        try:
-            formatted = format_text(text)
-        except MachineError:
-            return None
-        whole = types.Range(types.Position(0, 0), types.Position(len(_lines(text)), 0))
-        return [] if formatted == text else [types.TextEdit(whole, formatted)]
-
+    server = MachineServer(library_of, version)
+    _synchronisation(server)
+    _completion(server)
+    _navigation(server)
+    _editing(server)
     return server
 
 
-def _path(uri: str) -> str:
-    return uris.to_fs_path(uri) or uri
+def _synchronisation(server: MachineServer) -> None:
+    @server.feature(types.INITIALIZED)
+    async def initialized(_params: types.InitializedParams) -> None:
+        text = server.client_capabilities.text_document
+        server.pulls = text is not None and text.diagnostic is not None
+        item = text.completion.completion_item if text is not None and text.completion is not None else None
+        server.snippets = item is not None and bool(item.snippet_support)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
+    async def opened(params: types.DidOpenTextDocumentParams) -> None:
+        server.publish(params.text_document.uri)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
+    async def changed(params: types.DidChangeTextDocumentParams) -> None:
+        server.publish_soon(params.text_document.uri)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
+    async def saved(_params: types.DidSaveTextDocumentParams) -> None:
+        _refresh(server)  # what imports the file depends on it
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
+    async def closed(params: types.DidCloseTextDocumentParams) -> None:
+        server.forget(params.text_document.uri)
+
+    @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
+    async def watched(_params: types.DidChangeWatchedFilesParams) -> None:
+        _refresh(server)
+
+    @server.feature(types.TEXT_DOCUMENT_DIAGNOSTIC, _PULL)
+    async def pulled(params: types.DocumentDiagnosticParams) -> types.RelatedFullDocumentDiagnosticReport:
+        document = server.document(params.text_document.uri)
+        found = server.documents.diagnostics(document.file)
+        shown = [protocol.diagnostic(one, document.file, document.tree.lines) for one in found]
+        return types.RelatedFullDocumentDiagnosticReport(shown)
 
 
-def _lines(text: str) -> list[str]:
-    return text.replace("\r\n", "\n").split("\n")
+def _refresh(server: MachineServer) -> None:
+    server.documents.refresh()
+    for uri in list(server.workspace.text_documents):
+        server.publish_soon(uri)
 
 
-def _position(position: types.Position, lines: Sequence[str]) -> tuple[int, int]:
-    """Line and column in characters; the protocol counts columns in UTF-16 code units."""
-    text = lines[position.line] if position.line < len(lines) else ""
-    units = text.encode("utf-16-le")[: 2 * position.character]
-    return position.line, len(units.decode("utf-16-le", errors="ignore"))
+def _completion(server: MachineServer) -> None:
+    @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[".", " ", "("]))
+    def complete(params: types.CompletionParams) -> list[types.CompletionItem]:
+        document = server.document(params.text_document.uri)
+        lines = document.tree.lines
+        line, column = protocol.characters(params.position, lines)
+        begin = column - len(document.typed(line, column))
+        replaced = types.Range(protocol.position(line, begin, lines), params.position)
+        found = document.completions(line, column)
+        return [protocol.completion(one, replaced, snippets=server.snippets) for one in found]
+
+    @server.feature(types.TEXT_DOCUMENT_SIGNATURE_HELP, types.SignatureHelpOptions(["(", ","]))
+    def signature(params: types.SignatureHelpParams) -> types.SignatureHelp | None:
+        document = server.document(params.text_document.uri)
+        call = document.call(*protocol.characters(params.position, document.tree.lines))
+        return None if call is None else protocol.signature_help(call)
+
+    @server.feature(types.TEXT_DOCUMENT_HOVER)
+    def hover(params: types.HoverParams) -> types.Hover | None:
+        document = server.document(params.text_document.uri)
+        entry = document.hover(*protocol.characters(params.position, document.tree.lines))
+        return None if entry is None else types.Hover(protocol.markdown(entry))
 
 
-def _range(place: Place, lines: Sequence[str]) -> types.Range:
-    return types.Range(
-        _protocol_position(place.line, place.column, lines), _protocol_position(place.end_line, place.end_column, lines)
-    )
+def _navigation(server: MachineServer) -> None:
+    @server.feature(types.TEXT_DOCUMENT_DEFINITION)
+    def define(params: types.DefinitionParams) -> types.Location | None:
+        document = server.document(params.text_document.uri)
+        found = navigation.definition(document, *protocol.characters(params.position, document.tree.lines))
+        if found is None:
+            return None
+        lines = document.tree.lines if found.file == document.file else ()
+        return types.Location(protocol.uri_of(found.file), protocol.range_of(found, lines))
+
+    @server.feature(types.TEXT_DOCUMENT_REFERENCES)
+    def refer(params: types.ReferenceParams) -> list[types.Location]:
+        document = server.document(params.text_document.uri)
+        line, column = protocol.characters(params.position, document.tree.lines)
+        found = [(document, one) for one in navigation.references(document, line, column)]
+        here = document.occurrence(line, column)
+        for other in server.documents.around(server.folder(document.file)):
+            if here is not None and Path(other.file) != Path(document.file):
+                found += [(other, one) for one in navigation.references_elsewhere(document, here, other)]
+        return [
+            types.Location(protocol.uri_of(of.file), protocol.range_of_name(one, of.tree.lines))
+            for of, one in found
+            if params.context.include_declaration or not one.declares
+        ]
+
+    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
+    def highlight(params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+        document = server.document(params.text_document.uri)
+        found = navigation.references(document, *protocol.characters(params.position, document.tree.lines))
+        kinds = {True: types.DocumentHighlightKind.Write, False: types.DocumentHighlightKind.Read}
+        return [
+            types.DocumentHighlight(protocol.range_of_name(one, document.tree.lines), kinds[one.declares])
+            for one in found
+        ]
+
+    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    def symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+        document = server.document(params.text_document.uri)
+        return [protocol.symbol(one, document.tree.lines) for one in navigation.outline(document)]
+
+    @server.feature(types.WORKSPACE_SYMBOL)
+    def workspace_symbols(params: types.WorkspaceSymbolParams) -> list[types.SymbolInformation]:
+        found: list[types.SymbolInformation] = []
+        seen: set[str] = set()
+        for uri in server.workspace.folders:
+            for document in server.documents.around(Path(protocol.path_of(uri))):
+                if document.file in seen:
+                    continue
+                seen.add(document.file)
+                found += _symbols_of(document, params.query)
+        return found
+
+    @server.feature(types.TEXT_DOCUMENT_FOLDING_RANGE)
+    def fold(params: types.FoldingRangeParams) -> list[types.FoldingRange]:
+        document = server.document(params.text_document.uri)
+        return [
+            types.FoldingRange(first, last, kind=types.FoldingRangeKind.Comment if comment else None)
+            for first, last, comment in navigation.folds(document)
+        ]
+
+    @server.feature(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, protocol.LEGEND)
+    def colours(params: types.SemanticTokensParams) -> types.SemanticTokens:
+        document = server.document(params.text_document.uri)
+        return protocol.semantic_tokens(navigation.colours(document), document.tree.lines)
 
 
-def _protocol_position(line: int, column: int, lines: Sequence[str]) -> types.Position:
-    before = lines[line - 1][: column - 1] if line <= len(lines) else " " * (column - 1)
-    return types.Position(line - 1, len(before.encode("utf-16-le")) // 2)
+def _symbols_of(document: Document, query: str) -> list[types.SymbolInformation]:
+    """The declarations of a file whose names contain what is looked for."""
+    found: list[types.SymbolInformation] = []
+    pending = [(one, "") for one in navigation.outline(document)]
+    while pending:
+        one, container = pending.pop()
+        pending += [(child, one.name) for child in one.children]
+        if query.lower() in one.name.lower():
+            where = types.Location(protocol.uri_of(document.file), protocol.range_of(one.place, document.tree.lines))
+            kind = protocol.SYMBOLS[one.role]
+            found.append(types.SymbolInformation(where, one.name, kind, container_name=container or None))
+    return found
 
 
-def _diagnostic(found: Diagnostic, path: str, lines: Sequence[str]) -> types.Diagnostic:
-    assert found.place is not None
-    hint = f"\n{found.suggestion}" if found.suggestion else ""
-    related = [
-        types.DiagnosticRelatedInformation(
-            types.Location(
-                uris.from_fs_path(one.place.file) or one.place.file,
-                _range(one.place, lines if one.place.file == path else ()),
-            ),
-            one.message,
-        )
-        for one in found.related
+def _editing(server: MachineServer) -> None:
+    @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
+    def prepare(params: types.PrepareRenameParams) -> types.Range:
+        document = server.document(params.text_document.uri)
+        try:
+            here = navigation.renamable(document, *protocol.characters(params.position, document.tree.lines))
+        except navigation.RenameError as error:
+            raise JsonRpcInvalidParams(str(error)) from None
+        return protocol.range_of_name(here, document.tree.lines)
+
+    @server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
+    def rename(params: types.RenameParams) -> types.WorkspaceEdit:
+        document = server.document(params.text_document.uri)
+        line, column = protocol.characters(params.position, document.tree.lines)
+        others = {one.file: one for one in server.documents.around(server.folder(document.file))}
+        try:
+            found = navigation.rename(document, line, column, params.new_name, others.values())
+        except navigation.RenameError as error:
+            raise JsonRpcInvalidParams(str(error)) from None
+        changes: dict[str, list[types.TextEdit]] = {}
+        for file, one in found:
+            lines = document.tree.lines if file == document.file else others[file].tree.lines
+            edit = types.TextEdit(protocol.range_of_name(one, lines), params.new_name)
+            changes.setdefault(protocol.uri_of(file), []).append(edit)
+        return types.WorkspaceEdit(changes=changes)
+
+    @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions([types.CodeActionKind.QuickFix, FIX_ALL]))
+    def act(params: types.CodeActionParams) -> list[types.CodeAction]:
+        uri = params.text_document.uri
+        document = server.document(uri)
+        found, lines = server.documents.diagnostics(document.file), document.tree.lines
+        asked = params.context.only
+        offered: list[types.CodeAction] = []
+        if asked is None or any(types.CodeActionKind.QuickFix.value.startswith(str(one)) for one in asked):
+            first, last = params.range.start.line, params.range.end.line
+            near = [one for one in found if one.place is not None and first <= one.place.line - 1 <= last]
+            offered += [protocol.code_action(one, uri, document.file, lines) for one in actions.fixes(document, near)]
+        edits = [protocol.text_edit(one, lines) for one in actions.all_fixes(document, found)]
+        if edits and (asked is None or any(FIX_ALL.startswith(str(one)) for one in asked)):
+            change = types.WorkspaceEdit(changes={uri: edits})
+            offered.append(types.CodeAction("Fix all that is certain", FIX_ALL, edit=change))
+        return offered
+
+    @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
+    def hints(params: types.InlayHintParams) -> list[types.InlayHint]:
+        document = server.document(params.text_document.uri)
+        found = actions.hints(document, params.range.start.line, params.range.end.line)
+        return [
+            types.InlayHint(
+                protocol.position(one.line, one.column, document.tree.lines),
+                one.text,
+                types.InlayHintKind.Parameter,
+            )
+            for one in found
+        ]
+
+    @server.feature(types.TEXT_DOCUMENT_CODE_LENS)
+    def lenses(params: types.CodeLensParams) -> list[types.CodeLens]:
+        document = server.document(params.text_document.uri)
+        line = actions.heading_line(document)
+        if line is None:
+            return []
+        where = types.Range(types.Position(line, 0), types.Position(line, len(document.tree.lines[line])))
+        return [
+            types.CodeLens(where, types.Command(title, f"maze-machine.{title.lower()}", arguments=[document.file]))
+            for title in ("Run", "Test")
+        ]
+
+    @server.feature(types.TEXT_DOCUMENT_FORMATTING)
+    def formatting(params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
+        return _formatted(server, params.text_document.uri)
+
+    @server.feature(types.TEXT_DOCUMENT_RANGE_FORMATTING)
+    def range_formatting(params: types.DocumentRangeFormattingParams) -> list[types.TextEdit] | None:
+        edits = _formatted(server, params.text_document.uri)
+        if edits is None:
+            return None
+        first, last = params.range.start.line, params.range.end.line
+        return [one for one in edits if one.range.start.line >= first and one.range.end.line <= last + 1]
+
+
+def _formatted(server: MachineServer, uri: str) -> list[types.TextEdit] | None:
+    """The lines that the formatter changes; None where the text cannot be read."""
+    text = server.workspace.get_text_document(uri).source
+    try:
+        formatted = format_text(text)
+    except MachineError:
+        return None
+    before, after = protocol.lines_of(text), protocol.lines_of(formatted)
+    if len(before) != len(after):
+        whole = types.Range(types.Position(0, 0), types.Position(len(before), 0))
+        return [] if formatted == text else [types.TextEdit(whole, formatted)]
+    return [
+        types.TextEdit(types.Range(types.Position(number, 0), protocol.position(number, len(old), before)), new)
+        for number, (old, new) in enumerate(zip(before, after, strict=True))
+        if old != new
     ]
-    return types.Diagnostic(
-        range=_range(found.place, lines),
-        message=found.message + hint,
-        severity=_SEVERITIES[found.severity],
-        code=found.code,
-        source="maze-machine",
-        related_information=related,
-    )
-
-
-def _item(entry: Entry) -> types.CompletionItem:
-    return types.CompletionItem(
-        label=entry.label,
-        kind=_KINDS[entry.kind],
-        detail=entry.detail or None,
-        documentation=types.MarkupContent(types.MarkupKind.Markdown, entry.doc) if entry.doc else None,
-    )
-
-
-def _markdown(entry: Entry) -> str:
-    told = entry.detail if entry.detail.startswith(entry.label) else f"{entry.label} : {entry.detail}".rstrip(" :")
-    head = f"`{told}` ({entry.kind.value})"
-    return f"{head}\n\n{entry.doc}" if entry.doc else head
-
-
-def _symbol(symbol: Symbol, lines: Sequence[str], depth: int = 0) -> types.DocumentSymbol:
-    """A state of the outline; nested as deep as an editor can show it."""
-    kind = types.SymbolKind.Event if symbol.kind is StateKind.FINAL else types.SymbolKind.Class
-    inner = [_symbol(one, lines, depth + 1) for one in symbol.children] if depth < _DEEPEST else []
-    place = _range(symbol.place, lines)
-    return types.DocumentSymbol(symbol.name, kind, place, place, detail=symbol.kind.value, children=inner)

@@ -36,30 +36,30 @@ class AnalysisInput:
         file: the file's name.
         model: the machine; where the file has errors, without what could not be understood.
         stays: the ``stay`` lines of each state, by its index.
-        doubt: names that may be declared on lines that could not be read; nothing is said about those.
-        unresolved: some transition may lead anywhere, because its target is not known.
+        doubtful: names that may be declared on lines that could not be read; nothing is said about those.
+        leading_anywhere: some transition may lead anywhere, because its target is not known.
         uncertain: transitions of which something is not known, by index.
-        deaf: states that may wait for more than is known, by index.
-        broken: states whose own line is at fault.
-        opaque: states in which something reports outcomes that are not known.
+        awaiting_unknown: states that may wait for more than is known, by index.
+        erroneous: states whose own line is at fault.
+        reporting_unknown: states in which something reports outcomes that are not known.
         unused: kind, name and place of what is declared and never used.
     """
 
     file: str
     model: Model
     stays: Mapping[int, tuple[Stay, ...]]
-    doubt: Container[str] = frozenset()
-    unresolved: bool = False
+    doubtful: Container[str] = frozenset()
+    leading_anywhere: bool = False
     uncertain: frozenset[int] = frozenset()
-    deaf: frozenset[int] = frozenset()
-    broken: frozenset[int] = frozenset()
-    opaque: frozenset[int] = frozenset()
+    awaiting_unknown: frozenset[int] = frozenset()
+    erroneous: frozenset[int] = frozenset()
+    reporting_unknown: frozenset[int] = frozenset()
     unused: tuple[tuple[str, str, Place], ...] = ()
 
     def own_states(self) -> Iterator[State]:
         """The states that are written in this file, without the machine itself and history states."""
         for state in self.model.states[1:]:
-            if state.kind in PSEUDO or state.index in self.broken:
+            if state.kind in PSEUDO or state.index in self.erroneous:
                 continue
             if state.place is not None and state.place.file == self.file:
                 yield state

@@ -9,6 +9,7 @@ from lark import Token
 from hsm.dsl.semantics.analysis import Stay
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.declarations import Declarations
+from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import HISTORY, StateSymbol
 from hsm.dsl.syntax import ast
 from hsm.model.chart import (
@@ -37,21 +38,22 @@ class Behaviour:
         declarations: the file's events.
         transitions: the machine's transitions so far.
         uncertain: those of which something is not known, by index.
-        idle: some state does not do what it should, because that is at fault.
+        performed: the activities that states do.
     """
 
     context: Context
     declarations: Declarations
     transitions: list[Transition] = field(default_factory=list)
     uncertain: set[int] = field(default_factory=set)
-    idle: bool = False
+    performed: Names = field(default_factory=Names)
 
     def activity(self, symbol: StateSymbol) -> ActivityCall | None:
         """What a state does; None where that is nothing, or at fault."""
         if symbol.activity is None:
             return None
         found = self._activity(symbol.activity.call)
-        self.idle |= found is None
+        if found is None:
+            self.performed.add_unknown()
         return found
 
     def _activity(self, call: ast.CallSyntax) -> ActivityCall | None:
@@ -69,7 +71,7 @@ class Behaviour:
         """Report an unknown activity; its arguments are looked at as those of the one that was probably meant."""
         activities = self.context.library.activities
         guess = self.context.report.guess(call.name, activities)
-        if call.name not in self.context.symbols.doubt.names:
+        if call.name not in self.context.symbols.doubtful.known:
             hint = guess.text
             if call.name.value in self.context.library.actions:
                 hint = f"`{call.name}` is an action: it takes no time, and stands behind a slash"
@@ -109,12 +111,15 @@ class Behaviour:
                 hint = "say where it goes: `-> state`, or what it does: `/ action`"
                 self.context.add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
             # The line is not at its end: what is missing may name anything.
-            self.context.symbols.unresolved = symbol.deaf = uncertain = True
-            self.context.scope.puzzled = True
+            self.context.symbols.entered.add_unknown()
+            symbol.awaited.add_unknown()
+            self.context.scope.used.add_unknown()
+            uncertain = True
         index = len(self.transitions)
         operands = [one for one in (line.operand, line.guard) if one is not None]
-        uncertain |= any(name in self.context.symbols.doubt.names for one in operands for name in ast.names_in(one))
-        symbol.deaf |= trigger is None
+        uncertain |= any(name in self.context.symbols.doubtful.known for one in operands for name in ast.names_in(one))
+        if trigger is None:
+            symbol.awaited.add_unknown()
         if uncertain or trigger is None or (guard is None and line.guard is not None):
             self.uncertain.add(index)
         place = self.context.place(line.keyword, _last_token(line))
@@ -151,9 +156,9 @@ class Behaviour:
         owner, dot, suffix = name.rpartition(".")
         if dot and owner in self.context.symbols.states and suffix in HISTORY:
             return self.context.symbols.states[owner].histories.get(HISTORY[suffix])
-        doubt = self.context.symbols.doubt
-        if name in doubt or owner in doubt:
-            self.context.symbols.unresolved = True
+        doubtful = self.context.symbols.doubtful
+        if name in doubtful or owner in doubtful:
+            self.context.symbols.entered.add_unknown()
             return None
         if dot and owner in self.context.symbols.states:
             hint = f"go to `{owner}`, or to `{owner}.history`"
@@ -170,7 +175,8 @@ class Behaviour:
         self.context.report.add_once(
             "E0201", place, f"there is no state `{wanted}`", hint or "declare it, or correct the name"
         )
-        self.context.symbols.unresolved |= close.name is None
+        if close.name is None:
+            self.context.symbols.entered.add_unknown()
         return self.context.symbols.states.get(close.name or "")
 
     def actions(self, lines: tuple[ast.ActionSyntax, ...]) -> tuple[Action, ...]:
@@ -201,7 +207,7 @@ class Behaviour:
         """Report an unknown action; its arguments are looked at as those of the one that was probably meant."""
         name, actions = line.name, self.context.library.actions
         guess = self.context.report.guess(name, actions)
-        if name not in self.context.symbols.doubt.names:
+        if name not in self.context.symbols.doubtful.known:
             hint = guess.text
             if name.value in self.context.library.activities:
                 hint = f"`{name}` is an activity: it takes time, and stands behind `do`"
@@ -216,10 +222,11 @@ class Behaviour:
         name = line.variable
         declared = self.context.scope.variables.get(str(name))
         if declared is None:
-            if name not in self.context.symbols.doubt:
+            if name not in self.context.symbols.doubtful:
                 close = self.context.report.guess(name, self.context.scope.variables)
                 self.context.add_once("E0202", name, f"there is no variable `{name}`", close.text)
-                self.context.scope.puzzled |= close.name is None
+                if close.name is None:
+                    self.context.scope.used.add_unknown()
             self.context.scope.expression(line.value)
             return None
         if declared.constant:
@@ -227,7 +234,7 @@ class Behaviour:
             related = Related(declared.place, "declared here")
             self.context.report.add("E0304", self.context.place(name), message, hint, (related,))
             return None
-        was_used = name in self.context.scope.used
+        was_used = name in self.context.scope.used.known
         node = line.value
         if line.operator != "=":
             operator = Token.new_borrow_pos("OPERATOR", line.operator[0], line.operator)

@@ -11,6 +11,7 @@ from hsm.dsl.semantics.behaviour import Behaviour
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.declarations import Declarations
 from hsm.dsl.semantics.instances import InstanceCopy, instantiate
+from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.properties import compile_properties
 from hsm.dsl.semantics.symbols import HISTORY, StateSymbol, collect_symbols
 from hsm.dsl.semantics.typing import Scope
@@ -70,7 +71,7 @@ class _Compiler:
         machines: what the file imports.
         declarations: the file's parameters, variables and events.
         behaviour: gives the lines of states their meaning.
-        strange: some state is an instance of a machine that is not imported.
+        instantiated: the machines that states are instances of.
         copied_properties: those of instances.
     """
 
@@ -78,13 +79,13 @@ class _Compiler:
     machines: Mapping[str, CompilationUnit | None]
     declarations: Declarations
     behaviour: Behaviour
-    strange: bool = False
+    instantiated: Names = field(default_factory=Names)
     copied_properties: list[Property] = field(default_factory=list)
 
     def run(self) -> CompilationUnit:
         """All stages."""
         table, report = self.context.symbols, self.context.report
-        self.context.scope.doubt = table.doubt
+        self.context.scope.doubtful = table.doubtful
         self.declarations.declare()
         symbols = table.all_states()
         for symbol in symbols:
@@ -93,10 +94,10 @@ class _Compiler:
             self._request_histories(symbol)
         order = self._number()
         self.context.scope.states = self._names_of_states(order)
-        known = [unit for unit in self.machines.values() if unit is not None and unit.model is not None]
+        if self.instantiated.unknown or any(unit is None or unit.model is None for unit in self.machines.values()):
+            table.events.add_unknown()
         events = [name for unit in self.machines.values() if unit is not None for name in unit.events]
-        complete = len(known) == len(self.machines) and not self.strange and not table.doubt.eventful
-        self.declarations.gather_events(order, events, complete=complete)
+        self.declarations.gather_events(order, events)
         states: list[State] = []
         for symbol in order:
             states.extend(self._states(symbol))
@@ -107,19 +108,20 @@ class _Compiler:
 
     def _subject(self, order: Sequence[StateSymbol], model: Model) -> AnalysisInput:
         table = self.context.symbols
-        instantiated = {str(symbol.instance.name) for symbol in order if symbol.instance is not None}
-        idle = [name for name in table.imports if name not in instantiated and self.machines.get(name) is not None]
+        imports = [
+            name for name in table.imports if name not in self.instantiated and self.machines.get(name) is not None
+        ]
         return AnalysisInput(
             file=self.context.tree.name,
             model=model,
             stays={symbol.index: tuple(map(self.behaviour.stay, symbol.stays)) for symbol in order if symbol.stays},
-            doubt=table.doubt,
-            unresolved=table.unresolved or table.doubt.unread,
+            doubtful=table.doubtful,
+            leading_anywhere=table.entered.unknown or table.unread > 0,
             uncertain=frozenset(self.behaviour.uncertain),
-            deaf=frozenset(symbol.index for symbol in order if symbol.deaf),
-            broken=frozenset(symbol.index for symbol in order if symbol.broken),
-            opaque=frozenset(symbol.index for symbol in order if symbol.opaque),
-            unused=() if table.doubt.unread else tuple(self.declarations.unused([] if self.strange else idle)),
+            awaiting_unknown=frozenset(symbol.index for symbol in order if symbol.awaited.unknown),
+            erroneous=frozenset(symbol.index for symbol in order if symbol.erroneous),
+            reporting_unknown=frozenset(symbol.index for symbol in order if symbol.reported.unknown),
+            unused=() if table.unread else tuple(self.declarations.unused(imports)),
         )
 
     def _model(self, states: list[State]) -> Model:
@@ -142,9 +144,18 @@ class _Compiler:
                 self.context.tree.lines,
                 self.context.scope,
                 states,
-                certain=not (table.root.opaque or table.unresolved or self.behaviour.idle or self.declarations.puzzled),
+                certain=not any(
+                    names.unknown
+                    for names in (
+                        table.root.reported,
+                        table.entered,
+                        self.behaviour.performed,
+                        self.declarations.heard,
+                    )
+                ),
             )
             + tuple(self.copied_properties),
+            frozenset((*self.declarations.events, *self.context.library.events)),
         )
 
     def _find_machine(self, symbol: StateSymbol) -> None:
@@ -154,12 +165,14 @@ class _Compiler:
         symbol.kind = StateKind.COMPOUND
         unit = self.machines.get(str(name))
         symbol.model = unit.model if unit is not None else None
-        symbol.opaque = symbol.model is None
+        if symbol.model is None:
+            symbol.reported.add_unknown()
+        self.instantiated.add(str(name))
         if name in self.machines:
             return
-        self.strange = True
+        self.instantiated.add_unknown()
         # Where an import is at fault, it is most likely the one that is meant.
-        if None in self.machines.values() or name in self.context.symbols.doubt:
+        if None in self.machines.values() or name in self.context.symbols.doubtful:
             return
         hint = (
             self.context.report.guess(name, self.machines).text or f"import it at the top of the file: `import {name}`"
@@ -176,10 +189,10 @@ class _Compiler:
                 if not dot or suffix not in HISTORY or owner is None:
                     continue
                 if owner.kind in (StateKind.ATOMIC, StateKind.FINAL):
-                    if not (owner.broken or owner.opaque or self.context.symbols.doubt.unread):
+                    if not (owner.erroneous or owner.reported.unknown or self.context.symbols.unread):
                         message = f"`{owner_name}` has no states inside, so it has no history"
                         self.context.add_once("E0407", target, message, f"go to `{owner_name}`")
-                    self.context.symbols.unresolved = True
+                    self.context.symbols.entered.add_unknown()
                 elif HISTORY[suffix] not in owner.histories:
                     kind = HISTORY[suffix]
                     owner.histories[kind] = StateSymbol(str(target), kind, owner, owner.token)
@@ -274,7 +287,7 @@ class _Compiler:
             return self._default_of(symbol), ()
         target = self.behaviour.named_state(symbol.initial.target)
         actions = self.behaviour.actions(symbol.initial.actions)
-        if target is not None and not symbol.broken and (target is symbol or symbol not in target.ancestors()):
+        if target is not None and not symbol.erroneous and (target is symbol or symbol not in target.ancestors()):
             hint = "name one of the states inside"
             self.context.add("E0405", symbol.initial.target, f"`{target.name}` does not lie in `{symbol.name}`", hint)
             target = None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from lark import Token
 
 from hsm.dsl.semantics.context import Context
+from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import StateSymbol
 from hsm.dsl.semantics.typing import FUNCTIONS, Declared
 from hsm.dsl.syntax import ast
@@ -31,19 +32,15 @@ class Declarations:
         events: events that are declared (with their places) or raised.
         heard: events that some transition is on, or may be.
         raised: events that this file raises, and where first.
-        complete: the events of all imported machines are known.
-        puzzled: some transition is on an event that nothing sends, and it is not clear which was meant.
     """
 
     context: Context
     parameters: list[Parameter] = field(default_factory=list)
     variables: list[Variable] = field(default_factory=list)
     events: dict[str, Place | None] = field(default_factory=dict)
-    heard: set[str] = field(default_factory=set)
+    heard: Names = field(default_factory=Names)
     raised: dict[str, Token] = field(default_factory=dict)
-    complete: bool = True
-    puzzled: bool = False
-    _strange: dict[str, int] = field(default_factory=dict)
+    _unsent: dict[str, int] = field(default_factory=dict)
 
     def declare(self) -> None:
         """Give the lines at the top of the file their meaning."""
@@ -80,9 +77,9 @@ class Declarations:
             self.context.report.add("E0303", initial.place, message)
             initial = None
         if value is not None and initial is None:
-            self.context.symbols.doubt.names.add(str(name))
+            self.context.symbols.doubtful.add(str(name))
         if kind is None or not new:
-            self.context.symbols.doubt.names.add(str(name))
+            self.context.symbols.doubtful.add(str(name))
             return
         place = self.context.place(name)
         self.context.scope.variables[str(name)] = Declared(kind, constant, place)
@@ -93,15 +90,13 @@ class Declarations:
         elif constant:
             self.parameters.append(Parameter(str(name), kind))
 
-    def gather_events(self, order: Sequence[StateSymbol], imported: Iterable[str], *, complete: bool) -> None:
+    def gather_events(self, order: Sequence[StateSymbol], imported: Iterable[str]) -> None:
         """Find out which events each state may hear of: outcomes and final states inside it, what is raised anywhere.
 
         Args:
             order: all states in document order.
             imported: the events of imported machines.
-            complete: whether these are all.
         """
-        self.complete = complete
         for symbol in order:
             if symbol.initial is not None:
                 self._gather_raised(symbol.initial.actions)
@@ -114,8 +109,7 @@ class Declarations:
         for symbol in reversed(order):
             self._gather_outcomes(symbol)
             if symbol.parent is not None:
-                symbol.parent.reported |= symbol.reported
-                symbol.parent.opaque |= symbol.opaque
+                symbol.parent.reported.update(symbol.reported)
 
     def _gather_raised(self, actions: tuple[ast.ActionSyntax, ...]) -> None:
         for action in actions:
@@ -130,13 +124,14 @@ class Declarations:
             activities = self.context.library.activities
             activity = activities.get(name) or activities.get(self.context.report.guess(name, activities).name or "")
             symbol.reported.update(activity.outcomes if activity is not None else ())
-            symbol.opaque |= activity is None
+            if activity is None:
+                symbol.reported.add_unknown()
         if symbol.model is not None:
             for state in symbol.model.states:
                 symbol.reported.update(state.activity.activity.outcomes if state.activity is not None else ())
                 if state.kind is StateKind.FINAL:
                     finals.add(state.name.rpartition(".")[2])
-        symbol.reported |= finals
+        symbol.reported.update(finals)
         if finals or symbol.kind is StateKind.PARALLEL:
             symbol.completions.add("done")
 
@@ -144,10 +139,12 @@ class Declarations:
         """The name of an event; of a misspelt one the name that was probably meant."""
         name = str(token)
         self.heard.add(name)
-        sources = (self.context.library.events, self.events, symbol.completions, symbol.reported, ("fault",))
-        if any(name in source for source in sources) or name in self.context.symbols.doubt:
+        symbol.awaited.add(name)
+        table = self.context.symbols
+        if name in symbol.reported or name in table.events or name in table.doubtful:
             return name
-        if symbol.opaque or not self.complete:
+        sources = (self.context.library.events, self.events, symbol.completions, symbol.reported.known, ("fault",))
+        if any(name in source for source in sources):
             return name
         guess = self.context.report.guess(name, (one for source in sources for one in source))
         message = f"nothing sends, raises or reports `{name}` in `{symbol.name}`"
@@ -156,13 +153,14 @@ class Declarations:
             self.context.add_once("E0203", token, message, guess.text)
             return guess.name
         # What a state hears of may be missing as a whole: one finding for all that it waits for in vain.
-        subject = self._strange.setdefault(name, symbol.index)
+        subject = self._unsent.setdefault(name, symbol.index)
         place, again = self.context.place(token), f"nor `{name}`" if subject == symbol.index else "and here"
         hint = guess.text or self._reporter(name) or _heard(symbol)
         if name in self.context.library.signals:
             hint = f"`{name}` is a signal: `when {name}`"
         self.context.report.add_once("E0203", place, message, hint, subject=subject, again=again)
-        symbol.deaf = self.puzzled = True
+        symbol.awaited.add_unknown()
+        self.heard.add_unknown()
         return name
 
     def _reporter(self, outcome: str) -> str | None:
@@ -182,12 +180,12 @@ class Declarations:
             imports: the imported machines that no state is an instance of.
         """
         found: list[tuple[str, str, Place]] = []
-        if self.puzzled:
+        if self.heard.unknown:
             return found
         for name in imports:
             found.append(("import", name, self.context.place(self.context.symbols.imports[name])))
         for name, declared in self.context.scope.variables.items():
-            if name not in self.context.scope.used and not self.context.scope.puzzled:
+            if name not in self.context.scope.used:
                 found.append(("parameter" if declared.constant else "variable", name, declared.place))
         for name, place in self.events.items():
             if place is not None and name not in self.heard and name not in self.raised:
@@ -200,5 +198,5 @@ class Declarations:
 
 def _heard(symbol: StateSymbol) -> str | None:
     """What a state hears of, as a way out."""
-    names = sorted(symbol.completions | symbol.reported)
+    names = sorted(symbol.completions | symbol.reported.known)
     return f"what `{symbol.name}` hears of: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None

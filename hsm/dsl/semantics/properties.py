@@ -34,10 +34,9 @@ def compile_properties(
         states: all states, with those of instances.
         certain: whether it is known what all states do.
     """
-    inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubt, scope.used)
+    inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubtful, scope.used)
     inner.machine, inner.certain = states, certain
     found = [_property(line, source, inner, scope.report) for line in lines]
-    scope.puzzled |= inner.puzzled
     return tuple(one for one in found if one is not None)
 
 

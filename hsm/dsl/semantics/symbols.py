@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from lark import Token
 
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.semantics.names import Names
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
 from hsm.model.chart import Model, StateKind
@@ -34,11 +35,10 @@ class StateSymbol:
         activity: its ``do`` line.
         instance: the machine that it is an instance of, with arguments.
         model: that machine, once found.
-        broken: its own line is at fault, and nothing is said about it but of what its lines name.
-        opaque: what it or something inside it reports cannot be known.
-        deaf: it may wait for more than is known: something of that cannot be read, or means nothing.
+        erroneous: its own line is at fault, and nothing is said about it but of what its lines name.
         completions: ``done`` where it can complete: only its own transitions see that.
         reported: outcomes of activities in it or inside it, and the names of the final states inside it.
+        awaited: the events that its transitions wait for.
         index: its position in document order.
         last: the position of its last descendant.
     """
@@ -55,11 +55,10 @@ class StateSymbol:
     activity: ast.DoLine | None = None
     instance: ast.CallSyntax | None = None
     model: Model | None = None
-    broken: bool = False
-    opaque: bool = False
-    deaf: bool = False
+    erroneous: bool = False
     completions: set[str] = field(default_factory=set)
-    reported: set[str] = field(default_factory=set)
+    reported: Names = field(default_factory=Names)
+    awaited: Names = field(default_factory=Names)
     index: int = -1
     last: int = -1
 
@@ -76,26 +75,6 @@ class StateSymbol:
 
 
 @dataclass(slots=True)
-class Doubt:
-    """What lines that could not be read leave open: nothing is said that they might answer.
-
-    Attributes:
-        names: names that stand on such lines, and names whose declaration is at fault.
-        nameless: one of the lines declares something, so any name may be meant.
-        unread: there are such lines.
-        eventful: one of them may tell where an event comes from.
-    """
-
-    names: set[str] = field(default_factory=set)
-    nameless: bool = False
-    unread: bool = False
-    eventful: bool = False
-
-    def __contains__(self, name: object) -> bool:
-        return self.nameless or name in self.names
-
-
-@dataclass(slots=True)
 class SymbolTable:
     """What a file declares.
 
@@ -105,8 +84,10 @@ class SymbolTable:
         heading: the line ``machine NAME``.
         imports: imported machines, by the name that the file knows them under.
         declared: where each state, variable and parameter is declared first.
-        doubt: what lines that could not be read leave open.
-        unresolved: some transition may lead anywhere, because its target is not known.
+        doubtful: names that lines which could not be read may declare, and names whose declaration is at fault.
+        events: the events that may be sent to the machine or raised in it.
+        entered: the states that transitions name.
+        unread: how many lines could not be read, or belong to no block.
     """
 
     root: StateSymbol
@@ -114,8 +95,10 @@ class SymbolTable:
     heading: ast.MachineLine | None = None
     imports: dict[str, Token] = field(default_factory=dict)
     declared: dict[str, Token] = field(default_factory=dict)
-    doubt: Doubt = field(default_factory=Doubt)
-    unresolved: bool = False
+    doubtful: Names = field(default_factory=Names)
+    events: Names = field(default_factory=Names)
+    entered: Names = field(default_factory=Names)
+    unread: int = 0
 
     def all_states(self) -> list[StateSymbol]:
         """All symbols in document order, the root first, also those that bear no good name."""
@@ -131,8 +114,9 @@ class SymbolTable:
 def collect_symbols(tree: ast.File, report: Report) -> SymbolTable:
     """Walk a file once; whatever stands in the wrong place or twice is reported."""
     walker = _Walker(tree, report, SymbolTable(StateSymbol("", StateKind.COMPOUND, None)))
-    misfit = any(one.code == "E0105" for one in report.found)
-    walker.result.doubt.unread = walker.result.doubt.eventful = misfit
+    walker.result.unread = sum(one.code == "E0105" for one in report.found)
+    if walker.result.unread:
+        walker.result.events.add_unknown()
     walker.walk()
     walker.check_whole()
     return walker.result
@@ -162,12 +146,12 @@ class _Walker:
         result = self.result
         for symbol in result.states.values():
             few = symbol.kind is StateKind.PARALLEL and len(symbol.children) < 2
-            if few and not symbol.broken and not result.doubt.unread:
-                result.unresolved = True
+            if few and not symbol.erroneous and not result.unread:
+                result.entered.add_unknown()
                 message = f"parallel state `{symbol.name}` has fewer than two states inside"
                 self._add("E0408", symbol.token, message, "write `state`, or give it a second region")
         if result.heading is None:
-            if not result.doubt.unread:
+            if not result.unread:
                 message = "the first line is to be `machine`, with a name"
                 self._add("E0401", _start_of(self.tree), message, "begin with `machine maze`")
             return
@@ -183,7 +167,7 @@ class _Walker:
                 f"`{name}` names the machine itself",
                 related=(related,),
             )
-        if not result.root.children and not result.doubt.unread:
+        if not result.root.children and not result.unread:
             self._add("E0409", name, f"machine `{name}` has no state", "begin with one: `state waiting`")
 
     def _take(self, symbol: StateSymbol, item: ast.Item) -> tuple[StateSymbol, Iterator[ast.Item]] | None:
@@ -192,17 +176,22 @@ class _Walker:
             case ast.StateBlock():
                 return self._new_state(symbol, item), iter(item.items)
             case ast.BadLine(names, items, nameless):
-                doubt = self.result.doubt
-                doubt.names |= names
-                doubt.nameless |= nameless
-                doubt.unread = symbol.opaque = symbol.deaf = True
-                doubt.eventful |= symbol is self.result.root or "raise" in names
+                result = self.result
+                result.unread += 1
+                result.doubtful.update(names)
+                symbol.reported.add_unknown()
+                symbol.awaited.add_unknown()
+                if nameless:
+                    result.doubtful.add_unknown()
+                if symbol is result.root or "raise" in names:
+                    result.events.add_unknown()
                 if items and not names:
                     self._leave_open(symbol)
-                broken = StateSymbol("", StateKind.ATOMIC, symbol, broken=True, opaque=True, deaf=True)
+                unknown = Names(unknown=True)
+                unread = StateSymbol("", StateKind.ATOMIC, symbol, erroneous=True, reported=unknown, awaited=unknown)
                 if items:
-                    self._add_child(broken)
-                return broken, iter(items)
+                    self._add_child(unread)
+                return unread, iter(items)
             case ast.TransitionLine() | ast.EntryLine() | ast.ExitLine():
                 symbol.lines.append(item)
             case ast.StayLine():
@@ -217,9 +206,10 @@ class _Walker:
 
     def _leave_open(self, symbol: StateSymbol) -> None:
         """Lines that belong to nothing may be meant for the state before them, or for one that is not there."""
-        self.result.doubt.nameless = symbol.broken = True
+        self.result.doubtful.add_unknown()
+        symbol.erroneous = True
         if symbol.children:
-            symbol.children[-1].opaque = True
+            symbol.children[-1].reported.add_unknown()
 
     def _new_state(self, parent: StateSymbol, block: ast.StateBlock) -> StateSymbol:
         if parent.instance is not None:
@@ -234,14 +224,15 @@ class _Walker:
         if "." in name:
             message = f"`{name}` cannot name a state: a name that is declared has no dot"
             self._add("E0211", name, message, f"write `{name.replace('.', '_')}`")
-            self.result.doubt.names.add(symbol.name)
-            symbol.broken = True
+            self.result.doubtful.add(symbol.name)
+            symbol.erroneous = True
         elif self.is_new(name):
             self.result.states[symbol.name] = symbol
         else:
-            self.result.unresolved = symbol.broken = True
+            self.result.entered.add_unknown()
+            symbol.erroneous = True
             if symbol.name in self.result.states:
-                self.result.states[symbol.name].broken = True
+                self.result.states[symbol.name].erroneous = True
         self._add_child(symbol)
 
     def _add_child(self, symbol: StateSymbol) -> None:
@@ -260,12 +251,13 @@ class _Walker:
             case ast.InitialLine(target):
                 if symbol.kind is StateKind.PARALLEL:
                     self._add("E0402", target, "all regions of a parallel state are entered: it has no `initial`")
-                    symbol.broken = True
+                    symbol.erroneous = True
                 elif symbol.instance is not None:
                     self._not_here(symbol, target, "where an instance begins is said in its machine's file")
                 elif symbol.initial is not None:
                     self._second("initial", target, symbol.initial.target)
-                    symbol.broken = symbol.opaque = True
+                    symbol.erroneous = True
+                    symbol.reported.add_unknown()
                 else:
                     symbol.initial = item
             case ast.DoLine(call):
@@ -273,7 +265,8 @@ class _Walker:
                     self._not_here(symbol, call.name, "an instance of a machine does what that machine does")
                 elif symbol.activity is not None:
                     self._second("do", call.name, symbol.activity.call.name)
-                    symbol.broken = symbol.opaque = True
+                    symbol.erroneous = True
+                    symbol.reported.add_unknown()
                 else:
                     symbol.activity = item
 
@@ -295,7 +288,7 @@ class _Walker:
                 first = name
             case _:
                 raise AssertionError(item)
-        if symbol is not self.result.root and not symbol.broken:
+        if symbol is not self.result.root and not symbol.erroneous:
             message = "this is declared at the top of the file, not in a state"
             self._add("E0402", first, message, "move it up, in front of the first state")
         if isinstance(item, ast.ImportLine):
@@ -322,7 +315,8 @@ class _Walker:
         """An instance has lines that it cannot have: told once, as they are likely those of a state of their own."""
         place = place_of(self.tree.name, token)
         self.report.add_once("E0402", place, message, subject=id(instance), again="nor does this belong here")
-        instance.broken = instance.opaque = True
+        instance.erroneous = True
+        instance.reported.add_unknown()
 
     def _add(self, code: str, token: Token | None, message: str, hint: str | None = None) -> None:
         self.report.add(code, place_of(self.tree.name, token) if token is not None else None, message, hint)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Container, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 from lark import Token
 
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.semantics.names import Names
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import DEEPEST_EXPRESSION, depth_of, first_token, last_token, place_of
 from hsm.model.diagnostics import Place, Related
@@ -87,18 +88,16 @@ class Scope:
         report: where findings go.
         variables: variables and parameters by name.
         states: names of states, for ``in(state)``.
-        doubt: names that may be declared on lines that could not be read; nothing is said about those.
+        doubtful: names that may be declared on lines that could not be read; nothing is said about those.
         used: names of variables that something reads.
-        puzzled: some name means nothing, and it is not clear which was meant.
     """
 
     library: Library
     report: Report
     variables: dict[str, Declared] = field(default_factory=dict)
     states: Set[str] = frozenset()
-    doubt: Container[str] = frozenset()
-    used: set[str] = field(default_factory=set)
-    puzzled: bool = False
+    doubtful: Names = field(default_factory=Names)
+    used: Names = field(default_factory=Names)
 
     def type_named(self, name: Token) -> Type | None:
         """The type with a name; None, reported, where there is none."""
@@ -247,7 +246,7 @@ class Scope:
         owners = [one for one in candidates if token.value in one._value2member_map_]
         if len(owners) == 1:
             return Literal(owners[0](token.value), _type_of_enumeration(owners[0]), self._place(token))
-        if token.value in self.doubt:
+        if token.value in self.doubtful:
             return None
         if owners:
             names = " and ".join(one.__name__ for one in owners)
@@ -265,7 +264,8 @@ class Scope:
             close = self.report.guess(token, [*self.variables, *self.library.signals])
             hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` shows what there is"
         self.used.add(close.name or "")
-        self.puzzled |= close.name is None
+        if close.name is None:
+            self.used.add_unknown()
         self.report.add_once("E0202", self._place(token), message, hint, subject=token.value)
         return None
 
@@ -379,7 +379,7 @@ class Scope:
             return self._extreme(node, place)
         signal = self.library.signals.get(name)
         if signal is None:
-            if name not in self.doubt:
+            if name not in self.doubtful:
                 hint = self.report.guess(name, [*FUNCTIONS, *self.library.signals]).text
                 message = f"there is no signal or function `{name}`"
                 self.report.add_once("E0202", self._place(node.name), message, hint)
@@ -399,7 +399,7 @@ class Scope:
             case (Token(type="NAME") as state,):
                 if state in self.states:
                     return Active(str(state), place)
-                if state not in self.doubt and state.partition(".")[0] not in self.doubt:
+                if state not in self.doubtful and state.partition(".")[0] not in self.doubtful:
                     hint = self.report.guess(state, self.states).text
                     self.report.add_once("E0201", self._place(state), f"there is no state `{state}`", hint)
             case _:

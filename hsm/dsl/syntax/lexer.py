@@ -7,7 +7,7 @@ within brackets continues the one before, unless it begins like a statement: the
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from lark import Lark, Token
@@ -31,26 +31,21 @@ _OPENERS = frozenset(map(str.upper, STATEMENTS))
 _new = str.__new__
 
 
-@dataclass(slots=True)
-class Lexer:
-    """Reads tokens.
+@dataclass(frozen=True, slots=True)
+class Terminals:
+    """The terminals of a grammar; shared by all that read texts at the same time.
 
     Attributes:
         pattern: matches any token, with the blanks before it.
         symbols: the kind of each token that is always the same.
-        unclosed: brackets that are never closed, by the line on which that is noticed.
-        misfits: ends of lines behind which the indentation fits no block; of neighbours that agree, the first.
     """
 
     pattern: re.Pattern[str]
-    symbols: dict[str, str]
-    unclosed: dict[int, Token] = field(default_factory=dict)
-    misfits: list[Token] = field(default_factory=list)
-    _misfit: int = -1
+    symbols: Mapping[str, str]
 
     @classmethod
-    def of(cls, lark: Lark) -> Lexer:
-        """The lexer for a grammar's terminals; a character that begins none of them is one of its own."""
+    def of(cls, lark: Lark) -> Terminals:
+        """Those of a grammar; a character that begins none of them is one of its own."""
         formed = {one.name: one.pattern.to_regexp() for one in lark.terminals if one.pattern.type == "re"}
         symbols = {one.pattern.value: one.name for one in lark.terminals if one.pattern.type == "str"}
         marks = sorted((text for text in symbols if not text.isidentifier()), key=len, reverse=True)
@@ -59,9 +54,24 @@ class Lexer:
         groups += [f"(?P<_MARK>{'|'.join(map(re.escape, marks))})", r"(?P<UNKNOWN>[^ \n])"]
         return cls(re.compile(f"[ ]*(?:{'|'.join(groups)})"), symbols)
 
+
+@dataclass(slots=True)
+class Lexer:
+    """Reads the tokens of one text.
+
+    Attributes:
+        terminals: what a token can be.
+        unclosed: brackets that are never closed, by the line on which that is noticed.
+        misfits: ends of lines behind which the indentation fits no block; of neighbours that agree, the first.
+    """
+
+    terminals: Terminals
+    unclosed: dict[int, Token] = field(default_factory=dict)
+    misfits: list[Token] = field(default_factory=list)
+    _misfit: int = -1
+
     def tokens(self, text: str) -> Iterator[Token]:
-        """All tokens of a text that ends with a line break, with the beginnings and ends of blocks."""
-        self.unclosed, self.misfits, self._misfit = {}, [], -1
+        """All tokens of a text that ends with a line break, with where blocks begin and end; called once."""
         levels = [0]
         opened: list[Token] = []
         held: Token | None = None
@@ -92,11 +102,11 @@ class Lexer:
 
     def _words(self, text: str) -> Iterator[Token]:
         """The tokens of a text as they stand there; what looks blank at its end is no line of its own."""
-        symbols = self.symbols
+        symbols = self.terminals.symbols
         line, line_start = 1, 0
         opening = ""
         previous = "_NL"  # the text begins like a line behind a line break
-        for match in self.pattern.finditer(text):
+        for match in self.terminals.pattern.finditer(text):
             kind = match.lastgroup or "UNKNOWN"
             start, end = match.span(kind)
             word = text[start:end]

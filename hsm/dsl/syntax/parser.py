@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from functools import cache
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache, partial
 from importlib.resources import files
 from typing import Any
 
@@ -13,9 +14,10 @@ from lark import Lark, Token
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import depth_of, place_of
-from hsm.dsl.syntax.lalr import Parser, Table
+from hsm.dsl.syntax.lark_loop import LarkParser
+from hsm.dsl.syntax.lark_table import ParseTable, TableParser
 from hsm.dsl.syntax.layout import LAYOUT
-from hsm.dsl.syntax.lexer import Lexer
+from hsm.dsl.syntax.lexer import Lexer, Terminals
 from hsm.dsl.syntax.syntax_errors import report_line
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Diagnostic, Place
@@ -164,20 +166,47 @@ class TreeBuilder:
         return ast.BadLine(frozenset(_NAME.findall(parts[0])), tuple(parts[1:]), nameless)
 
 
-@cache
-def _tools() -> tuple[Table, Lexer]:
+@dataclass(frozen=True, slots=True)
+class Grammar:
+    """The language's grammar, ready to read texts with.
+
+    Attributes:
+        terminals: what a token can be.
+        begin: begins a parse.
+    """
+
+    terminals: Terminals
+    begin: Callable[[], TableParser | LarkParser]
+
+    @classmethod
+    def of(cls, lark: Lark) -> Grammar:
+        """A grammar as lark has read it: run by our loop, or by lark's where its table is not as we know it."""
+        try:
+            table = ParseTable.of(lark)
+        except (AttributeError, KeyError, TypeError):
+            return cls(Terminals.of(lark), partial(LarkParser.of, lark))
+        return cls(Terminals.of(lark), partial(TableParser, table))
+
+
+def read_grammar() -> Lark:
+    """The grammar, read by lark."""
     grammar = files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
     builder: Any = TreeBuilder()
-    lark = Lark(grammar, parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False)
-    return Table.of(lark), Lexer.of(lark)
+    return Lark(grammar, parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False)
 
 
-def parse(text: str, file: str) -> tuple[ast.File, list[Diagnostic]]:
+@cache
+def _grammar() -> Grammar:
+    return Grammar.of(read_grammar())
+
+
+def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.File, list[Diagnostic]]:
     """Read a file.
 
     Args:
         text: what stands in it.
         file: its name, for diagnostics.
+        grammar: by default the language's, read once.
 
     Returns:
         The syntax tree, with a ``BadLine`` wherever a line could not be read, and what was wrong.
@@ -185,8 +214,8 @@ def parse(text: str, file: str) -> tuple[ast.File, list[Diagnostic]]:
     report = Report(file)
     text = _without_tabs(text.replace("\r\n", "\n"), report)
     lines = text.split("\n")
-    table, lexer = _tools()
-    parser = Parser(table)
+    grammar = grammar or _grammar()
+    parser, lexer = grammar.begin(), Lexer(grammar.terminals)
     tokens = lexer.tokens(text + "\n")
     for token in tokens:
         if parser.feed(token):
@@ -223,10 +252,10 @@ def _forget_between(report: Report, first: int, last: int) -> None:
 
 def tokens_of(text: str) -> Iterator[Token]:
     """The tokens of a text, with the beginnings and ends of blocks."""
-    return _tools()[1].tokens(text + "\n")
+    return Lexer(_grammar().terminals).tokens(text + "\n")
 
 
-def _skip_line(parser: Parser, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
+def _skip_line(parser: TableParser | LarkParser, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
     """Puts ``BAD`` in place of the line that a token cannot stand on, and goes on behind that line."""
     parser.back_to("BAD")
     first = token.line or 1

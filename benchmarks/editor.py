@@ -1,0 +1,139 @@
+"""How long an editor waits for the language server, beside jedi-language-server on a file of as many lines.
+
+    pip install jedi-language-server
+    python benchmarks/editor.py [LINES] [ROUNDS]
+
+Both servers run as child processes over standard input and output. A round asks each of them once, in turn: a keystroke
+and then diagnostics (pulled here, published there), completion, document symbols. The medians are printed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from time import perf_counter
+
+from lsprotocol import types
+from pygls.lsp.client import LanguageClient
+
+STATE = (
+    "state s{0}\n    do drive(speed = 0.3 m/s)\n    when space.left and space.front -> s{1}\n    on blocked -> s{0}\n\n"
+)
+FUNCTION = "def f{0}(left, front):\n    if left and not front:\n        return f{1}(left, front)\n    return {0}\n\n"
+
+
+def machine(lines: int) -> str:
+    """A machine of about so many lines."""
+    count = lines // 5
+    body = "".join(STATE.format(number, (number + 1) % count) for number in range(count))
+    return f"machine long\n\ninitial s0\n\n{body}"
+
+
+def module(lines: int) -> str:
+    """A Python module of about so many lines."""
+    count = lines // 5
+    return "".join(FUNCTION.format(number, (number + 1) % count) for number in range(count))
+
+
+class Server(LanguageClient):
+    """A client of one of the servers."""
+
+    def __init__(self) -> None:
+        super().__init__("benchmark", "1")
+        self.published = 0
+
+        @self.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+        def published(_params: types.PublishDiagnosticsParams) -> None:
+            self.published += 1
+
+    async def begin(self, command: list[str], path: Path, text: str, *, pulls: bool) -> float:
+        """Start the server and open the file; the time until it answers `initialize`, s."""
+        began = perf_counter()
+        await self.start_io(*command)
+        asked = types.TextDocumentClientCapabilities(diagnostic=types.DiagnosticClientCapabilities() if pulls else None)
+        await self.initialize_async(
+            types.InitializeParams(types.ClientCapabilities(text_document=asked), root_uri=path.parent.as_uri())
+        )
+        taken = perf_counter() - began
+        self.initialized(types.InitializedParams())
+        self.item = types.TextDocumentIdentifier(path.as_uri())
+        self.version, self.pulls = 1, pulls
+        self.text_document_did_open(
+            types.DidOpenTextDocumentParams(types.TextDocumentItem(path.as_uri(), path.suffix, 1, text))
+        )
+        return taken
+
+    async def keystroke(self, line: int) -> float:
+        """Type a letter into a comment at the end of a line and wait for the diagnostics; s."""
+        self.version += 1
+        before, began = self.published, perf_counter()
+        where = types.Range(types.Position(line, 999), types.Position(line, 999))
+        change = types.TextDocumentContentChangePartial(where, "  # x" if self.version == 2 else "x")
+        self.text_document_did_change(
+            types.DidChangeTextDocumentParams(
+                types.VersionedTextDocumentIdentifier(self.version, self.item.uri), [change]
+            )
+        )
+        if self.pulls:
+            await self.text_document_diagnostic_async(types.DocumentDiagnosticParams(self.item))
+        else:
+            while self.published == before:
+                await asyncio.sleep(0.001)
+        return perf_counter() - began
+
+    async def complete(self, line: int, column: int) -> float:
+        """Ask what could stand at a position; s."""
+        began = perf_counter()
+        await self.text_document_completion_async(types.CompletionParams(self.item, types.Position(line, column)))
+        return perf_counter() - began
+
+    async def symbols(self) -> float:
+        """Ask for the outline; s."""
+        began = perf_counter()
+        await self.text_document_document_symbol_async(types.DocumentSymbolParams(self.item))
+        return perf_counter() - began
+
+
+async def measure(lines: int, rounds: int) -> None:
+    """Ask both servers in turn and print the medians."""
+    bin_folder = Path(sys.executable).parent
+    with TemporaryDirectory() as folder:
+        ours, theirs = Server(), Server()
+        files = Path(folder, "long.maze-machine"), Path(folder, "long.py")
+        texts = machine(lines), module(lines)
+        for file, text in zip(files, texts, strict=True):
+            file.write_text(text, encoding="utf-8")
+        starts = (
+            await ours.begin([str(bin_folder / "maze-machine"), "lsp"], files[0], texts[0], pulls=True),
+            await theirs.begin(
+                [sys.executable, "-c", "from jedi_language_server.cli import cli; cli()"],
+                files[1],
+                texts[1],
+                pulls=False,
+            ),
+        )
+        taken: dict[str, tuple[list[float], list[float]]] = {
+            name: ([], []) for name in ("keystroke to diagnostics", "completion", "symbols")
+        }
+        for number in range(rounds):
+            line = 5 * (number + 1) + 1
+            for place, server in enumerate((ours, theirs)):
+                taken["keystroke to diagnostics"][place].append(await server.keystroke(line))
+                taken["completion"][place].append(await server.complete(line + 1, 9))
+                taken["symbols"][place].append(await server.symbols())
+        print(f"{lines} lines, ms".ljust(28), "maze-machine lsp", "jedi-language-server", sep="  ")
+        print("initialize".ljust(28), f"{1e3 * starts[0]:16.0f}", f"{1e3 * starts[1]:20.0f}", sep="  ")
+        for name, (mine, other) in taken.items():
+            print(name.ljust(28), f"{1e3 * median(mine):16.1f}", f"{1e3 * median(other):20.0f}", sep="  ")
+        for server in (ours, theirs):
+            await server.shutdown_async(None)
+            server.exit(None)
+            await server.stop()
+
+
+if __name__ == "__main__":
+    given = [int(one) for one in sys.argv[1:]]
+    asyncio.run(measure(*(given + [2000, 20][len(given) :])))

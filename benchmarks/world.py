@@ -1,0 +1,313 @@
+"""How well the robot knows where it is and what it has seen.
+
+    python benchmarks/world.py logs [--json] FILE...      laser logs in CARMEN's format, plain or compressed by gzip
+    python benchmarks/world.py simulator [--json] [--mazes NAME...] [--limit S]      tremaux in the simulator
+
+`logs` reads the increments of raw odometry and the scans, nothing else, with one set of thresholds, and compares the
+trajectory with the corrected poses that the log holds. Those come from a mapper, too: they are a reference, not the
+truth. A line has the fields
+
+    log             the file's name
+    raw             absolute trajectory error of raw odometry, m
+    ate             that of the map's poses at the end, m
+    without_loops   that of scan matching alone, m
+    largest         the map's largest deviation, m
+
+The absolute trajectory error is the root mean square distance of the positions after the rigid motion that makes it
+smallest (Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", 2012).
+
+`simulator` drives tremaux for 420 s, by default in final_2015, five contest mazes and five generated ones with skewed
+walls, each with standard odometry and with a bad one (wheels 3 % off, 20 % slip). Two perceptions see the same: one
+that keeps a map and one that does not, the baseline. All is in the frame of the first pose, in which the robot does not
+know its future: no alignment afterwards.
+
+    rms, largest    deviation of the position, m
+    heading         root mean square deviation of the heading, degrees
+    baseline        deviation of the position by dead reckoning with the compass, root mean square, m
+    keyframes       in the map at the end
+    loops, false    closed; and of them those more than 0.3 m from the truth
+    nees            squared deviation of the last pose over its covariance, per degree of freedom
+    tick            processor time of perception with its map, mean, ms; `worst` the worst, ms
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import json
+import math
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from itertools import accumulate
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+
+# Before the folder of the benchmarks, where a script bears the name of a package.
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from maze_machine.catalogue.profile import load_profile
+from maze_machine.drive.loop import Tick
+from maze_machine.drive.mission import drive, prepare
+from maze_machine.simulated.world import SimulatedWorld, find_maze
+from perception import Perception
+from perception.mapping import Mapper, MappingSettings, cloud_of
+from perception.mapping.frames import between, compose
+from perception.sweep import Sweep
+from sim.generate import Recipe, generate
+from sim.maze import Maze
+from sim.settings import OdometryNoise, SimulatorSettings
+from tests.perception import carmen
+from transport.description import RobotDescription
+from transport.messages import Pose
+from transport.world import LockstepRobot
+
+CONTEST = Path(__file__).parents[1].parent / "shared" / "data" / "mazes" / "micromouse"
+MAZES = ("final_2015", "iee88", "japan1989", "us91", "taisho", "uk1987f", *(f"skewed{seed}" for seed in range(1, 6)))
+ODOMETRY = {"standard": OdometryNoise(), "bad": OdometryNoise(scale=0.03, slip=0.2)}
+FALSE = 0.3
+"""A loop farther from the truth than this is false, m."""
+
+
+@dataclass(frozen=True, slots=True)
+class LogResult:
+    """What became of a log; lengths in m, the fields as the module describes them."""
+
+    log: str
+    raw: float
+    ate: float
+    without_loops: float
+    largest: float
+
+
+def map_of(records: Sequence[carmen.Record], settings: MappingSettings) -> tuple[list[Pose], list[Pose]]:
+    """The pose at each scan, with loops closed and by scan matching alone."""
+    mapper = Mapper(settings)
+    places: list[tuple[int, Pose]] = []
+    for number, record in enumerate(records):
+        if number:
+            mapper.move(record.step)
+        sweep = Sweep.of(record.scan, record.robot.laser.mount)
+        mapper.see(cloud_of(sweep, settings.cloud), measured=not number or record.step is not None)
+        mapper.work(sys.maxsize)
+        places.append((len(mapper.clouds) - 1, mapper.offset))
+    mapper.finish()
+    chain = list(accumulate((link.measured for link in mapper.graph.steps), compose, initial=Pose()))
+    closed = [compose(mapper.graph.poses[keyframe], offset) for keyframe, offset in places]
+    return closed, [compose(chain[keyframe], offset) for keyframe, offset in places]
+
+
+def errors(poses: Sequence[Pose], reference: Sequence[Pose]) -> tuple[float, float]:
+    """Absolute trajectory error and largest deviation after the best rigid motion, m."""
+    here, there = (np.array([(pose.x, pose.y) for pose in one]).T for one in (poses, reference))
+    here, there = here - here.mean(axis=1)[:, None], there - there.mean(axis=1)[:, None]
+    turn = math.atan2(
+        float(np.sum(here[0] * there[1] - here[1] * there[0])), float(np.sum(here[0] * there[0] + here[1] * there[1]))
+    )
+    cosine, sine = math.cos(turn), math.sin(turn)
+    apart = np.hypot(here[0] * cosine - here[1] * sine - there[0], here[0] * sine + here[1] * cosine - there[1])
+    return math.sqrt(float(np.mean(apart * apart))), float(apart.max())
+
+
+def log_result(file: Path, settings: MappingSettings) -> LogResult:
+    """Map a log and compare.
+
+    Raises:
+        carmen.LogError: the file cannot be read or holds no scans.
+    """
+    records = carmen.read_log(file)
+    reference = [record.corrected for record in records]
+    raw = list(accumulate((record.step or Pose() for record in records[1:]), compose, initial=Pose()))
+    closed, chain = map_of(records, settings)
+    ate, largest = errors(closed, reference)
+    return LogResult(file.name, errors(raw, reference)[0], ate, errors(chain, reference)[0], largest)
+
+
+def logs(files: Iterable[Path], *, as_json: bool) -> None:
+    """Print a line for each log."""
+    if not as_json:
+        print(f"{'log':32} {'raw':>8} {'ate':>8} {'without_loops':>14} {'largest':>8}   m")
+    for file in files:
+        result = log_result(file, MappingSettings())
+        if as_json:
+            fields = asdict(result)
+            name = fields.pop("log")
+            print(json.dumps({"log": name, **{key: round(value, 4) for key, value in fields.items()}}), flush=True)
+        else:
+            numbers = f"{result.raw:8.3f} {result.ate:8.3f} {result.without_loops:14.3f} {result.largest:8.3f}"
+            print(f"{result.log:32} {numbers}", flush=True)
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """What became of a run in the simulator; the fields as the module describes them."""
+
+    maze: str
+    odometry: str
+    ticks: int
+    rms: float
+    largest: float
+    heading: float
+    baseline: float
+    keyframes: int
+    loops: int
+    false: int
+    nees: float
+    tick: float
+    worst: float
+
+
+@dataclass(slots=True)
+class Observer:
+    """Sees what the robot sees, with a map and without one, and knows the truth."""
+
+    world: SimulatedWorld
+    robot: RobotDescription
+    mapping: Perception = field(init=False)
+    baseline: Perception = field(init=False)
+    off: list[Pose] = field(default_factory=list)
+    baseline_off: list[Pose] = field(default_factory=list)
+    truth: list[Pose] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
+    _first: tuple[Pose, Pose, Pose] | None = None
+
+    def __post_init__(self) -> None:
+        self.mapping, self.baseline = Perception(self.robot), Perception(self.robot)
+
+    @property
+    def mapper(self) -> Mapper:
+        """The map."""
+        assert self.mapping.world.surveyor is not None
+        return self.mapping.world.surveyor.mapper
+
+    def __call__(self, tick: Tick) -> None:
+        """Look at a tick."""
+        began = process_time()
+        facts = self.mapping.facts(tick.observation)
+        self.mapping.world.begin_map(facts.sweep)
+        self.times.append(process_time() - began)
+        self.baseline.facts(tick.observation)
+        here, mapped, reckoned = self.world.pose(tick.index), self.mapping.world.pose, self.baseline.world.pose
+        self._first = self._first or (here, mapped, reckoned)
+        driven = between(self._first[0], here)
+        self.off.append(between(driven, between(self._first[1], mapped)))
+        self.baseline_off.append(between(driven, between(self._first[2], reckoned)))
+        if len(self.truth) < len(self.mapper.clouds):
+            self.truth.append(here)
+
+    def false_loops(self) -> int:
+        """How many loops are far from the truth."""
+        off = (
+            between(between(self.truth[loop.first], self.truth[loop.second]), loop.measured)
+            for loop in self.mapper.graph.loops
+        )
+        return sum(math.hypot(one.x, one.y) > FALSE for one in off)
+
+    def nees(self) -> float:
+        """The last keyframe's squared deviation from the first one over the covariance, per degree of freedom."""
+        graph, last = self.mapper.graph, len(self.truth) - 1
+        if not last:
+            return math.nan
+        paths = self.mapper.loops.paths.from_pose(graph, 0, 1.0)
+        while True:
+            try:
+                next(paths)
+            except StopIteration as end:
+                covariance = end.value[last].at(graph.poses[last])
+                break
+        true = between(self.truth[0], self.truth[last])
+        found = between(graph.poses[0], graph.poses[last])
+        turn = math.remainder(found.heading - true.heading, math.tau)
+        return covariance.inverse().square(found.x - true.x, found.y - true.y, turn) / 3
+
+
+def root_mean_square(values: Iterable[float]) -> float:
+    """The root of the mean of the squares."""
+    squares = [value * value for value in values]
+    return math.sqrt(math.fsum(squares) / len(squares))
+
+
+def maze_of(name: str) -> Maze:
+    """A maze by its name: a shipped one, one of the contest's, or `skewed` with a seed; without its time limit."""
+    if name.startswith("skewed"):
+        maze = generate(Recipe(columns=12, rows=12, loops=3, skew=6.0, offset=0.1), int(name.removeprefix("skewed")))
+    elif (CONTEST / f"{name}.txt").exists():
+        maze = find_maze(str(CONTEST / f"{name}.txt"))
+    else:
+        maze = find_maze(name)
+    return replace(maze, time_limit=math.inf)
+
+
+def run_result(name: str, odometry: str, limit: float, seed: int = 0) -> RunResult:
+    """Drive tremaux and compare."""
+    profile = load_profile()
+    world = SimulatedWorld(maze_of(name), profile.robot, seed, SimulatorSettings(odometry=ODOMETRY[odometry]))
+    observer = Observer(world, profile.robot)
+    robot = LockstepRobot(world)
+    gc.collect()
+    ending = drive(prepare("tremaux", profile, time_limit=limit), robot, robot, [observer])
+    apart = [math.hypot(off.x, off.y) for off in observer.off]
+    return RunResult(
+        maze=name,
+        odometry=odometry,
+        ticks=ending.ticks,
+        rms=root_mean_square(apart),
+        largest=max(apart),
+        heading=math.degrees(root_mean_square(off.heading for off in observer.off)),
+        baseline=root_mean_square(math.hypot(off.x, off.y) for off in observer.baseline_off),
+        keyframes=len(observer.truth),
+        loops=len(observer.mapper.graph.loops),
+        false=observer.false_loops(),
+        nees=observer.nees(),
+        tick=1000 * math.fsum(observer.times) / len(observer.times),
+        worst=1000 * max(observer.times),
+    )
+
+
+def simulator(mazes: Iterable[str], limit: float, *, as_json: bool) -> None:
+    """Print a line for each maze and odometry."""
+    if not as_json:
+        print("maze         odometry  ticks    rms largest heading baseline keyframes loops false  nees  tick worst")
+    for name in mazes:
+        for odometry in ODOMETRY:
+            result = run_result(name, odometry, limit)
+            if as_json:
+                fields = asdict(result)
+                rounded = {key: round(value, 4) if isinstance(value, float) else value for key, value in fields.items()}
+                print(json.dumps(rounded), flush=True)
+                continue
+            print(
+                f"{name:12} {odometry:8} {result.ticks:6} {result.rms:6.4f} {result.largest:7.4f}"
+                f" {result.heading:7.3f} {result.baseline:8.3f} {result.keyframes:9} {result.loops:5} {result.false:5}"
+                f" {result.nees:5.2f} {result.tick:5.2f} {result.worst:5.1f}",
+                flush=True,
+            )
+
+
+def main() -> int:
+    """Do what is asked for; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    what = parser.add_subparsers(dest="what", required=True)
+    of_logs = what.add_parser("logs", help="absolute trajectory error on laser logs")
+    of_logs.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    of_logs.add_argument("--json", action="store_true", dest="as_json", help="a line of JSON each")
+    of_runs = what.add_parser("simulator", help="deviation from the truth in the simulator")
+    of_runs.add_argument("--mazes", nargs="+", default=MAZES, metavar="NAME", help="shipped, contest, or skewedSEED")
+    of_runs.add_argument("--limit", type=float, default=420.0, metavar="S", help="length of a run, s")
+    of_runs.add_argument("--json", action="store_true", dest="as_json", help="a line of JSON each")
+    arguments = parser.parse_args()
+    if arguments.what == "simulator":
+        simulator(arguments.mazes, arguments.limit, as_json=arguments.as_json)
+        return 0
+    try:
+        logs(arguments.files, as_json=arguments.as_json)
+    except carmen.LogError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,136 @@
+"""What an editor offers to do: quick fixes for diagnostics, hints beside calls, lenses above machines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.occurrences import Role
+from hsm.dsl.syntax import ast
+from hsm.model.diagnostics import Diagnostic, Severity
+from hsm.model.unparse import value_text
+
+_MEANT = re.compile(r"did you mean `([^`]+)`\?")
+_MISSING = re.compile(r"add `on ([^`]+?) -> \.\.\.`")
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """A replacement: from a position to another (lines and columns from 0) by a text."""
+
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """Something that mends a diagnostic.
+
+    Attributes:
+        title: what it does.
+        diagnostic: what it mends.
+        edits: how.
+        certain: whether it may be applied without looking, with all others of its kind.
+    """
+
+    title: str
+    diagnostic: Diagnostic
+    edits: tuple[Edit, ...]
+    certain: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Hint:
+    """A text that is shown at a position and is not in the file."""
+
+    line: int
+    column: int
+    text: str
+
+
+def fixes(document: Document, found: Iterable[Diagnostic]) -> Iterator[Fix]:
+    """What can be done about diagnostics of this file."""
+    for one in found:
+        if one.place is None or one.place.file != document.file:
+            continue
+        line, column = one.place.line - 1, one.place.column - 1
+        text = document.tree.lines[line] if line < len(document.tree.lines) else ""
+        meant = _MEANT.search(one.suggestion or "")
+        if meant is not None and one.place.end_line == one.place.line:
+            edit = Edit(line, column, line, one.place.end_column - 1, meant[1])
+            yield Fix(f"Change to `{meant[1]}`", one, (edit,), certain=True)
+        missing = _MISSING.fullmatch(one.suggestion or "")
+        if missing is not None:
+            indentation = " " * (len(text) - len(text.lstrip()))
+            target = _own_state(document, line) or "state"
+            edit = Edit(line, len(text), line, len(text), f"\n{indentation}on {missing[1]} -> {target}")
+            yield Fix(f"Add `on {missing[1]}`", one, (edit,))
+        if one.severity is not Severity.ERROR and "#" not in text:
+            edit = Edit(line, len(text), line, len(text), f"    # accept {one.code}")
+            yield Fix(f"Accept {one.code} here", one, (edit,))
+
+
+def all_fixes(document: Document, found: Iterable[Diagnostic]) -> tuple[Edit, ...]:
+    """The edits of everything that is certain, without two at the same place."""
+    edits: dict[tuple[int, int], Edit] = {}
+    for fix in fixes(document, found):
+        if fix.certain:
+            for edit in fix.edits:
+                edits.setdefault((edit.line, edit.column), edit)
+    return tuple(edits.values())
+
+
+def hints(document: Document, first: int, last: int) -> Iterator[Hint]:
+    """The defaults of the arguments that calls on some lines leave out, at the closing brackets.
+
+    Args:
+        document: the file.
+        first: the first line.
+        last: the last line.
+    """
+    for call in _calls(document.tree.items):
+        line = (call.closing.line or 1) - 1
+        if not first <= line <= last:
+            continue
+        parameters = document.parameters_of(str(call.name))
+        given = {str(one.name) for one in call.arguments if isinstance(one, ast.Named)}
+        unnamed = sum(not isinstance(one, ast.Named) for one in call.arguments)
+        left_out = [one for one in parameters[unnamed:] if one.name not in given and not one.required]
+        if left_out:
+            listed = ", ".join(f"{one.name} = {value_text(one.default, one.type)}" for one in left_out)
+            yield Hint(line, (call.closing.column or 1) - 1, f", {listed}" if call.arguments else listed)
+
+
+def heading_line(document: Document) -> int | None:
+    """The line that names the machine."""
+    found = (one.line for one in document.occurrences if one.role is Role.MACHINE and one.declares)
+    return next(found, None)
+
+
+def _calls(items: Iterable[ast.Item]) -> Iterator[ast.CallSyntax]:
+    """The calls of activities and actions; of signals the names say enough."""
+    pending = list(items)
+    while pending:
+        match pending.pop():
+            case ast.StateBlock(items=inner) | ast.BadLine(items=inner):
+                pending.extend(inner)
+            case ast.DoLine(call):
+                yield call
+            case ast.EntryLine(actions) | ast.ExitLine(actions):
+                yield from (one for one in actions if isinstance(one, ast.CallSyntax))
+            case ast.TransitionLine(actions=actions) | ast.InitialLine(actions=actions):
+                yield from (one for one in actions if isinstance(one, ast.CallSyntax))
+
+
+def _own_state(document: Document, line: int) -> str | None:
+    """The innermost state whose block has a line."""
+    found: str | None = None
+    for symbol in document.table.all_states():
+        if symbol.token is not None and symbol.parent is not None and (symbol.token.line or 1) - 1 <= line:
+            found = symbol.name
+    return found

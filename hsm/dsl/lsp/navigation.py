@@ -1,0 +1,353 @@
+"""Where names are declared and used, how a file is structured, and what a new name changes.
+
+Lines and columns count from 0, columns in characters.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from hsm.dsl.loading import find_import
+from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.occurrences import Occurrence, Role
+from hsm.dsl.syntax.lexer import RESERVED, STATEMENTS
+from hsm.model.chart import StateKind
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_COLOURS = re.compile(
+    r"(?P<comment>#.*)|(?P<number>(?<![\w.])\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_][\w.]*)|(?P<operator>->|=>|[-+*/=<>!]+)"
+)
+_INNER_KEYWORDS = RESERVED | {"always", "before", "eventually", "never", "within"}
+_IN_FILE = {Role.STATE, Role.VARIABLE, Role.PARAMETER, Role.EVENT, Role.PROPERTY}
+"""What a file declares, and can rename."""
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A stretch of a file."""
+
+    file: str
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """A declaration in the outline of a file, with those inside it.
+
+    Attributes:
+        name: its name.
+        detail: what it is.
+        role: what the name stands for.
+        place: the name.
+        whole: the declaration with its block.
+        children: the states inside it.
+    """
+
+    name: str
+    detail: str
+    role: Role
+    place: Span
+    whole: Span
+    children: tuple[Symbol, ...] = ()
+
+
+class Colour(Enum):
+    """What is coloured besides names; the values are the protocol's names of token types."""
+
+    KEYWORD = "keyword"
+    COMMENT = "comment"
+    NUMBER = "number"
+    OPERATOR = "operator"
+
+
+@dataclass(frozen=True, slots=True)
+class Coloured:
+    """A stretch of a line with the colour that it deserves."""
+
+    line: int
+    column: int
+    length: int
+    kind: Role | Colour
+    declares: bool = False
+
+
+class RenameError(Exception):
+    """A name that cannot be changed, or not into that; the message says why."""
+
+
+# Structure.
+
+
+def block_end(document: Document, line: int) -> int:
+    """The last line of the block that begins on a line: what is indented deeper, without trailing blank lines."""
+    lines = document.tree.lines
+    indentation = _indentation(lines[line]) if line < len(lines) else 0
+    last = line
+    for number in range(line + 1, len(lines)):
+        text = lines[number].strip()
+        if not text:
+            continue
+        if _indentation(lines[number]) <= indentation:
+            break
+        last = number
+    return last
+
+
+def outline(document: Document) -> list[Symbol]:
+    """Declarations and states, as they lie in one another."""
+    made: dict[int, list[Symbol]] = {}
+    declared = [_declaration(document, one) for one in document.occurrences if one.declares and one.role in _TOP]
+    for symbol in reversed(document.table.all_states()):
+        inner = tuple(reversed(made.pop(id(symbol), [])))
+        if symbol.parent is None:
+            return [*declared, *inner]
+        if symbol.token is not None:
+            line, column = (symbol.token.line or 1) - 1, (symbol.token.column or 1) - 1
+            place = Span(document.file, line, column, line, column + len(symbol.token))
+            whole = _whole(document, line)
+            detail = f"instance of {symbol.instance.name}" if symbol.instance is not None else symbol.kind.value
+            made.setdefault(id(symbol.parent), []).append(Symbol(symbol.name, detail, Role.STATE, place, whole, inner))
+    return declared
+
+
+_TOP = (Role.PARAMETER, Role.VARIABLE, Role.EVENT, Role.PROPERTY)
+
+
+def _declaration(document: Document, one: Occurrence) -> Symbol:
+    place = span(document, one)
+    return Symbol(one.name, one.role.name.lower(), one.role, place, _whole(document, one.line))
+
+
+def _whole(document: Document, line: int) -> Span:
+    last = block_end(document, line)
+    lines = document.tree.lines
+    return Span(document.file, line, _indentation(lines[line]), last, len(lines[last]))
+
+
+def folds(document: Document) -> Iterator[tuple[int, int, bool]]:
+    """First and last line of each block, and of each run of comment lines; the third says whether it is a comment."""
+    lines = document.tree.lines
+    for symbol in document.table.all_states():
+        if symbol.token is not None and symbol.parent is not None:
+            first = (symbol.token.line or 1) - 1
+            if (last := block_end(document, first)) > first:
+                yield first, last, False
+    start: int | None = None
+    for number, text in enumerate((*lines, "")):
+        comment = text.lstrip().startswith("#")
+        if comment and start is None:
+            start = number
+        elif not comment and start is not None:
+            if number - start > 1:
+                yield start, number - 1, True
+            start = None
+
+
+def span(document: Document, one: Occurrence) -> Span:
+    """Where a name is."""
+    return Span(document.file, one.line, one.column, one.line, one.end)
+
+
+def _indentation(text: str) -> int:
+    return len(text) - len(text.lstrip(" "))
+
+
+# Declarations and uses.
+
+
+def definition(document: Document, line: int, column: int) -> Span | None:
+    """Where the name at a position is declared: in this file, in an imported machine, or in Python."""
+    here = document.occurrence(line, column)
+    if here is None:
+        return None
+    if here.role is Role.MACHINE:
+        return _machine(document, here.name)
+    if here.role is Role.ARGUMENT and here.owner in document.table.imports:
+        inner = document.imported(here.owner)
+        return None if inner is None else _declared(inner, here.name, (Role.PARAMETER,))
+    if here.role is Role.EVENT:
+        return _event(document, here.name)
+    own = _declared(document, here.name, _same(here.role))
+    if own is not None:
+        return own
+    return _python(document, here)
+
+
+def references(document: Document, line: int, column: int) -> list[Occurrence]:
+    """All places of this file that mean what the name at a position means, its declaration included."""
+    here = document.occurrence(line, column)
+    if here is None:
+        return []
+    roles = _same(here.role)
+    final = here.name in document.table.states and document.table.states[here.name].kind is StateKind.FINAL
+    if final and here.role in (Role.STATE, Role.EVENT):
+        roles = (Role.STATE, Role.EVENT)  # the name of a final state is an outcome, too
+    return [
+        one
+        for one in document.occurrences
+        if one.name == here.name and one.role in roles and (one.role is not Role.ARGUMENT or one.owner == here.owner)
+    ]
+
+
+def references_elsewhere(document: Document, here: Occurrence, other: Document) -> list[Occurrence]:
+    """The places of another file that name something of this one: the machine, its parameters, its outcomes.
+
+    Args:
+        document: the file that declares it.
+        here: the name.
+        other: a file that may import it.
+    """
+    names = [name for name in other.table.imports if _imports(other, name, document)]
+    found: list[Occurrence] = []
+    for name in names:
+        if here.role is Role.MACHINE:
+            found += [one for one in other.occurrences if one.role is Role.MACHINE and one.name == name]
+        elif here.role is Role.PARAMETER:
+            found += [
+                one
+                for one in other.occurrences
+                if one.role is Role.ARGUMENT and one.owner == name and one.name == here.name
+            ]
+        elif here.role is Role.STATE and here.name in document.table.states:
+            lines = _instance_lines(other, name)
+            found += [
+                one
+                for one in other.occurrences
+                if one.role is Role.EVENT and one.name == here.name and one.line in lines
+            ]
+    return found
+
+
+def rename(
+    document: Document, line: int, column: int, name: str, others: Iterable[Document]
+) -> list[tuple[str, Occurrence]]:
+    """All places to change when what stands at a position gets a new name, each with its file.
+
+    Raises:
+        RenameError: nothing that a file declares stands there, the name is none, or it is taken.
+    """
+    here = renamable(document, line, column)
+    if not _NAME.fullmatch(name):
+        raise RenameError(f"`{name}` is no name: use letters, digits and underscores")
+    if name in document.table.declared or name in document.library.signals:
+        raise RenameError(f"`{name}` is declared already")
+    found = [(document.file, one) for one in references(document, line, column)]
+    for other in others:
+        if Path(other.file) != Path(document.file):
+            found += [(other.file, one) for one in references_elsewhere(document, here, other)]
+    return found
+
+
+def renamable(document: Document, line: int, column: int) -> Occurrence:
+    """The name at a position, if this file declares it.
+
+    Raises:
+        RenameError: it does not.
+    """
+    here = document.occurrence(line, column)
+    if here is None:
+        raise RenameError("there is no name here")
+    if here.role not in _IN_FILE or not any(one.declares for one in references(document, line, column)):
+        raise RenameError(f"`{here.name}` is not declared in this file")
+    return here
+
+
+def _same(role: Role) -> tuple[Role, ...]:
+    both = (Role.VARIABLE, Role.PARAMETER)
+    return both if role in both else (role,)
+
+
+def _declared(document: Document, name: str, roles: tuple[Role, ...]) -> Span | None:
+    found = (one for one in document.occurrences if one.declares and one.name == name and one.role in roles)
+    return next((span(document, one) for one in found), None)
+
+
+def _machine(document: Document, name: str) -> Span | None:
+    token = document.table.imports.get(name.rpartition(".")[2])
+    if token is None:
+        heading = document.table.heading
+        own = heading is not None and str(heading.name) == name
+        return _declared(document, name, (Role.MACHINE,)) if own else None
+    path = find_import(str(token), Path(document.file).parent, document.library)
+    return Span(str(path), 0, 0, 0, 0) if path.is_file() else None
+
+
+def _event(document: Document, name: str) -> Span | None:
+    """An event of the file, a final state of it, a final state of an imported machine."""
+    own = _declared(document, name, (Role.EVENT,)) or _declared(document, name, (Role.STATE,))
+    if own is not None:
+        return own
+    for imported in document.table.imports:
+        inner = document.imported(imported)
+        if inner is not None and (found := _declared(inner, name, (Role.STATE,))) is not None:
+            return found
+    return None
+
+
+def _python(document: Document, here: Occurrence) -> Span | None:
+    """The Python source of a signal, an activity, an action or an enumeration."""
+    library = document.library
+    source: Any = None
+    if here.name in library.signals:
+        source = library.signals[here.name].function
+    elif here.name in library.activities:
+        source = library.activities[here.name].factory
+    elif here.name in library.actions:
+        source = library.actions[here.name].function
+    elif here.name in library.enumerations:
+        source = library.enumerations[here.name]
+    try:
+        file, (_, first) = inspect.getsourcefile(inspect.unwrap(source)), inspect.getsourcelines(source)
+    except (TypeError, OSError):
+        return None
+    return None if file is None else Span(file, max(first - 1, 0), 0, max(first - 1, 0), 0)
+
+
+def _imports(other: Document, name: str, document: Document) -> bool:
+    path = find_import(str(other.table.imports[name]), Path(other.file).parent, other.library)
+    return path.resolve() == Path(document.file).resolve()
+
+
+def _instance_lines(other: Document, machine: str) -> set[int]:
+    """The lines of the states that are instances of a machine."""
+    found: set[int] = set()
+    for symbol in other.table.all_states():
+        if symbol.instance is not None and str(symbol.instance.name) == machine and symbol.token is not None:
+            first = (symbol.token.line or 1) - 1
+            found.update(range(first, block_end(other, first) + 1))
+    return found
+
+
+# Colours.
+
+
+def colours(document: Document) -> list[Coloured]:
+    """Names by their role, and keywords, comments, numbers and operators, in the order of the text."""
+    named = {(one.line, one.column): one for one in document.occurrences}
+    found: list[Coloured] = []
+    for number, text in enumerate(document.tree.lines):
+        first = True
+        for match in _COLOURS.finditer(text):
+            word, column = match.group(), match.start()
+            occurrence = named.get((number, column))
+            kind: Role | Colour | None = None
+            if occurrence is not None:
+                kind = occurrence.role
+            elif match.lastgroup == "name":
+                kind = Colour.KEYWORD if (first and word in STATEMENTS) or word in _INNER_KEYWORDS else None
+            elif match.lastgroup is not None:
+                kind = Colour(match.lastgroup)
+            if kind is not None:
+                length = len(word) if occurrence is None else len(occurrence.name)
+                found.append(Coloured(number, column, length, kind, occurrence is not None and occurrence.declares))
+            first = False
+    return found

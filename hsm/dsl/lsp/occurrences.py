@@ -1,0 +1,162 @@
+"""Every name in a file with its role: what references, renaming, highlighting and colours are made of.
+
+The syntax tree is walked once, whatever its nodes are; a table says which role the tokens of a node's field have. A
+name in an expression gets its role from what is declared: by the file first, then by the library.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from enum import Enum
+
+from lark import Token
+
+from hsm.dsl.semantics.symbols import HISTORY, SymbolTable
+from hsm.dsl.semantics.typing import FUNCTIONS
+from hsm.dsl.syntax import ast
+from hsm.model.registry import Library
+
+
+class Role(Enum):
+    """What a name stands for; the values are the protocol's names of token types."""
+
+    MACHINE = "namespace"
+    STATE = "class"
+    EVENT = "event"
+    VARIABLE = "variable"
+    PARAMETER = "parameter"
+    SIGNAL = "property"
+    ACTIVITY = "method"
+    ACTION = "function"
+    FUNCTION = "macro"
+    ARGUMENT = "label"
+    VALUE = "enumMember"
+    TYPE = "type"
+    PROPERTY = "interface"
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """A name at one place.
+
+    Attributes:
+        name: the name; of a state's history, the state's.
+        role: what it stands for.
+        line: counted from 0.
+        column: in characters, from 0.
+        declares: whether it is declared here.
+        owner: of an argument, whose it is: the name of the signal, activity, action or machine.
+    """
+
+    name: str
+    role: Role
+    line: int
+    column: int
+    declares: bool = False
+    owner: str = ""
+
+    @property
+    def end(self) -> int:
+        """The column behind its last character."""
+        return self.column + len(self.name)
+
+
+_DECLARED = {
+    ("MachineLine", "name"): Role.MACHINE,
+    ("ParameterLine", "name"): Role.PARAMETER,
+    ("VariableLine", "name"): Role.VARIABLE,
+    ("EventLine", "names"): Role.EVENT,
+    ("StateBlock", "name"): Role.STATE,
+    ("FinalLine", "name"): Role.STATE,
+    ("PropertyLine", "name"): Role.PROPERTY,
+}
+_NAMED = {
+    ("ImportLine", "name"): Role.MACHINE,
+    ("ParameterLine", "type"): Role.TYPE,
+    ("VariableLine", "type"): Role.TYPE,
+    ("InitialLine", "target"): Role.STATE,
+    ("TargetSyntax", "names"): Role.STATE,
+    ("TransitionLine", "names"): Role.EVENT,
+    ("RaiseSyntax", "event"): Role.EVENT,
+    ("AssignSyntax", "variable"): Role.VARIABLE,
+    ("Named", "name"): Role.ARGUMENT,
+}
+_CALLED = {"DoLine": Role.ACTIVITY, "StateBlock": Role.MACHINE, "actions": Role.ACTION}
+
+
+def occurrences(tree: ast.File, table: SymbolTable, library: Library) -> list[Occurrence]:
+    """All names of a file, in the order of its text."""
+    walker = _Walker(table, library)
+    found = [one for item in tree.items for one in walker.walk(item, "", "")]
+    return sorted(found, key=lambda one: (one.line, one.column))
+
+
+@dataclass(frozen=True, slots=True)
+class _Walker:
+    table: SymbolTable
+    library: Library
+
+    def walk(self, root: object, parent: str, field: str) -> Iterator[Occurrence]:
+        """The names below a node; an explicit stack, since blocks may be nested deep."""
+        pending: list[tuple[object, str, str, str]] = [(root, parent, field, "")]
+        while pending:
+            node, parent, field, owner = pending.pop()
+            if isinstance(node, Token):
+                yield from self._token(node, parent, field, owner)
+            elif isinstance(node, tuple):
+                pending.extend((one, parent, field, owner) for one in node)
+            elif isinstance(node, ast.CallSyntax):
+                yield from self._call(node, parent, field)
+                pending.extend((one, "CallSyntax", "arguments", str(node.name)) for one in node.arguments)
+            elif is_dataclass(node):
+                kind = type(node).__name__
+                inherited = owner if kind == "Named" else ""
+                pending.extend((getattr(node, one.name), kind, one.name, inherited) for one in fields(node))
+
+    def _token(self, token: Token, parent: str, field: str, owner: str) -> Iterator[Occurrence]:
+        key = (parent, field)
+        if key in _DECLARED:
+            yield _occurrence(token, _DECLARED[key], declares=True)
+        elif key in _NAMED:
+            yield _occurrence(token, self._declared_role(str(token), _NAMED[key]), owner=owner)
+        elif token.type == "NAME" and field not in ("keyword", "operator", "arrow", "closing"):
+            role = Role.STATE if owner == "in" else self._value_role(str(token))
+            if role is not None:
+                yield _occurrence(token, role)
+
+    def _call(self, node: ast.CallSyntax, parent: str, field: str) -> Iterator[Occurrence]:
+        role = _CALLED.get(parent) or _CALLED.get(field)
+        if role is None:
+            name = str(node.name)
+            role = Role.FUNCTION if name in FUNCTIONS else Role.SIGNAL
+            if name in ("doing",):
+                role = Role.FUNCTION
+        yield _occurrence(node.name, role)
+
+    def _declared_role(self, name: str, role: Role) -> Role:
+        """An assigned name may be a parameter by mistake: the role of its declaration wins."""
+        return self._value_role(name) or role if role is Role.VARIABLE else role
+
+    def _value_role(self, name: str) -> Role | None:
+        for line in self.table.root.lines:
+            match line:
+                case ast.ParameterLine(declared) if declared == name:
+                    return Role.PARAMETER
+                case ast.VariableLine(declared) if declared == name:
+                    return Role.VARIABLE
+        if name in self.library.signals:
+            return Role.SIGNAL
+        if any(name == member.value for kind in self.library.enumerations.values() for member in kind):
+            return Role.VALUE
+        if name in self.library.activities:
+            return Role.ACTIVITY
+        return Role.STATE if name in self.table.states else None
+
+
+def _occurrence(token: Token, role: Role, *, declares: bool = False, owner: str = "") -> Occurrence:
+    name = str(token)
+    if role is Role.STATE:
+        stem, _, suffix = name.rpartition(".")
+        name = stem if suffix in HISTORY else name
+    return Occurrence(name, role, (token.line or 1) - 1, (token.column or 1) - 1, declares, owner)

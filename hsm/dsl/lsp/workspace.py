@@ -1,0 +1,82 @@
+"""The documents that an editor has open, each understood and checked once a version."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hsm.dsl.loading import SUFFIX, check_text, read_text
+from hsm.dsl.lsp.editing import Document
+from hsm.model.diagnostics import Diagnostic, MachineError
+from hsm.model.registry import Library
+
+LibraryOf = Callable[[str], Library]
+"""Gives the library that a file's machine is written against."""
+_MOST_FILES = 500
+
+
+@dataclass(slots=True)
+class Documents:
+    """Open files and those beside them.
+
+    Attributes:
+        library_of: gives the library of a file.
+    """
+
+    library_of: LibraryOf
+    _open: dict[str, Document] = field(default_factory=dict)
+    _found: dict[str, tuple[Document, tuple[Diagnostic, ...]]] = field(default_factory=dict)
+
+    def update(self, file: str, text: str) -> None:
+        """Take the text of a file as it is in the editor."""
+        known = self._open.get(file)
+        library = self.library_of(file)
+        if known is None or known.text != text or known.library is not library:
+            self._open[file] = Document(text, file, library)
+
+    def close(self, file: str) -> None:
+        """Forget a file."""
+        self._open.pop(file, None)
+        self._found.pop(file, None)
+
+    def refresh(self) -> None:
+        """Check everything anew: something that files depend on has changed on the disk."""
+        self._found.clear()
+        for file, document in list(self._open.items()):
+            self.update(file, document.text)
+
+    def __getitem__(self, file: str) -> Document:
+        return self._open[file]
+
+    def __contains__(self, file: object) -> bool:
+        return file in self._open
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(list(self._open))
+
+    def diagnostics(self, file: str) -> tuple[Diagnostic, ...]:
+        """What is wrong with a file as it is in the editor."""
+        document = self._open[file]
+        known = self._found.get(file)
+        if known is None or known[0] is not document:
+            checked = check_text(document.text, document.library, file).diagnostics
+            own = tuple(one for one in checked if one.place is not None and one.place.file == file)
+            known = self._found[file] = (document, own)
+        return known[1]
+
+    def around(self, folder: Path) -> Iterator[Document]:
+        """The machines of a folder and the folders in it: as they are in the editor, else on the disk."""
+        seen: set[str] = set()
+        for file in self:
+            seen.add(str(Path(file).resolve()))
+            yield self._open[file]
+        for number, path in enumerate(sorted(folder.rglob(f"*{SUFFIX}"))):
+            if number >= _MOST_FILES:
+                return
+            if str(path.resolve()) in seen:
+                continue
+            try:
+                yield Document(read_text(path), str(path), self.library_of(str(path)))
+            except MachineError:
+                continue

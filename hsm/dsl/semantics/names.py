@@ -1,0 +1,46 @@
+"""Sets of names to which names may belong that nobody can tell: the error value of the compiler.
+
+A line that cannot be read, or that names what is not there, may mean anything. What depends on it is a set of names
+with unknown ones: it has any name for a member, and what takes its names over is unknown as well. So nothing is
+reported that follows from a mistake that is reported already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+
+@dataclass(slots=True)
+class Names:
+    """A set of names.
+
+    Attributes:
+        known: the names that are known.
+        unknown: whether there may be any others.
+    """
+
+    known: set[str] = field(default_factory=set)
+    unknown: bool = False
+
+    def __contains__(self, name: object) -> bool:
+        return self.unknown or name in self.known
+
+    def add(self, name: str) -> None:
+        """Put a name in."""
+        self.known.add(name)
+
+    def update(self, names: Iterable[str] | Names) -> None:
+        """Put names in; unknown ones, too, where there are any among them."""
+        if isinstance(names, Names):
+            self.unknown |= names.unknown
+            names = names.known
+        self.known.update(names)
+
+    def discard(self, name: str) -> None:
+        """Take a name out, if it is known."""
+        self.known.discard(name)
+
+    def add_unknown(self) -> None:
+        """Something belongs here, and it cannot be told what."""
+        self.unknown = True

@@ -1,0 +1,44 @@
+"""Lark's own loop behind the interface of ``lark_table.TableParser``: slower, and without lark's table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from lark import Lark, Token
+from lark.exceptions import UnexpectedToken
+from lark.parsers.lalr_interactive_parser import InteractiveParser
+
+
+@dataclass(slots=True)
+class LarkParser:
+    """One parse under way."""
+
+    parser: InteractiveParser
+
+    @classmethod
+    def of(cls, lark: Lark) -> LarkParser:
+        """The beginning of a parse."""
+        return cls(lark.parse_interactive())
+
+    def feed(self, token: Token) -> bool:
+        """Take a token; False, with the parse as it was up to reductions, where it cannot stand here."""
+        try:
+            self.parser.feed_token(token)
+        except UnexpectedToken:
+            return False
+        return True
+
+    def finish(self) -> Any:
+        """The value of the whole text."""
+        return self.parser.feed_eof()
+
+    def expected(self) -> frozenset[str]:
+        """The kinds of token that could come next."""
+        return frozenset(self.parser.accepts())
+
+    def back_to(self, kind: str) -> None:
+        """Drop what was taken last until a token of a kind can come."""
+        while kind not in self.parser.choices():
+            self.parser.parser_state.state_stack.pop()
+            self.parser.parser_state.value_stack.pop()

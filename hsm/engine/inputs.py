@@ -1,0 +1,122 @@
+"""What a run is given from Python: parameters, the time and the events of a step, checked before anything is done."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from enum import StrEnum
+from math import isfinite
+from numbers import Integral, Real
+from typing import Any
+
+from hsm.engine.limits import within_limits
+from hsm.model.chart import Model
+from hsm.model.registry import Parameter
+from hsm.model.types import NUMBER, Boolean, Enumeration, Integer, Type
+
+_WIDEST = 40
+
+
+def parameter_values(model: Model, given: Mapping[str, Any]) -> list[Any]:
+    """The values of all parameters of a machine, in order: those given, and the defaults of the others.
+
+    Args:
+        model: the machine.
+        given: values by name, in SI units.
+
+    Raises:
+        ValueError: a parameter is unknown, one without a default is missing, or a value is out of bounds, infinite or
+            no number.
+        TypeError: a value is of the wrong type.
+    """
+    declared = {parameter.name: parameter for parameter in model.parameters}
+    for name in given:
+        if name not in declared:
+            known = ", ".join(declared) or "none"
+            raise ValueError(f"machine {model.name} has no parameter `{name}`; its parameters: {known}")
+    missing = [name for name, parameter in declared.items() if parameter.required and name not in given]
+    if missing:
+        raise ValueError(f"machine {model.name} needs a value for its parameter `{missing[0]}`")
+    return [
+        _value(model, parameter, given[name]) if name in given else parameter.default
+        for name, parameter in declared.items()
+    ]
+
+
+def _value(model: Model, parameter: Parameter, given: Any) -> Any:
+    value = _typed(given, parameter)
+    if value is None:
+        wanted = f"parameter `{parameter.name}` of machine {model.name} is {_wanted(parameter.type)}"
+        raise TypeError(f"{wanted}, not {given!r:.{_WIDEST}} ({type(given).__name__})")
+    if not within_limits(value, parameter.type):
+        raise ValueError(f"machine {model.name} cannot hold {given!r:.{_WIDEST}} in its parameter `{parameter.name}`")
+    return value
+
+
+def _typed(given: Any, parameter: Parameter) -> Any:
+    """The value as the engine has it; None where it is of another type."""
+    match parameter.type:
+        case Boolean():
+            return given if isinstance(given, bool) else None
+        case Integer():
+            return int(given) if isinstance(given, Integral) and not isinstance(given, bool) else None
+        case Enumeration(_, members):
+            if not isinstance(given, str) or str(given) not in members:
+                return None
+            default = parameter.default
+            return type(default)(given) if isinstance(default, StrEnum) else given
+        case _:
+            return float(given) if isinstance(given, Real) and not isinstance(given, bool) else None
+
+
+def _wanted(kind: Type) -> str:
+    match kind:
+        case Boolean():
+            return "true or false"
+        case Integer():
+            return "a whole number"
+        case Enumeration(name, members):
+            return f"a {name} ({', '.join(members)})"
+        case _ if kind == NUMBER:
+            return "a number"
+        case _:
+            return f"a number, its {kind} in {kind.si_unit}"
+
+
+def check_time(time: float, last: float) -> None:
+    """Make sure that a step can be at a time.
+
+    Args:
+        time: of the step, in seconds.
+        last: of the step before.
+
+    Raises:
+        ValueError: it is before that of the step before, infinite, or no number.
+        TypeError: it is no number at all.
+    """
+    if not isinstance(time, Real):
+        raise TypeError(f"the time of a step is a number of seconds, not {time!r:.{_WIDEST}} ({type(time).__name__})")
+    if not isfinite(time):
+        raise ValueError(f"the time of a step is a number of seconds, not {time}")
+    if time < last:
+        raise ValueError(f"time runs backwards: {time} s after {last} s")
+
+
+def check_events(model: Model, events: Iterable[str]) -> None:
+    """Make sure that a machine knows the events that it is sent.
+
+    Args:
+        model: the machine.
+        events: their names.
+
+    Raises:
+        TypeError: it is one text instead of a list of names, or something in the list is no text.
+        ValueError: neither the machine nor its library declares an event of that name.
+    """
+    if isinstance(events, str):
+        raise TypeError(f"events are a list of names: [{events!r:.{_WIDEST}}], not {events!r:.{_WIDEST}}")
+    for event in events:
+        if not isinstance(event, str):
+            raise TypeError(f"the name of an event is a text, not {event!r:.{_WIDEST}} ({type(event).__name__})")
+        if model.events is not None and event not in model.events:
+            known = ", ".join(sorted(model.events)) or "none"
+            raise ValueError(f"nobody declares an event `{event}` for machine {model.name}; its events: {known}")

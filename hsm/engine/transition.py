@@ -1,0 +1,97 @@
+"""One step as a pure function: from a snapshot and what happens to the next snapshot, without a running machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Generic
+
+from hsm.engine.compiled import CompiledChart
+from hsm.engine.execution import MacrostepExecution, PendingFault
+from hsm.engine.inputs import check_events, check_time
+from hsm.engine.machine import Machine
+from hsm.engine.macrostep import Macrostep
+from hsm.engine.snapshots import SavedRun, from_json, to_json
+from hsm.model.events import StateEvent
+from hsm.model.registry import E, F
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs(Generic[F]):
+    """What happens in one step.
+
+    Attributes:
+        time: logical time of the step in seconds.
+        events: names of events from outside, in the order in which they happened.
+        outcomes: how activities have ended since the step before, by the full name of their state.
+        facts: what the signals and actions of the step are given.
+    """
+
+    time: float
+    events: Sequence[str] = ()
+    outcomes: Mapping[str, str] = field(default_factory=dict)
+    facts: F | None = None
+
+
+def transition(
+    machine: Machine[F, E], snapshot: Mapping[str, Any], inputs: Inputs[F]
+) -> tuple[dict[str, Any], Macrostep]:
+    """What a machine does in one step; nothing is changed, and no activity runs.
+
+    The step is the one that a restored run would do: ``machine.restore(snapshot).step(...)``. Activities are not ticked
+    in between; how they end is among the inputs.
+
+    Args:
+        machine: the machine.
+        snapshot: where a run is, as ``Supervisor.snapshot`` gives it.
+        inputs: what happens.
+
+    Returns:
+        Where the run is afterwards, in the same form, and what was done.
+
+    Raises:
+        MachineFault: something failed that the machine does not handle, or its transitions spin.
+        SnapshotError: the snapshot does not fit the machine.
+        ValueError: the time is before that of the snapshot or not finite, nobody declares an event, or no activity that
+            runs has such an outcome.
+        TypeError: the time is no number, or the events are no list of names.
+    """
+    run = from_json(machine, snapshot)
+    check_time(inputs.time, run.time)
+    check_events(machine.model, inputs.events)
+    ended = [_outcome(machine, run, name, outcome) for name, outcome in inputs.outcomes.items()]
+    after, step = advance(machine, run, inputs.time, (*run.pending, *ended, *inputs.events), inputs.facts)
+    over = run.finished | {one.origin for one in ended}
+    return to_json(machine, replace(after, finished=over.difference(_touched(step)))), step
+
+
+def advance(
+    machine: CompiledChart,
+    run: SavedRun,
+    time: float,
+    events: Sequence[StateEvent | PendingFault | str],
+    facts: object,
+) -> tuple[SavedRun, Macrostep]:
+    """One step in full on a run as a value; ``finished`` stays as it is."""
+    hits = machine.generator.probes.new()
+    execution = MacrostepExecution(machine, run.state, time, facts=facts, memo={}, hits=hits)
+    execution.run(events)
+    return SavedRun(time, execution.state, (), run.finished), execution.macrostep()
+
+
+def _outcome(machine: CompiledChart, run: SavedRun, name: str, outcome: str) -> StateEvent:
+    index = machine.indices.get(name)
+    if index is None or index not in run.state.configuration.activities or index in run.finished:
+        raise ValueError(f"no activity runs in state `{name}` that could end with `{outcome}`")
+    call = machine.model.states[index].activity
+    assert call is not None, "only states with an activity are among them"
+    if outcome not in call.activity.outcomes:
+        known = ", ".join(call.activity.outcomes) or "none"
+        raise ValueError(f"`{call.activity.name}` in state `{name}` has no outcome `{outcome}`; its outcomes: {known}")
+    return StateEvent((outcome,), index, f"done.invoke.{name}")
+
+
+def _touched(step: Macrostep) -> set[int]:
+    """The states that were left or entered."""
+    plans = [one.plan for one in step.selections if one.plan is not None]
+    return {state for plan in plans for state in (*plan.exited, *plan.entered)}

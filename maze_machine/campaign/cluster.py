@@ -1,0 +1,113 @@
+"""A dask.distributed cluster does the jobs of a campaign."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
+from typing import TYPE_CHECKING
+
+from maze_machine.campaign.jobs import Job, Record, Setup, crashed, run_job
+from maze_machine.errors import CommandError, ExitStatus
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+FIRST, AGAIN = 10.0, 60.0
+"""How long a scheduler is looked for: when a campaign begins, and after it was lost, s."""
+FRUITLESS = 5
+"""So often in a row a scheduler may be lost without a single result in between."""
+
+
+class ClusterError(CommandError):
+    """The cluster cannot be used."""
+
+    status = ExitStatus.UNREACHABLE
+
+
+@contextmanager
+def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Iterator[Record]]:
+    """Do jobs as ``on_cores`` does on a dask.distributed cluster that runs already and has this project installed.
+
+    Dask hands the jobs of a worker that has died to another one; a job that several workers have died of has the
+    outcome ``crashed``. Where the scheduler is lost and comes back, what was not done is handed to it again.
+
+    Raises:
+        ClusterError: dask is not installed, no scheduler answers, or it is lost for good.
+    """
+    clients = [_client(address, FIRST)]
+    with _quiet():
+        try:
+            yield _records(clients, setup, list(jobs), address)
+        finally:
+            with suppress(Exception):  # a scheduler that is gone need not be told
+                clients[-1].close(timeout=2)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep dask's loggers silent, which print a traceback for every connection that is lost."""
+    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]
+    levels = {logger: logger.level for logger in map(logging.getLogger, names)}
+    for logger in levels:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in levels.items():
+            logger.setLevel(level)
+
+
+def _client(address: str, patience: float) -> Client:
+    try:
+        from distributed import Client  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise ClusterError("--scheduler needs dask.distributed", "pip install 'maze-machine[cluster]'") from None
+    try:
+        return Client(address, timeout=patience, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise ClusterError(f"no scheduler at {address}: {error}") from None
+
+
+def _records(clients: list[Client], setup: Setup, jobs: list[Job], address: str) -> Iterator[Record]:
+    """The results as they come; the last of the clients is the one in use."""
+    left, fruitless = dict.fromkeys(jobs), 0
+    while left:
+        before = len(left)
+        for job, record in _round(clients[-1], setup, list(left)):
+            del left[job]
+            yield record
+        if not left:
+            return
+        fruitless = fruitless + 1 if len(left) == before else 0
+        if fruitless == FRUITLESS:
+            raise ClusterError(f"the scheduler at {address} is lost again and again", "start the sweep again later")
+        with suppress(Exception):
+            clients[-1].close(timeout=2)
+        clients.append(_client(address, AGAIN))
+
+
+def _round(client: Client, setup: Setup, jobs: list[Job]) -> Iterator[tuple[Job, Record]]:
+    """The results of jobs, but for those whose scheduler was lost."""
+    from distributed import as_completed  # noqa: PLC0415 - an extra
+
+    futures = client.map(partial(run_job, setup), jobs, pure=False)
+    job_of = dict(zip((future.key for future in futures), jobs, strict=True))
+    try:
+        for future, result in as_completed(futures, loop=client.loop, with_results=True, raise_errors=False):
+            if future.status == "finished":
+                yield job_of[future.key], result
+            elif future.status == "error":
+                yield job_of[future.key], crashed(job_of[future.key], _reason(result))
+    finally:
+        with suppress(Exception):
+            client.cancel(futures, force=True)
+
+
+def _reason(failure: object) -> str:
+    """Why dask gave a job up, from the triple that describes its exception."""
+    error = failure[1] if isinstance(failure, tuple) else failure
+    if type(error).__name__ == "KilledWorker":
+        return "several workers of the cluster have died of it"
+    return f"{type(error).__name__}: {error}"

@@ -1,0 +1,164 @@
+"""The map that grows while the robot drives: keyframes, each matched with the last ones, and loops between them."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from perception.mapping.cloud import Cloud
+from perception.mapping.frames import between, compose
+from perception.mapping.graph import PoseGraph
+from perception.mapping.information import Symmetric
+from perception.mapping.loops import Loops
+from perception.mapping.matching import Match, Reference, matched
+from perception.mapping.searching import Grid, Window, search
+from perception.mapping.settings import DriftSettings, MappingSettings
+from transport.arithmetic import norm
+from transport.messages import Pose
+
+
+def drift_of(step: Pose, settings: DriftSettings) -> Symmetric:
+    """The covariance of a step that odometry has measured, with axes of the robot's frame."""
+    way, turn = norm(step.x, step.y), abs(step.heading)
+    least = settings.least**2
+    place = settings.way**2 * way + settings.turn_place**2 * turn + least
+    heading = settings.way_turn**2 * way + settings.turn**2 * turn + least
+    return Symmetric.diagonal(place, place, heading)
+
+
+UNKNOWN_STEP = Symmetric.diagonal(1.0, 1.0, 1.0)
+"""Covariance of a step that nobody has measured: about a metre and a radian."""
+
+
+@dataclass(slots=True)
+class Mapper:
+    """Follows the robot and remembers what it saw.
+
+    Attributes:
+        settings: thresholds.
+        graph: the keyframes' poses.
+        clouds: what was seen at each keyframe, in the robot's frame there.
+        offset: the robot as seen from the last keyframe.
+        covariance: of the offset, with axes of the robot's frame.
+        match: how the last scan fitted; None where it did not.
+        correction: how far it moved the robot from where odometry had put it, in the robot's frame.
+    """
+
+    settings: MappingSettings
+    graph: PoseGraph = field(init=False)
+    clouds: list[Cloud] = field(default_factory=list)
+    offset: Pose = field(default_factory=Pose)
+    covariance: Symmetric = field(default_factory=Symmetric)
+    match: Match | None = None
+    correction: Pose = field(default_factory=Pose)
+    loops: Loops = field(init=False)
+    _since: list[Cloud] = field(default_factory=list)
+    _reference: Reference | None = None
+    _work: deque[Iterator[None]] = field(default_factory=deque)
+
+    def __post_init__(self) -> None:
+        self.graph = PoseGraph(self.settings.graph)
+        self.loops = Loops(self.settings, self.graph, self.clouds)
+
+    @property
+    def pose(self) -> Pose:
+        """The robot in the map's frame, which is that of the first scan."""
+        return compose(self.graph.poses[-1], self.offset) if self.graph.poses else self.offset
+
+    def move(self, step: Pose | None) -> None:
+        """Follow odometry.
+
+        Args:
+            step: the movement in the robot's frame before it; None where nobody has measured it.
+        """
+        if step is None:
+            self.covariance = self.covariance.plus(UNKNOWN_STEP)
+            return
+        self.offset = compose(self.offset, step)
+        self.covariance = carried(self.covariance, step).plus(drift_of(step, self.settings.drift))
+
+    def see(self, cloud: Cloud, *, measured: bool = True) -> None:
+        """Take in a scan: match it with the last keyframes and keep it where the robot has got on.
+
+        Args:
+            cloud: the scan's points, in the robot's frame.
+            measured: whether odometry has measured the way since the last scan.
+        """
+        if not self.clouds:
+            self._keep(cloud)
+            return
+        self.match = self._matched(cloud, measured=measured)
+        if self.match is not None:
+            self.correction = between(self.offset, self.match.pose)
+            self.offset = self.match.pose
+            self.covariance = self.match.information.inverse()
+            self._since.append(cloud.seen_from(self.offset))
+        settings = self.settings.track
+        way = norm(self.offset.x, self.offset.y)
+        if way >= settings.way or abs(self.offset.heading) >= settings.turn:
+            self._keep(cloud)
+
+    def work(self, pieces: int) -> None:
+        """Do so many pieces of the work of finding and closing loops, if there are as many."""
+        while pieces and self._work:
+            if next(self._work[0], self) is self:
+                self._work.popleft()
+            pieces -= 1
+
+    def finish(self) -> None:
+        """Do all work that is left, and solve the graph."""
+        self._work.append(self.graph.optimise())
+        while self._work:
+            self.work(1)
+
+    def _keep(self, cloud: Cloud) -> None:
+        """Make the scan a keyframe, and put what was seen since the last one to what was seen there."""
+        if self._since:
+            self.clouds[-1] = Cloud.joined([self.clouds[-1], *self._since]).merged(self.settings.cloud.spacing)
+        self._since = []
+        number = self.graph.add(self.offset, self.covariance.inverse() if self.clouds else Symmetric())
+        self.clouds.append(cloud)
+        self.offset, self.covariance, self._reference = Pose(), Symmetric(), None
+        if number:
+            self.loops.paths.add(self.graph.steps[-1])
+            self._work.append(self.loops.find(number))
+
+    def _reference_of_last(self) -> Reference:
+        """The last keyframes, seen from the last one."""
+        if self._reference is None:
+            last = len(self.clouds) - 1
+            recent = range(max(0, last + 1 - self.settings.track.recent), last + 1)
+            self._reference = self.loops.reference(last, recent)
+        return self._reference
+
+    def _matched(self, cloud: Cloud, *, measured: bool) -> Match | None:
+        """Where the scan fits the last keyframes, or None."""
+        track, reference, guess = self.settings.track, self._reference_of_last(), self.offset
+        prior = self.covariance.plus(Symmetric.diagonal(1e-8, 1e-8, 1e-8)).inverse() if measured else None
+        found = matched(cloud, reference, guess, prior, self.settings.match)
+        if (found is None or found.share < track.sure) and len(cloud) and len(reference.cloud):
+            window = Window(track.across, track.around) if measured else Window(track.blind_across, math.pi)
+            start = search(cloud, Grid.of(reference.cloud, self.settings.search), guess, window).pose
+            wide = matched(cloud, reference, guess, prior, self.settings.match, start=start)
+            if wide is not None and (found is None or wide.share > found.share + track.better):
+                found = wide
+        return found if found is not None and found.share >= track.least else None
+
+
+def carried(covariance: Symmetric, step: Pose) -> Symmetric:
+    """The covariance of a pose, with axes of the robot's frame, after an exact step.
+
+    An error in heading becomes one in place: the robot was moved along another direction.
+    """
+    xx, xy, xt, yy, yt, tt = covariance
+    a, b = -step.y, step.x
+    return Symmetric(
+        xx + 2 * a * xt + a * a * tt,
+        xy + a * yt + b * xt + a * b * tt,
+        xt + a * tt,
+        yy + 2 * b * yt + b * b * tt,
+        yt + b * tt,
+        tt,
+    ).turned(-step.heading)

@@ -1,0 +1,217 @@
+"""The map's section of perception's settings."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import Field
+
+from transport.section import Positive, Settings
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Count = Annotated[int, Field(ge=1)]
+
+
+class CloudSettings(Settings):
+    """A scan as points with normals."""
+
+    spacing: Positive = 0.05
+    """Hits nearer to each other than this are averaged, m."""
+    reach: Positive = 25.0
+    """Hits farther than this are left out, m: their place depends too much on the heading."""
+    jump: Positive = 0.12
+    """Neighbouring points farther apart than this are on two walls, m."""
+    steep: Positive = 5.0
+    """Unless they are at most so many times as far apart as their beams are: walls that the beams graze."""
+    max_missing: Annotated[int, Field(ge=0)] = 3
+    """So many beams without a hit do not interrupt a wall."""
+    neighbours: Count = 3
+    """A normal is that of the line through so many points to each side."""
+    range_noise: Positive = 0.006
+    """Standard deviation of a reading, m."""
+    least_noise: Positive = 0.001
+    """And of a point's place across its wall, at least, m."""
+    crooked: Positive = 0.3
+    """Points deviate from that line by at most so much of how far they extend along it."""
+
+
+class MatchSettings(Settings):
+    """Matching a scan with what was seen before."""
+
+    reach: Positive = 0.3
+    """Points farther than this from the map's walls are not matched at first, m."""
+    closest: Positive = 0.1
+    """And at the end, m."""
+    cell: Positive = 0.1
+    """Points of the map in one cell of this width are one, m."""
+    same_way: Share = 0.8
+    """Least cosine of the angle between the normals of two matched points."""
+    along: Positive = 0.15
+    """Along a wall its nearest known point may be so far from where a point is, m."""
+    rounds: Count = 12
+    """Neighbours are looked up so often, at most."""
+    paired: Positive = 0.02
+    """Neighbours stay the same while the scan moves less than this, m and rad."""
+    settled: Positive = 0.0005
+    """A step shorter than this, m and rad, is the last."""
+    first_scale: Positive = 10.0
+    """Deviations are assumed to be so many times what the readings' noise makes, at first; later they are measured."""
+    correlated: Positive = 4.0
+    """So many points of a scan tell as much as one point that is independent of all others."""
+    common: Positive = 0.3
+    """All points together may be off by so much of their root mean square deviation, for no map is exact."""
+    common_lever: Positive = 3.0
+    """And in heading as if that error were so far away, m."""
+    weak: Positive = 0.01
+    """Where the walls fix a place along one axis by less than this share of what they fix it along the other, the
+    normals' noise is most of it."""
+    least_points: Count = 15
+    """A match has at least so many points."""
+
+
+class SearchSettings(Settings):
+    """The wide search for where a scan fits."""
+
+    cell: Positive = 0.05
+    """Width of a cell of the grid, m."""
+    blur: Positive = 0.07
+    """Standard deviation of the points' places in the grid, m."""
+    block: Count = 5
+    """The coarse search goes in steps of so many cells."""
+    turn: Positive = math.radians(2.5)
+    """Angle between two headings tried, rad."""
+    points: Count = 90
+    """Points of the scan that are tried, at most."""
+    apart: Positive = 0.6
+    """Another place farther than this from the best one, m, is another answer."""
+    distinct: Share = 0.9
+    """Another answer with at least this share of the best score makes the search ambiguous."""
+
+
+class GraphSettings(Settings):
+    """The pose graph."""
+
+    rounds: Count = 12
+    """Most Gauss-Newton steps."""
+    settled: Positive = 0.001
+    """A step shorter than this, m and rad, ends them."""
+    tolerance: Positive = 0.01
+    """In each, the linear equations are solved until the residual has shrunk so far."""
+    most_steps: Count = 100
+    """Or for so many conjugate-gradient steps."""
+    doubtful: Positive = 12.0
+    """A loop whose squared deviation, in standard deviations, is larger than this loses weight."""
+
+
+class DriftSettings(Settings):
+    """How far odometry drifts: a random walk, its variances in proportion to the way."""
+
+    way: Positive = 0.1
+    """Deviation of the position after a way of one metre, m."""
+    turn_place: Positive = 0.03
+    """Deviation of the position after a turn of one radian, m."""
+    way_turn: Positive = 0.1
+    """Deviation of the heading after a way of one metre, rad."""
+    turn: Positive = 0.1
+    """Deviation of the heading after a turn of one radian, rad."""
+    least: Positive = 0.002
+    """Deviation of a step that is none, m and rad."""
+
+
+class TrackSettings(Settings):
+    """Following the pose from scan to scan, and when a scan is kept."""
+
+    every: Count = 2
+    """Where odometry is good, each so many ticks a scan is looked at; else each tick."""
+    good: Positive = 0.005
+    """Odometry is good where the last match corrected it by less than this, m."""
+    good_turn: Positive = 0.003
+    """And by less than this, rad."""
+
+    way: Positive = 0.4
+    """A scan is kept as a keyframe after so much way, m."""
+    turn: Positive = math.radians(25)
+    """Or after so much turn, rad."""
+    recent: Count = 15
+    """Scans are matched with so many keyframes, the last ones."""
+    sure: Share = 0.75
+    """With a smaller share of the scan on known walls the wide search is made, too."""
+    better: Share = 0.1
+    """Its answer is taken if the share is larger by so much."""
+    least: Share = 0.4
+    """A match with a smaller share is none; odometry alone is followed."""
+    across: Positive = 0.6
+    """Half the width of the wide search, m."""
+    around: Positive = 0.4
+    """And in heading, rad, where odometry has measured the step; where it has not, all headings are searched."""
+    blind_across: Positive = 1.0
+    """And its half width, m, where odometry has not measured the step."""
+
+
+class LoopSettings(Settings):
+    """Finding places again."""
+
+    pieces: Count = 3
+    """So many pieces of the work on loops are done in a tick."""
+    gap: Count = 20
+    """Keyframes fewer than so many apart make no loop."""
+    reach: Positive = 4.0
+    """A keyframe nearer than this, m, may show the same place."""
+    most_reach: Positive = 5.0
+    """So much is added to it, m, at most, where the pose is uncertain."""
+    stretch: Count = 15
+    """Of keyframes within so many of each other only the nearest is tried."""
+    candidates: Count = 2
+    """So many are tried, at most."""
+    around: Count = 4
+    """A scan is matched with the keyframe and so many before and after it."""
+    near: Positive = 0.15
+    """Deviation of the pose, m, up to which a match needs no wide search."""
+    most_across: Positive = 6.0
+    """Half the width of the wide search, m, at most."""
+    most_around: Positive = 0.8
+    """And in heading, rad, at most."""
+    share: Share = 0.55
+    """Share of the scan that must lie on known walls."""
+    place_known: Positive = 0.1
+    """The match must give the place as well as this, standard deviation in m: in a bare corridor it does not."""
+    heading_known: Positive = 0.05
+    """And the heading as well as this, rad."""
+    gate: Positive = 16.0
+    """Squared deviation from what the graph says, in standard deviations, at most."""
+    caution: Positive = 2.0
+    """Standard deviations of what the graph says are taken so many times as large."""
+    agreeing: Positive = 0.15
+    """Two loops confirm each other if they agree within this, m."""
+    agreeing_way: Positive = 0.02
+    """And so much more for each keyframe between them, m."""
+    agreeing_turn: Positive = 0.05
+    """And within this, rad."""
+    waiting: Count = 8
+    """They are at most so many keyframes apart."""
+    worth: Positive = 0.05
+    """A loop that moves the pose by at least this, m, has the graph solved at once."""
+    worth_turn: Positive = 0.01
+    """Or by this, rad."""
+    every: Count = 40
+    """After so many loops it is solved in any case."""
+
+
+class MappingSettings(Settings):
+    """The map."""
+
+    cloud: CloudSettings = CloudSettings()
+    """Scans as points with normals."""
+    match: MatchSettings = MatchSettings()
+    """Matching scans."""
+    search: SearchSettings = SearchSettings()
+    """The wide search."""
+    drift: DriftSettings = DriftSettings()
+    """How far odometry drifts."""
+    track: TrackSettings = TrackSettings()
+    """Following the pose."""
+    loops: LoopSettings = LoopSettings()
+    """Finding places again."""
+    graph: GraphSettings = GraphSettings()
+    """The pose graph."""

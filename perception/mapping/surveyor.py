@@ -1,0 +1,78 @@
+"""The map of a robot on its way: from the ticks' odometry and scans to the pose and what has been seen."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from perception.mapping.cloud import cloud_of
+from perception.mapping.frames import compose
+from perception.mapping.information import Symmetric
+from perception.mapping.mapper import Mapper
+from perception.mapping.settings import MappingSettings
+from perception.sweep import Sweep
+from transport.messages import Pose
+
+FORGETTING = 0.9
+"""From scan to scan, so much is left of how rough odometry was."""
+
+
+@dataclass(slots=True)
+class Surveyor:
+    """Keeps a map up to date, tick by tick, at a cost that is bounded by counts.
+
+    Attributes:
+        settings: thresholds.
+        start: where the map begins, in the world model's frame.
+        mapper: the map.
+    """
+
+    settings: MappingSettings
+    start: Pose
+    mapper: Mapper = field(init=False)
+    _ticks: int = 0
+    _measured: bool = True
+    _rough: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.mapper = Mapper(self.settings)
+
+    @property
+    def pose(self) -> Pose:
+        """The robot in the world model's frame."""
+        return compose(self.start, self.mapper.pose)
+
+    @property
+    def covariance(self) -> Symmetric:
+        """Of the pose as seen from the last keyframe, with axes of the robot's frame."""
+        return self.mapper.covariance
+
+    def keyframe(self, number: int) -> Pose:
+        """Where a keyframe was made, in the world model's frame."""
+        return compose(self.start, self.mapper.graph.poses[number])
+
+    def move(self, step: Pose | None) -> None:
+        """Follow odometry by one tick; None where the step is not known."""
+        self.mapper.move(step)
+        self._measured = self._measured and step is not None
+
+    def see(self, sweep: Sweep) -> None:
+        """Take in the tick's scan, if it is its turn, and do a part of the work on loops.
+
+        Where the last matches had to correct odometry much, each scan is looked at, else every second one.
+        """
+        if self._ticks % self.settings.track.every == 0 or self._rough > 1 or not self._measured:
+            self._look(sweep)
+        self._ticks += 1
+        self.mapper.work(self.settings.loops.pieces)
+
+    def _look(self, sweep: Sweep) -> None:
+        cloud = cloud_of(sweep, self.settings.cloud)
+        if not len(cloud):
+            return
+        self.mapper.see(cloud, measured=self._measured)
+        self._measured = True
+        track, by = self.settings.track, self.mapper.correction
+        rough = max(math.hypot(by.x, by.y) / track.good, abs(by.heading) / track.good_turn)
+        before = FORGETTING * self._rough if math.isfinite(self._rough) else 0.0
+        self._rough = max(rough, before) if self.mapper.match else math.inf

@@ -1,0 +1,56 @@
+"""The way to a point through a potential field: the target draws the robot, walls and obstacles push it off."""
+
+from __future__ import annotations
+
+import math
+
+from perception.facts import Facts, turned
+from skills.frames import rotated
+from skills.settings import MotionSettings
+from skills.sides import Side
+from skills.steering.round import in_the_way, shorter_way
+from transport.arithmetic import norm, norms
+from transport.description import RobotDescription
+from transport.messages import Twist
+from transport.section import Point
+
+SLOWEST = 0.08
+"""The robot arrives at this speed, m/s."""
+NEAR = 0.5
+"""Within this of the target the walls push the less the nearer it is, so that one beside a wall can be reached, m."""
+FACED = 0.3
+"""Nearer than this the direction to the target says little, and the robot keeps its heading, m."""
+
+
+class FieldSeeker:
+    """Drives with the sum of the target's pull and the walls' push, and looks at the target meanwhile.
+
+    What stands in the way pushes the robot to the side by which the way round is the shorter, not back.
+    """
+
+    def __init__(self, robot: RobotDescription, motion: MotionSettings, speed: float) -> None:
+        self._robot, self._motion, self._speed = robot, motion, speed
+        self._round: Side | None = None
+
+    def towards(self, facts: Facts, target: Point) -> Twist:
+        """The next velocity on the way to a target in the robot's frame, m."""
+        distance, bearing = norm(*target), math.atan2(target[1], target[0])
+        forward, left = self._field(facts, distance, bearing)
+        return Twist(forward, left, self._motion.heading_gain * bearing if distance > FACED else 0.0)
+
+    def _field(self, facts: Facts, distance: float, bearing: float) -> tuple[float, float]:
+        """The velocity that target and walls make together, in the robot's frame, m/s."""
+        drawn = min(self._speed, max(SLOWEST, self._motion.lateral_gain * distance))
+        facing = max(0.0, math.cos(bearing))  # what is behind the laser does not see: turn first
+        drawn *= facing
+        share = facing * min(1.0, distance / NEAR)
+        back, aside = share * facts.repulsion.forward, share * facts.repulsion.left
+        points = turned(facts.points[norms(*facts.points.T) < distance], -bearing)
+        nearest = in_the_way(points, self._robot, distance)
+        if nearest is None:
+            self._round = None
+        else:
+            self._round = self._round or shorter_way(facts, points, nearest)
+            aside += self._round.sign * min(-back, self._speed)
+        to_target = rotated(drawn, 0.0, bearing)
+        return to_target[0] + back, to_target[1] + aside

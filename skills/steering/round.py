@@ -1,0 +1,42 @@
+"""What stands between the robot and a target, and by which side it is rounded."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from perception.facts import Facts
+from skills.passage import REACH, SPARE
+from skills.sides import Side
+from skills.surroundings import Points
+from transport.arithmetic import norms
+from transport.description import RobotDescription
+
+
+def in_the_way(points: Points, robot: RobotDescription, distance: float) -> int | None:
+    """Which point is the first in the robot's lane to a target; None where the lane is free.
+
+    Args:
+        points: hits in a frame at the robot with x to the target, m, shape (n, 2).
+        robot: its width counts.
+        distance: of the target, m.
+    """
+    x, y = points[:, 0], points[:, 1]
+    lane = np.flatnonzero((np.abs(y) < robot.half_width + SPARE) & (x > 0) & (x < min(distance, REACH)))
+    return int(lane[x[lane].argmin()]) if len(lane) else None
+
+
+def shorter_way(facts: Facts, points: Points, nearest: int) -> Side:
+    """The side by which an obstacle ends nearer to the robot's line; rather one where its end is seen.
+
+    Args:
+        facts: of the tick.
+        points: hits in a frame at the robot with x to the target, counter-clockwise, m, shape (n, 2).
+        nearest: which of them is the obstacle's.
+    """
+    gaps = np.flatnonzero(norms(*np.diff(points, axis=0).T) > 2 * (facts.robot.half_width + SPARE))
+    first = int(gaps[gaps < nearest].max(initial=-1)) + 1
+    last = int(gaps[gaps >= nearest].min(initial=len(points) - 1))
+    y = points[first : last + 1, 1]
+    to_the_left = (last == len(points) - 1 and bool(facts.sweep.hit[-1]), float(y.max()))
+    to_the_right = (first == 0 and bool(facts.sweep.hit[0]), -float(y.min()))
+    return Side.LEFT if to_the_left <= to_the_right else Side.RIGHT

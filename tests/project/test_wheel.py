@@ -1,0 +1,181 @@
+"""What is shipped works where it is installed: a wheel in an environment of its own, far from this checkout."""
+
+import json
+import subprocess
+import sys
+import venv
+import zipfile
+from importlib.metadata import distributions
+from pathlib import Path
+
+import pytest
+
+from tests.maze_machine.test_command_line import commands
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("hsm", "skills", "perception", "machines", "transport", "sim", "maze_machine")
+TAKEN = ("hsm", "skills", "perception", "machines", "transport", "sim", "controller", "view")
+"""Folders that a stranger's project may well have."""
+
+MACHINE = """machine lamp
+
+param patience : time = 2 s
+
+initial off
+
+state off
+    do drive(0.3 m/s)
+    on blocked         -> on
+    after patience     -> on
+
+final on
+"""
+SCENARIOS = """test lamp
+
+scenario the lamp goes on by itself
+    after 2 s
+    expect on
+"""
+EVERY_HELP = """
+import json, sys
+from typer.testing import CliRunner
+from maze_machine.cli import app
+print(json.dumps([CliRunner().invoke(app, [*path, "--help"]).exit_code for path in json.loads(sys.argv[1])]))
+"""
+
+
+def run(command, folder, **options):
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=180, check=False, **options)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The wheel, built from a copy of what is under version control, without a network."""
+    listed = run(["git", "ls-files", "-z", "--", *PACKAGES, "pyproject.toml", "README.md", "LICENSE"], ROOT)
+    if listed.returncode != 0:
+        pytest.skip("not a git checkout")
+    source, built = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("built")
+    for name in filter(None, listed.stdout.split("\0")):
+        if (ROOT / name).is_file():
+            copy = source / name
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            copy.write_bytes((ROOT / name).read_bytes())
+    newest = max(distributions(name="setuptools"), key=lambda one: [int(part) for part in one.version.split(".")[:2]])
+    code = (
+        f"import sys; sys.path.insert(0, {str(newest.locate_file(''))!r}); from setuptools import build_meta as build; "
+    )
+    done = run([sys.executable, "-c", f"{code}build.build_wheel({str(built)!r})"], source)
+    assert done.returncode == 0, done.stderr
+    return next(built.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def installed(wheel, tmp_path_factory):
+    """The scripts of an environment with the wheel in it, and with the dependencies of the one that runs the tests."""
+    folder = tmp_path_factory.mktemp("environment")
+    venv.create(folder, with_pip=False)
+    python = folder / "bin" / "python"
+    where = run([python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"], folder)
+    home = Path(where.stdout.strip())
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(home)
+    shared = [one for one in sys.path if Path(one).name in ("site-packages", "dist-packages")]
+    (home / "dependencies.pth").write_text("\n".join(shared))
+    name, _, function = "maze_machine.__main__:main".partition(":")
+    script = folder / "bin" / "maze-machine"
+    script.write_text(f"#!{python}\nimport sys\nfrom {name} import {function}\nsys.exit({function}())\n")
+    script.chmod(0o755)
+    place = run([python, "-c", "import hsm, sim; print(hsm.__file__, sim.__file__)"], folder).stdout
+    assert all(one.startswith(str(home)) for one in place.split()), "the wheel is used, not this checkout"
+    return folder / "bin"
+
+
+def test_the_wheel_has_types_and_data_and_says_what_it_runs_on(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+        metadata = next(archive.read(name).decode() for name in names if name.endswith("METADATA"))
+        entry_points = next(archive.read(name).decode() for name in names if name.endswith("entry_points.txt"))
+    assert {f"{package}/py.typed" for package in PACKAGES} <= names
+    assert {
+        "hsm/dsl/syntax/grammar.lark",
+        "machines/pledge.maze-machine",
+        "hsm/testing/scenarios/scenario.lark",
+    } <= names
+    assert {name.partition("/")[0] for name in names if ".dist-info" not in name} == set(PACKAGES)
+    assert "maze-machine = maze_machine.__main__:main" in entry_points
+    assert "Classifier: Typing :: Typed" in metadata
+    assert "Requires-Python: >=3.11" in metadata
+    assert "Requires-Dist: transitions<0.10,>=0.9.3" in metadata
+
+
+def test_every_command_answers_in_an_empty_folder(installed, tmp_path):
+    paths = [path for path, _ in commands()]
+    done = run([installed / "python", "-c", EVERY_HELP, json.dumps(paths)], tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == [0] * len(paths)
+    assert len(paths) > 15
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [
+        (["run", "pledge", "--maze", "corridor", "--time-limit", "1"], 1),
+        (["check", "lamp.maze-machine"], 0),
+        (["test", "lamp.maze-test"], 0),
+    ],
+)
+def test_commands_work_far_from_the_checkout(arguments, status, installed, tmp_path):
+    (tmp_path / "lamp.maze-machine").write_text(MACHINE)
+    (tmp_path / "lamp.maze-test").write_text(SCENARIOS)
+    done = run([installed / "maze-machine", *arguments], tmp_path)
+    assert done.returncode == status, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.fixture
+def foreign(tmp_path):
+    """Somebody's project with packages of the same names, and with tests of its own."""
+    for name in TAKEN:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text(f"NAME = {name!r}\n")
+    imports = "".join(f"import {name}\n" for name in TAKEN)
+    test = f"import sys\n{imports}\n\ndef test_own():\n    assert [{', '.join(f'{name}.NAME' for name in TAKEN)}]\n"
+    ours = (
+        "    assert [one for one in sys.modules if one.startswith('maze_machine.')] == ['maze_machine.pytest_plugin']\n"
+    )
+    (tmp_path / "test_own.py").write_text(test + ours)
+    return tmp_path
+
+
+def test_a_foreign_project_is_tested_as_if_this_one_were_not_installed(foreign, installed):
+    done = run([installed / "python", "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"], foreign)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_package_that_hides_one_of_ours_is_named_at_every_entry_point(foreign, installed):
+    (foreign / "lamp.maze-machine").write_text(MACHINE)
+    (foreign / "lamp.maze-test").write_text(SCENARIOS)
+    (foreign / "own_library.py").write_text("from hsm import Library\n\nlibrary = Library('own')\n")
+    python, script = installed / "python", installed / "maze-machine"
+    tests = run([python, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "lamp.maze-test"], foreign)
+    module = run([python, "-m", "maze_machine", "check", "pledge"], foreign)
+    named = run([script, "check", "lamp.maze-machine", "--library", "own_library:library"], foreign)
+    on_path = run([script, "--help"], foreign, env={"PYTHONPATH": str(foreign)})
+    # With a library of one's own, all but the simulator is imported before its folder comes onto the path.
+    for done, told, name in (
+        (tests, tests.stdout, "hsm"),
+        (module, module.stderr, "hsm"),
+        (named, named.stderr, "sim"),
+        (on_path, on_path.stderr, "hsm"),
+    ):
+        assert done.returncode == 2, told
+        assert f"{foreign / name} hides the package `{name}`" in told
+        assert "or run where" in told
+        assert "Traceback" not in told
+
+
+def test_a_folder_without_an_init_hides_nothing(installed, tmp_path):
+    for name in PACKAGES:
+        (tmp_path / name).mkdir()
+    done = run([installed / "python", "-m", "maze_machine", "--version"], tmp_path)
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,52 @@
+"""The rule by which a robot is stopped that does not know enough, and by which it goes on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from transport.messages import LinkStatus, Observation
+from transport.settings import LinkSettings
+
+
+class Trust:
+    """Whether a robot may be driven by what it senses.
+
+    It is stopped at once when its newest scan or odometry was refused, or is older than ``link.stale``. It goes on once
+    both have been fresh and credible for ``link.resume`` without a break, so a sensor that comes and goes stops it.
+
+    Attributes:
+        reason: why the robot must stand; empty where it may be driven.
+    """
+
+    def __init__(self, settings: LinkSettings) -> None:
+        self.reason = ""
+        self._settings = settings
+        self._good_since: float | None = None
+
+    def look(self, status: LinkStatus, time: float) -> str:
+        """Take in the state of the sensors.
+
+        Args:
+            status: the ages of the sensors' data, and why they were refused.
+            time: s, on any clock that does not go back.
+
+        Returns:
+            Why the robot must stand, or nothing.
+        """
+        fault = status.refused or self._too_old(status)
+        if fault:
+            self.reason, self._good_since = fault, None
+        elif self.reason:
+            self._good_since = time if self._good_since is None else self._good_since
+            if time - self._good_since >= self._settings.resume - 1e-9:
+                self.reason = ""
+        return self.reason
+
+    def judged(self, observation: Observation) -> Observation:
+        """An observation that says in ``link.blind`` why the robot must stand."""
+        reason = self.look(observation.link, observation.time)
+        return replace(observation, link=replace(observation.link, blind=reason)) if reason else observation
+
+    def _too_old(self, status: LinkStatus) -> str:
+        ages = (("scan", status.scan_age), ("odometry", status.odometry_age))
+        return " and ".join(f"no {sensor} for {age:.2f} s" for sensor, age in ages if age > self._settings.stale)

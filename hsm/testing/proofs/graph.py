@@ -14,7 +14,7 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.machine import Machine
-from hsm.model.chart import After, Always, Assign, Model, On, Raise, When
+from hsm.model.chart import After, Always, Assign, Model, On, When
 from hsm.model.expressions import Expression, VariableValue
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
@@ -276,18 +276,9 @@ def unsupported(model: Model) -> str | None:
 
 
 def events_of(model: Model) -> list[str]:
-    """The names that may come from outside: all that a transition waits for, but outcomes and completions.
-
-    What the machine raises itself may come from outside as well.
-    """
-    own = {"done", "fault"}
-    for state in model.states:
-        if state.activity is not None:
-            own.update(state.activity.activity.outcomes)
-        own.update(model.states[child].name.rpartition(".")[2] for child in state.children)
-    own.difference_update(one.event for one in actions_of(model) if isinstance(one, Raise))
+    """The names that may come from outside, of those that some transition waits for; raised ones among them."""
     waited = (name for one in model.transitions if isinstance(one.trigger, On) for name in one.trigger.names)
-    return [name for name in dict.fromkeys(waited) if name not in own]
+    return [name for name in dict.fromkeys(waited) if model.events is None or name in model.events]
 
 
 def _deciding(model: Model) -> Iterator[Expression]:

@@ -20,7 +20,7 @@ from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.ordinals import held, ordinal, value_at
 from hsm.testing.proofs.values import Derived, Exact, Region, Symbols, Truth, Undecided, Value
 
-MARGIN = 3
+MARGIN = 1
 """So far around the outermost thresholds whole numbers are kept as they are."""
 
 MOST_OPERATIONS = 3

@@ -37,7 +37,7 @@ from perception.compass import compass_of
 from perception.hough import hough_compass
 from perception.junction import Junction
 from perception.lines import find_lines, split
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from tests.perception import carmen, doors, junctions, mazes
 from tests.perception.scenes import PICO, observation_of, observe, scan_of
 from transport.messages import Observation, Pose
@@ -104,29 +104,29 @@ def image_of(points: np.ndarray) -> np.ndarray:
 # --- compass ---
 
 
-def by_lines(sweep: Sweep) -> float | None:
+def by_lines(sweep: ScanPoints) -> float | None:
     lines = find_lines(sweep, split(sweep, SETTINGS.lines), SETTINGS.lines)
     compass = compass_of(lines, SETTINGS.compass)
     return compass.misalignment if compass.known else None
 
 
-def by_hough(sweep: Sweep) -> float | None:
+def by_hough(sweep: ScanPoints) -> float | None:
     compass = hough_compass(sweep.points, SETTINGS.hough, RIGHT)
     return compass.misalignment if compass.known else None
 
 
-def by_opencv(sweep: Sweep) -> float | None:
+def by_opencv(sweep: ScanPoints) -> float | None:
     found = cv2.HoughLines(image_of(sweep.points), 1, math.pi / 180, 20)
     return None if found is None else float(found.reshape(-1, 2)[0, 1]) - RIGHT
 
 
-def by_skimage(sweep: Sweep) -> float | None:
+def by_skimage(sweep: ScanPoints) -> float | None:
     angles = np.deg2rad(np.arange(-90, 90))
     votes, angles, _ = hough_line(image_of(sweep.points), theta=angles)
     return float(angles[np.unravel_index(votes.argmax(), votes.shape)[1]]) - RIGHT
 
 
-COMPASSES: dict[str, Callable[[Sweep], float | None]] = {"end-point split, weighted least squares": by_lines}
+COMPASSES: dict[str, Callable[[ScanPoints], float | None]] = {"end-point split, weighted least squares": by_lines}
 COMPASSES["Hough transform, the seeds' way"] = by_hough
 if cv2:
     COMPASSES["OpenCV HoughLines"] = by_opencv
@@ -141,7 +141,7 @@ def compass(count: int) -> None:
         walls, pose = mazes.place(rng)
         scan = scan_of(walls, pose, rng=rng)
         for name, method in COMPASSES.items():
-            found, took = timed(lambda scan=scan, method=method: method(Sweep.of(scan)))
+            found, took = timed(lambda scan=scan, method=method: method(ScanPoints.of(scan)))
             times[name].append(took)
             if found is not None:
                 errors[name].append(abs(math.degrees(math.remainder(found + pose.heading, RIGHT))))
@@ -162,7 +162,7 @@ def logs() -> None:
         for method_name, method in COMPASSES.items():
             directions, times = [], []
             for robot, scan, pose in entries:
-                found, took = timed(lambda s=scan, r=robot, m=method: m(Sweep.of(s, r.laser.mount)))
+                found, took = timed(lambda s=scan, r=robot, m=method: m(ScanPoints.of(s, r.laser.mount)))
                 times.append(took)
                 if found is not None:
                     directions.append(pose.heading + found)
@@ -176,26 +176,26 @@ def logs() -> None:
 # --- lines ---
 
 
-def fitted(sweep: Sweep) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def fitted(sweep: ScanPoints) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     lines = find_lines(sweep, split(sweep, SETTINGS.lines), SETTINGS.lines)
     return ((np.array(line.start), np.array(line.end)) for line in lines)
 
 
-def approximated(sweep: Sweep) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def approximated(sweep: ScanPoints) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     points = sweep.points
     for first, last in split(sweep, SETTINGS.lines).runs:
         chain = cv2.approxPolyDP(points[first : last + 1, None].astype(np.float32), 0.03, closed=False)[:, 0]
         yield from pairwise(chain)
 
 
-def probabilistic(sweep: Sweep) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def probabilistic(sweep: ScanPoints) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     found = cv2.HoughLinesP(image_of(sweep.points), 1, math.pi / 180, 15, minLineLength=10, maxLineGap=8)
     for x0, y0, x1, y1 in [] if found is None else found.reshape(-1, 4):
         half = round(10 / PIXEL)
         yield (np.array([x0, y0]) - half) * PIXEL, (np.array([x1, y1]) - half) * PIXEL
 
 
-LINES: dict[str, Callable[[Sweep], Any]] = {"end-point split, weighted least squares": fitted}
+LINES: dict[str, Callable[[ScanPoints], Any]] = {"end-point split, weighted least squares": fitted}
 if cv2:
     LINES["OpenCV approxPolyDP"] = approximated
     LINES["OpenCV HoughLinesP"] = probabilistic
@@ -226,7 +226,7 @@ def lines(count: int) -> None:
         walls, pose = mazes.place(rng)
         scan = scan_of(walls, pose, rng=rng)
         for name, method in LINES.items():
-            found, took = timed(lambda scan=scan, method=method: list(method(Sweep.of(scan))))
+            found, took = timed(lambda scan=scan, method=method: list(method(ScanPoints.of(scan))))
             times[name].append(took)
             for start, end in found:
                 length = math.dist(start, end)

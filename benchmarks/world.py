@@ -55,7 +55,7 @@ from maze_machine.simulated.world import SimulatedWorld, find_maze
 from perception import Perception
 from perception.mapping import Mapper, MappingSettings, cloud_of
 from perception.mapping.frames import between, compose
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from sim.generate import Recipe, generate
 from sim.maze import Maze
 from sim.settings import OdometryNoise, SimulatorSettings
@@ -89,7 +89,7 @@ def map_of(records: Sequence[carmen.Record], settings: MappingSettings) -> tuple
     for number, record in enumerate(records):
         if number:
             mapper.move(record.step)
-        sweep = Sweep.of(record.scan, record.robot.laser.mount)
+        sweep = ScanPoints.of(record.scan, record.robot.laser.mount)
         mapper.see(cloud_of(sweep, settings.cloud), measured=not number or record.step is not None)
         mapper.work(sys.maxsize)
         places.append((len(mapper.clouds) - 1, mapper.offset))

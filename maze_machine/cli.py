@@ -30,6 +30,7 @@ from maze_machine.commands import (
     test,
     trust,
     view,
+    watch,
 )
 from maze_machine.commands import list as list_
 from maze_machine.errors import reported
@@ -80,6 +81,8 @@ DRIVE, WRITE, WORLD, LINK = "Drive", "Write machines", "Mazes and simulation", "
 app.command("run", rich_help_panel=DRIVE)(run.run)
 app.command("replay", rich_help_panel=DRIVE)(replay.replay)
 app.command("view", rich_help_panel=DRIVE)(view.view)
+app.command("watch", rich_help_panel=DRIVE)(watch.watch)
+app.command("send", rich_help_panel=DRIVE)(watch.send)
 app.command("sweep", rich_help_panel=DRIVE)(sweep.sweep)
 app.command("profile", rich_help_panel=DRIVE)(profile.profile)
 app.command("new", rich_help_panel=WRITE)(new.new)

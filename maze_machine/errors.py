@@ -34,7 +34,7 @@ STATUS_OF = {
     ("hsm.model.diagnostics", "MachineError"): ExitStatus.BAD_FILE,
     ("hsm.model.faults", "MachineFault"): ExitStatus.FAILED,
     ("sim.maze", "MazeError"): ExitStatus.BAD_FILE,
-    ("transport.recording", "RecordingError"): ExitStatus.BAD_FILE,
+    ("transport.recording.values", "RecordingError"): ExitStatus.BAD_FILE,
     ("transport.endpoints", "EndpointError"): ExitStatus.USAGE,
     ("transport.robot", "LinkError"): ExitStatus.UNREACHABLE,
 }

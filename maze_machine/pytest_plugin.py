@@ -342,7 +342,7 @@ def run_in_maze(pytestconfig: pytest.Config) -> Iterator[Callable[..., Ending]]:
         profile = load_profile(robot, ())
         mission = prepare(str(machine), profile, (parameters or {}).items(), time_limit)
         mission = replace(mission, machine=_recorded(mission.machine.model, runs))
-        driven = LockstepRobot(SimulatedWorld(find_maze(str(maze)), profile.robot, seed))
+        driven = LockstepRobot(SimulatedWorld(find_maze(str(maze), robot=profile.robot), profile.robot, seed))
         return drive(mission, driven, driven)
 
     yield run

@@ -17,7 +17,7 @@ import numpy as np
 from perception.extremes import lowest
 from perception.lines import Line, Lines
 from perception.settings import DoorSettings
-from perception.sweep import Floats, Sweep
+from perception.sweep import Floats, ScanPoints
 from transport.arithmetic import distance_between, norm
 from transport.description import Point, RobotDescription
 
@@ -121,7 +121,7 @@ def is_near(door: Door, settings: DoorSettings) -> bool:
     return abs(door.facing) <= settings.ahead and door.reach <= settings.range - settings.range_margin
 
 
-def open_share(sweep: Sweep, right: Point, left: Point, settings: DoorSettings) -> float:
+def open_share(sweep: ScanPoints, right: Point, left: Point, settings: DoorSettings) -> float:
     """Share of the beams towards a door's place that go through it, 0 to 1; 0 where none is known.
 
     Args:

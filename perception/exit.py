@@ -4,7 +4,8 @@ The lane is the strip between what stands beside the robot, along the walls. As 
 measured; once nothing is seen in it any more, the end moves back as the robot moves on. The robot is outside when its
 rearmost corner has passed the end and the lane is empty as far as the sensor sees. Other parts of the maze may stand
 beside the lane; a scan that failed does not end the walls. A hall deeper than the sensor's range, entered by a gate,
-looks the same as the outside and cannot be told from it.
+looks the same as the outside; so a sensor that does not see as far as the largest open space is long must first have
+been carried on by the rest of that length, with nothing in the lane all the way.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from perception.extremes import highest
 from perception.settings import ExitSettings
-from perception.sweep import Floats, Mask, Sweep
+from perception.sweep import Floats, Mask, ScanPoints
 from transport.description import Point
 
 STRAY = 2
@@ -65,7 +66,7 @@ class Body:
     moved: float
 
 
-def next_lane(before: Lane, sweep: Sweep, misalignment: float, body: Body, settings: ExitSettings) -> Lane:
+def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: Body, settings: ExitSettings) -> Lane:
     """The lane in the next scan.
 
     Args:
@@ -96,7 +97,8 @@ def next_lane(before: Lane, sweep: Sweep, misalignment: float, body: Body, setti
         return replace(narrowed, end=_last(x[_within(y, narrowed, settings)], moved_on.end))
     if found and found.end > settings.beside:
         return found
-    return replace(moved_on, empty=True, outside=moved_on.end < body.rear - settings.margin)
+    passed = moved_on.end < body.rear - settings.margin
+    return replace(moved_on, empty=True, outside=passed and sweep.reach - moved_on.end >= settings.range)
 
 
 def _measured(x: Floats, y: Floats, body: Body, settings: ExitSettings) -> Lane | None:

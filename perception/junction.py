@@ -19,8 +19,8 @@ from functools import cached_property
 
 from perception.lines import Lines
 from perception.settings import JunctionSettings
-from perception.sweep import Sweep
-from perception.ways import CLOSED, NOTHING_SEEN, Fitting, Surroundings, View, Way
+from perception.sweep import ScanPoints
+from perception.ways import CLOSED, NOTHING_SEEN, BeamEnds, Fitting, View, Way
 from transport.description import RobotDescription
 
 
@@ -61,7 +61,7 @@ class Junction:
         settings: window, depth and margins.
     """
 
-    surroundings: Surroundings
+    surroundings: BeamEnds
     half_width: float
     settings: JunctionSettings
 
@@ -173,7 +173,7 @@ class Junction:
 
 
 def junction_of(
-    sweep: Sweep, lines: Lines, misalignment: float, robot: RobotDescription, settings: JunctionSettings
+    sweep: ScanPoints, lines: Lines, misalignment: float, robot: RobotDescription, settings: JunctionSettings
 ) -> Junction:
     """The junction that the robot is in or about to enter.
 
@@ -184,7 +184,7 @@ def junction_of(
         robot: for the size of the box that must fit.
         settings: window, depth and margins.
     """
-    surroundings = Surroundings.of(sweep, lines, misalignment) if sweep.known_share >= 0.5 else NOTHING_SEEN
+    surroundings = BeamEnds.of(sweep, lines, misalignment) if sweep.known_share >= 0.5 else NOTHING_SEEN
     return Junction(surroundings, robot.half_width, settings)
 
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from perception.settings import LineSettings
-from perception.sweep import Floats, Sweep
+from perception.sweep import Floats, ScanPoints
 from transport.arithmetic import distance_between, norm
 from transport.description import Point
 
@@ -83,7 +83,7 @@ class LinePieces:
         return sorted({first for first, _ in self.pieces} | {last for _, last in self.pieces} - ends)
 
 
-def split(sweep: Sweep, settings: LineSettings) -> LinePieces:
+def split(sweep: ScanPoints, settings: LineSettings) -> LinePieces:
     """Where the hits of a sweep jump and bend.
 
     Args:
@@ -97,7 +97,7 @@ def split(sweep: Sweep, settings: LineSettings) -> LinePieces:
     return LinePieces(runs, split_at_end_points(points, runs, settings.split, settings.min_hits + 1))
 
 
-def find_lines(sweep: Sweep, pieces: LinePieces, settings: LineSettings) -> Lines:
+def find_lines(sweep: ScanPoints, pieces: LinePieces, settings: LineSettings) -> Lines:
     """The straight pieces of wall in a sweep, in the robot's frame.
 
     Args:
@@ -112,7 +112,7 @@ def find_lines(sweep: Sweep, pieces: LinePieces, settings: LineSettings) -> Line
     return tuple([line for line in lines if line.length >= min_length and line.residual <= max_residual])
 
 
-def _runs(sweep: Sweep, settings: LineSettings) -> list[tuple[int, int]]:
+def _runs(sweep: ScanPoints, settings: LineSettings) -> list[tuple[int, int]]:
     """First and last hit of each run without a gap in the beams and without a jump too wide to be wall.
 
     On a wall at distance d, neighbouring hits at range r are ``r^2 step / d`` apart.
@@ -197,7 +197,7 @@ class _Piece(NamedTuple):
         return math.sqrt(max(across, 0.0) / self.w)
 
 
-def _weighed(sweep: Sweep, pieces: LinePieces) -> list[_Piece]:
+def _weighed(sweep: ScanPoints, pieces: LinePieces) -> list[_Piece]:
     """The pieces with their sums.
 
     The points at a split belong to both sides or, at a jump, to neither for sure: they are left out.

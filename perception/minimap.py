@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from perception.settings import MinimapSettings
-from perception.sweep import Floats, Indices, Mask, Sweep
+from perception.sweep import Floats, Indices, Mask, ScanPoints
 from transport.arithmetic import norms
 
 
@@ -93,7 +93,7 @@ def _cells(half: int, cell: float, sensor: tuple[float, float], step: float) -> 
     return directions / step, norms(dx, dy).ravel() + cell / 2
 
 
-def minimap_of(sweep: Sweep, aligned: Floats, misalignment: float, settings: MinimapSettings) -> Minimap:
+def minimap_of(sweep: ScanPoints, aligned: Floats, misalignment: float, settings: MinimapSettings) -> Minimap:
     """The minimap of a scan.
 
     A cell with a hit is occupied. A cell is free if the line from the sensor to it is: the beams towards it end behind
@@ -123,7 +123,7 @@ def minimap_of(sweep: Sweep, aligned: Floats, misalignment: float, settings: Min
     return Minimap(cells.reshape(count, count), settings.cell)
 
 
-def _beams(sweep: Sweep, directions: Floats, misalignment: float) -> Indices:
+def _beams(sweep: ScanPoints, directions: Floats, misalignment: float) -> Indices:
     """The beam nearest to each direction; one more than the last where the sensor looks not.
 
     Args:

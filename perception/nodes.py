@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from perception.lines import LinePieces
 from perception.settings import NodeSettings
-from perception.sweep import Floats, Sweep
+from perception.sweep import Floats, ScanPoints
 from transport.arithmetic import distance_between, norm
 from transport.description import Point
 
@@ -62,7 +62,7 @@ class WallSegment:
     second: int
 
 
-def find_nodes(sweep: Sweep, pieces: LinePieces, settings: NodeSettings) -> tuple[Node, ...]:
+def find_nodes(sweep: ScanPoints, pieces: LinePieces, settings: NodeSettings) -> tuple[Node, ...]:
     """The nodes of a scan.
 
     Where a run of hits begins or ends with a jump, at the first and at the last hit, is an end. Where the walls bend,
@@ -101,7 +101,7 @@ def _apart(
     return kept
 
 
-def _numbered(sweep: Sweep, found: Sequence[tuple[int, NodeKind, bool]]) -> tuple[Node, ...]:
+def _numbered(sweep: ScanPoints, found: Sequence[tuple[int, NodeKind, bool]]) -> tuple[Node, ...]:
     nodes, points = [], sweep.points
     for number, (index, kind, connected) in enumerate(found):
         x, y = _point(points, index)

@@ -12,7 +12,7 @@ from transport.messages import Pose, wrap_angle
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class Displacement:
     """A movement in the robot's frame before it.
 
     Attributes:
@@ -31,14 +31,14 @@ class Step:
         return norm(self.forward, self.left)
 
 
-def step_between(before: Pose, after: Pose) -> Step:
+def step_between(before: Pose, after: Pose) -> Displacement:
     """The movement from one pose to another."""
     dx, dy = after.x - before.x, after.y - before.y
     cosine, sine = math.cos(before.heading), math.sin(before.heading)
-    return Step(dx * cosine + dy * sine, dy * cosine - dx * sine, wrap_angle(after.heading - before.heading))
+    return Displacement(dx * cosine + dy * sine, dy * cosine - dx * sine, wrap_angle(after.heading - before.heading))
 
 
-def moved(pose: Pose, step: Step) -> Pose:
+def moved(pose: Pose, step: Displacement) -> Pose:
     """The pose after a step; the heading is wrapped to [-pi, pi]."""
     cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
     return Pose(
@@ -48,7 +48,7 @@ def moved(pose: Pose, step: Step) -> Pose:
     )
 
 
-def is_restart(step: Step, settings: OdometrySettings) -> bool:
+def is_restart(step: Displacement, settings: OdometrySettings) -> bool:
     """Whether a step is no movement but a new origin of the odometry, or no number at all."""
     numbers = math.isfinite(step.length) and math.isfinite(step.turn)
     return not numbers or step.length > settings.max_jump or abs(step.turn) > 2 * settings.max_jump

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from perception.settings import RepulsionSettings
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 
 NEAREST = 0.05
 """A corrected distance below this is taken as this, m: the force stays finite."""
@@ -26,7 +26,7 @@ class Force:
     left: float = 0.0
 
 
-def repulsion_of(sweep: Sweep, settings: RepulsionSettings) -> Force:
+def repulsion_of(sweep: ScanPoints, settings: RepulsionSettings) -> Force:
     """The mean push of all beams: against each beam with 1 / (range - width correction)^2.
 
     The beams ahead make the force along x, the beams at the sides the force along y, so that a wall beside does not

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from perception.settings import SpaceSettings
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Space:
     right: Beam
 
 
-def look(sweep: Sweep, direction: float, width: float, threshold: float, bad_share: float) -> Beam:
+def look(sweep: ScanPoints, direction: float, width: float, threshold: float, bad_share: float) -> Beam:
     """Look in one direction.
 
     A single reading must not close a way, nor shall a thin post be overlooked: the shortest ``bad_share`` of the
@@ -60,7 +60,7 @@ def look(sweep: Sweep, direction: float, width: float, threshold: float, bad_sha
     return Beam(distance, distance >= threshold, known=True)
 
 
-def space_of(sweep: Sweep, misalignment: float, settings: SpaceSettings) -> Space:
+def space_of(sweep: ScanPoints, misalignment: float, settings: SpaceSettings) -> Space:
     """Look to the left, ahead and to the right, along the walls however the robot stands between them.
 
     Args:

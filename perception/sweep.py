@@ -1,8 +1,12 @@
 """One scan made ready for use: readings sorted into hits, free beams and unknown ones, hits as points of the robot.
 
-A reading at the end of the sensor's range or beyond, infinity and a reading below the sensor's shortest range all mean
-that the beam hit nothing (PICO's sensor reports what it cannot see as a distance near zero). NaN and minus infinity (an
-object too close to be measured, REP 117) mean that nothing is known of the beam.
+Readings mean what REP 117 says: infinity, or a reading at the end of the sensor's range or beyond, that the beam hit
+nothing; minus infinity that something is too close to be measured, which is taken for a hit at the shortest range; NaN
+that nothing is known. A finite reading below the shortest range means that there was no echo: PICO's sensor and many
+others report what they cannot see as a distance near zero.
+
+Where a scan begins says nothing about the world. The beams are put into counter-clockwise order; those of a sensor that
+sees all round begin straight behind the robot, whatever the sensor's own first beam and its mounting.
 """
 
 from __future__ import annotations
@@ -15,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from transport.arithmetic import cosines, sines
-from transport.messages import Pose, Scan, ScanGeometry
+from transport.messages import ALL_ROUND, Pose, Scan, ScanGeometry
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -23,12 +27,15 @@ Mask = NDArray[np.bool_]
 
 ORIGIN = Pose()
 
+_BESIDE = 1e-5
+"""Directions that differ by less are the same, rad: messages bear them in single precision."""
+
 LONGEST_RANGE = 1000.0
 """A range sensor that claims to see farther, in metres, is not believed."""
 
 
 @dataclass(frozen=True, eq=False)
-class Fan:
+class BeamTable:
     """The directions of a sensor's beams in the robot's frame; worked out once for a geometry and a mounting.
 
     Attributes:
@@ -50,29 +57,63 @@ class Fan:
         """The first and the last beam: what they hit may be cut off by the sensor's view."""
         return 0, len(self.angles) - 1
 
+    def blind(self, points: Floats) -> Mask:
+        """Which points the sensor does not look at, whatever is in between.
+
+        Args:
+            points: in the robot's frame, m, shape (n, 2).
+        """
+        span = (len(self.angles) - 1) * self.step
+        if not len(self.angles) or math.tau - span <= ALL_ROUND * self.step:
+            return np.full(len(points), not len(self.angles))
+        x, y = points[:, 0] - self.mount.x, points[:, 1] - self.mount.y
+        after_first = self.cosines[0] * y - self.sines[0] * x >= -_BESIDE
+        before_last = self.sines[-1] * x - self.cosines[-1] * y >= -_BESIDE
+        seen: Mask = after_first & before_last if span <= math.pi else after_first | before_last
+        return ~seen
+
     def sector(self, centre: float, width: float) -> Indices:
         """The beams whose direction is within ``width / 2`` of ``centre`` (both in rad), shape (k,)."""
         return _sector(self, centre, width)
 
 
 @lru_cache(maxsize=1024)
-def _sector(fan: Fan, centre: float, width: float) -> Indices:
+def _sector(fan: BeamTable, centre: float, width: float) -> Indices:
     offset = np.abs((fan.angles - centre + math.pi) % math.tau - math.pi)
-    return np.flatnonzero(offset <= width / 2 + 1e-9)
+    return np.flatnonzero(offset <= width / 2 + _BESIDE)
 
 
 @lru_cache(maxsize=8)
-def fan_of(geometry: ScanGeometry, mount: Pose) -> Fan:
-    """The beams of a geometry seen by a sensor at ``mount``, in counter-clockwise order."""
-    angles = geometry.angles() + mount.heading
-    if geometry.angle_increment < 0:
-        angles = angles[::-1]
-    angles = (angles + math.pi) % math.tau - math.pi
-    return Fan(angles, cosines(angles), sines(angles), mount, abs(geometry.angle_increment))
+def fan_of(geometry: ScanGeometry, mount: Pose) -> BeamTable:
+    """The beams of a geometry seen by a sensor at ``mount``, in the order of :func:`_order`."""
+    order = _order(geometry, mount)
+    step = abs(geometry.angle_increment)
+    counted = np.arange(geometry.beams) if order is None else order
+    directions = geometry.angle_min + geometry.angle_increment * counted.astype(np.float64) + mount.heading
+    angles = (directions + math.pi) % math.tau - math.pi
+    return BeamTable(angles, cosines(angles), sines(angles), mount, step)
+
+
+@lru_cache(maxsize=8)
+def _order(geometry: ScanGeometry, mount: Pose) -> Indices | None:
+    """The beams in counter-clockwise order; None where they come so.
+
+    Of a sensor that sees all round there are as many as fit into the circle, from straight behind the robot on. Those
+    that the sensor leaves out between its last beam and its first have numbers beyond its last.
+    """
+    clockwise = geometry.angle_increment < 0
+    around = math.tau / abs(geometry.angle_increment)
+    if not geometry.all_round or geometry.beams > around + 2:
+        return np.arange(geometry.beams)[::-1] if clockwise else None
+    beams = round(around)
+    angles = geometry.angle_min + geometry.angle_increment * np.arange(beams) + mount.heading
+    first = int(((angles + math.pi) % math.tau).argmin())
+    order = np.roll(np.arange(beams)[::-1], first + 1) if clockwise else np.roll(np.arange(beams), -first)
+    return None if beams == geometry.beams and not clockwise and first == 0 else order
 
 
 _NOTHING = np.empty(0)
-_EMPTY_FAN = Fan(_NOTHING, _NOTHING, _NOTHING, Pose(), math.inf)
+_EMPTY_FAN = BeamTable(_NOTHING, _NOTHING, _NOTHING, Pose(), math.inf)
 
 
 def is_plausible(scan: Scan) -> bool:
@@ -89,7 +130,7 @@ def is_plausible(scan: Scan) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class ScanPoints:
     """The readings of one scan with their meaning.
 
     Attributes:
@@ -98,25 +139,33 @@ class Sweep:
         reach: how far a beam that hit nothing is known to be free, m.
     """
 
-    fan: Fan
+    fan: BeamTable
     ranges: Floats
     reach: float
 
     @classmethod
-    def of(cls, scan: Scan, mount: Pose = ORIGIN) -> Sweep:
+    def of(cls, scan: Scan, mount: Pose = ORIGIN) -> ScanPoints:
         """Sort the readings of a scan; a scan that cannot be read gives a sweep without beams."""
         if not is_plausible(scan):
             return cls(_EMPTY_FAN, _NOTHING, 0.0)
         geometry = scan.geometry
         reach = min(geometry.range_max, LONGEST_RANGE)
-        ranges = np.array(scan.ranges, dtype=np.float64)
-        if geometry.angle_increment < 0:
-            ranges = ranges[::-1].copy()
-        others = (~((ranges >= max(geometry.range_min, 0.0)) & (ranges < reach))).nonzero()[0]
+        ranges, order, shortest = np.array(scan.ranges, dtype=np.float64), _order(geometry, mount), geometry.range_min
+        if order is not None:
+            # Beams that the sensor leaves out are unknown.
+            ranges = np.append(ranges, [np.nan] * max(0, len(order) - len(ranges)))[order]
+        others = (~((ranges >= max(shortest, 0.0)) & (ranges < reach))).nonzero()[0]
         if len(others):
-            unknown = np.isnan(ranges[others]) | (ranges[others] == -np.inf)
-            ranges[others] = np.where(unknown, np.nan, np.inf)
+            readings = ranges[others]
+            free = np.where(np.isnan(readings), np.nan, np.inf)
+            ranges[others] = np.where(readings == -np.inf, max(shortest, 0.0), free)
         return cls(fan_of(geometry, mount), ranges, reach)
+
+    def without(self, beams: Indices) -> ScanPoints:
+        """The same with nothing known of some beams."""
+        ranges = self.ranges.copy()
+        ranges[beams] = np.nan
+        return ScanPoints(self.fan, ranges, self.reach)
 
     @cached_property
     def hit(self) -> Mask:

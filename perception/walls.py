@@ -11,8 +11,8 @@ import numpy as np
 from perception.extremes import lowest
 from perception.lines import Lines
 from perception.settings import CentreSettings, WallSettings
-from perception.sweep import Floats, Mask
-from transport.arithmetic import norm
+from perception.sweep import Floats, Mask, ScanPoints
+from transport.arithmetic import distance_between, norm
 from transport.description import Point
 
 
@@ -134,6 +134,29 @@ def clearance_of(points: Floats, footprint: tuple[Point, ...]) -> float:
     if squares[nearest] == 0.0 and _inside(x, y, outline).any():
         return 0.0
     return min(bound, _distance(x, y, outline))
+
+
+OWN = 0.02
+"""A hit so deep within the robot's outline is the robot's own, or dirt on the laser, m; less deep may be noise."""
+
+
+def without_own_body(sweep: ScanPoints, footprint: tuple[Point, ...]) -> ScanPoints:
+    """A sweep in which nothing is known of the beams that end within the robot's own outline."""
+    mount = sweep.fan.mount
+    near = (sweep.distances < _reach_of(footprint, (mount.x, mount.y))).nonzero()[0]
+    if not len(near):
+        return sweep
+    outline = _outline(footprint)
+    x, y = sweep.points[near, 0], sweep.points[near, 1]
+    within = _inside(x, y, outline).nonzero()[0]
+    own = [near[hit] for hit in within.tolist() if _distance(x[hit], y[hit], outline) > OWN]
+    return sweep.without(sweep.beams[own]) if own else sweep
+
+
+@lru_cache(maxsize=8)
+def _reach_of(footprint: tuple[Point, ...], place: Point) -> float:
+    """From a place to the farthest corner of a footprint, m."""
+    return max(distance_between(corner, place) for corner in footprint)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 from perception.extremes import highest, lowest
 from perception.lines import Lines
 from perception.settings import JunctionSettings
-from perception.sweep import Floats, Indices, Mask, Sweep
+from perception.sweep import Floats, Indices, Mask, ScanPoints
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ UNSEEN = Way()
 CLOSED = Way(known=True)
 
 
-class Flank(NamedTuple):
+class WallSpan(NamedTuple):
     """A wall along x.
 
     Attributes:
@@ -100,7 +100,7 @@ class Gap(NamedTuple):
         return self.high - self.low
 
 
-class Surroundings(NamedTuple):
+class BeamEnds(NamedTuple):
     """Where all beams end, in the robot's place but turned along the walls: x along the corridor, y to the left.
 
     Attributes:
@@ -117,10 +117,10 @@ class Surroundings(NamedTuple):
     ends: Floats
     hit: Mask
     origin: tuple[float, float]
-    walls: list[Flank]
+    walls: list[WallSpan]
 
     @classmethod
-    def of(cls, sweep: Sweep, lines: Lines, misalignment: float) -> Surroundings:
+    def of(cls, sweep: ScanPoints, lines: Lines, misalignment: float) -> BeamEnds:
         """Turn a scan and its walls by the misalignment."""
         cosine, sine = math.cos(misalignment), math.sin(misalignment)
         cosines = sweep.fan.cosines * cosine + sweep.fan.sines * sine
@@ -147,7 +147,7 @@ class Surroundings(NamedTuple):
         """The view to the right: y to the right, x ahead."""
         (x, y), (origin_x, origin_y) = self.ends, self.origin
         beams = _in_order(self.sines < -SLIGHT)
-        walls = [Flank(-wall.level, wall.low, wall.high) for wall in self.walls if wall.level < 0]
+        walls = [WallSpan(-wall.level, wall.low, wall.high) for wall in self.walls if wall.level < 0]
         # Mirrored, the beams come in the other order.
         cotangent = -self.cosines[beams][::-1] / self.sines[beams][::-1]
         return View(cotangent, x[beams][::-1], -y[beams][::-1], self.hit[beams][::-1], (origin_x, -origin_y), walls)
@@ -161,11 +161,11 @@ class Surroundings(NamedTuple):
 
 
 _NOTHING = np.empty(0)
-NOTHING_SEEN = Surroundings(_NOTHING, _NOTHING, np.empty((2, 0)), np.empty(0, np.bool_), (0.0, 0.0), [])
+NOTHING_SEEN = BeamEnds(_NOTHING, _NOTHING, np.empty((2, 0)), np.empty(0, np.bool_), (0.0, 0.0), [])
 """Surroundings of which nothing is known."""
 
 
-def _flanks(lines: Lines, cosine: float, sine: float) -> list[Flank]:
+def _flanks(lines: Lines, cosine: float, sine: float) -> list[WallSpan]:
     """The walls that run along x, in the frame turned by an angle that is given by its cosine and sine.
 
     Of a wall across x that is at one side only, the end that points at the robot is one, without length.
@@ -178,9 +178,9 @@ def _flanks(lines: Lines, cosine: float, sine: float) -> list[Flank]:
         if low > high:
             low, high = high, low
         if abs(last - first) <= 0.3 * (high - low):
-            flanks.append(Flank((first + last) / 2, low, high))
+            flanks.append(WallSpan((first + last) / 2, low, high))
         elif first * last > 0:
-            flanks.append(Flank(min(first, last, key=abs), (low + high) / 2, (low + high) / 2))
+            flanks.append(WallSpan(min(first, last, key=abs), (low + high) / 2, (low + high) / 2))
     return flanks
 
 
@@ -224,7 +224,7 @@ class View(NamedTuple):
     y: Floats
     hit: Mask
     origin: tuple[float, float]
-    walls: list[Flank]
+    walls: list[WallSpan]
 
     def crossing(self, level: float, beam: int) -> float:
         """Where a beam crosses a line along x, m."""

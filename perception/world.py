@@ -10,9 +10,9 @@ from perception.door import Door
 from perception.exit import NO_LANE, Lane, body_along, next_lane
 from perception.mapping.surveyor import Surveyor
 from perception.marks import Marks
-from perception.odometry import Step, corrected, is_restart, moved, step_between
+from perception.odometry import Displacement, corrected, is_restart, moved, step_between
 from perception.settings import PerceptionSettings
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from transport.arithmetic import distance_between
 from transport.description import Point
 from transport.messages import Odometry, Pose
@@ -80,7 +80,7 @@ class WorldModel:
     pose: Pose = field(default_factory=Pose)
     travelled: float = 0.0
     turned: float = 0.0
-    step: Step = field(default_factory=Step)
+    step: Displacement = field(default_factory=Displacement)
     restarts: int = 0
     lane: Lane = NO_LANE
     outside_ticks: int = 0
@@ -106,11 +106,11 @@ class WorldModel:
     def move(self, odometry: Odometry) -> None:
         """Dead reckoning: take in the newest odometry."""
         before, after = self._odometry, odometry.pose
-        step = step_between(before, after) if before else Step()
+        step = step_between(before, after) if before else Displacement()
         restarted = is_restart(step, self.settings.odometry)
         if restarted:
             self.restarts += 1
-            step = Step()
+            step = Displacement()
         if math.isfinite(after.x + after.y + after.heading):
             self._odometry = after
         if self.surveyor:
@@ -133,19 +133,19 @@ class WorldModel:
         x, y = to_world(Pose(heading=correction), (self.pose.x, self.pose.y))
         self.pose = Pose(x, y, self.pose.heading + correction)
 
-    def begin_map(self, sweep: Sweep) -> None:
+    def begin_map(self, sweep: ScanPoints) -> None:
         """Begin a map where the robot is, with what it sees there; nothing where there is one."""
         if self.surveyor is None:
             self.surveyor = Surveyor(self.settings.mapping, self.pose)
             self.surveyor.see(sweep)
 
-    def survey(self, sweep: Sweep) -> None:
+    def survey(self, sweep: ScanPoints) -> None:
         """Take in what the scan shows of the surroundings, if there is a map."""
         if self.surveyor:
             self.surveyor.see(sweep)
             self.pose = self.surveyor.pose
 
-    def follow_lane(self, sweep: Sweep, footprint: tuple[Point, ...]) -> None:
+    def follow_lane(self, sweep: ScanPoints, footprint: tuple[Point, ...]) -> None:
         """Take in what the scan shows of the lane that the robot is in."""
         misalignment, world_angle = self.misalignment, self.settings.compass.world_angle
         moved = self.step.forward * math.cos(misalignment) + self.step.left * math.sin(misalignment)

@@ -7,13 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sim.maze import Door, Segments
+from sim.maze import MazeDoor, Segments
 
 
 class SlidingDoor:
     """The running state of one door."""
 
-    def __init__(self, door: Door) -> None:
+    def __init__(self, door: MazeDoor) -> None:
         self.door = door
         self.stuck = False
         """Whether it stays where it is, whatever is asked of it."""

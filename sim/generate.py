@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from sim.formats.grid import HEADINGS, SIDES, Cell
+from sim.formats.grid import HEADINGS, SIDES, GridCell
 from sim.layout import Layout, NoRoomError
-from sim.maze import Door, Maze, MazeError, Point, Start, merge_collinear
+from sim.maze import Maze, MazeDoor, MazeError, Point, Start, merge_collinear
 from sim.solvability import LARGEST, UnsolvableError, checked
 from transport.messages import Pose
 from transport.section import Settings
@@ -177,7 +177,7 @@ def _shifts(cells: int, recipe: Recipe, generator: np.random.Generator) -> NDArr
 Post = tuple[int, int]
 
 
-def _ends(cell: Cell, side: str) -> tuple[Post, Post]:
+def _ends(cell: GridCell, side: str) -> tuple[Post, Post]:
     """The two posts of a side of a cell."""
     i, j = cell
     if side in {"north", "south"}:
@@ -187,19 +187,19 @@ def _ends(cell: Cell, side: str) -> tuple[Post, Post]:
     return (i, j), (i, j + 1)
 
 
-def _ends_between(cell: Cell, other: Cell) -> tuple[Post, Post]:
+def _ends_between(cell: GridCell, other: GridCell) -> tuple[Post, Post]:
     step = other[0] - cell[0], other[1] - cell[1]
     return _ends(cell, next(side for side, vector in SIDES.items() if vector == step))
 
 
-def _door(name: str, posts: Posts, ends: tuple[Post, Post], slide: Cell) -> Door:
+def _door(name: str, posts: Posts, ends: tuple[Post, Post], slide: GridCell) -> MazeDoor:
     """A door between two posts that slides to the side where the step leads.
 
     Raises:
         NoRoomError: the walls beside it are shifted so that it is none by the rules.
     """
     first, second = ends if sum(slide) > 0 else ends[::-1]
-    door = Door(name, (_point(posts[first]), _point(posts[second])))
+    door = MazeDoor(name, (_point(posts[first]), _point(posts[second])))
     if not DOOR_WIDTHS[0] <= door.length <= DOOR_WIDTHS[1]:
         raise NoRoomError(f"{name} is {door.length:.2f} m wide")
     return door

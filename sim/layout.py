@@ -8,10 +8,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from sim.formats.grid import SIDES, Cell
+from sim.formats.grid import SIDES, GridCell
 from transport.arithmetic import distance_between
 
-Passage = frozenset[Cell]
+Passage = frozenset[GridCell]
 """The two cells that a passage joins."""
 T = TypeVar("T")
 
@@ -29,41 +29,41 @@ class Layout:
     def __init__(self, columns: int, rows: int, generator: np.random.Generator) -> None:
         self.columns, self.rows = columns, rows
         self.passages: set[Passage] = set()
-        self.doors: list[tuple[Cell, Cell, Cell]] = []
+        self.doors: list[tuple[GridCell, GridCell, GridCell]] = []
         """A dead end, the cell behind its door, and the step from either to the side where the open door goes."""
-        self.start: Cell = (0, 0)
-        self.exit: tuple[Cell, str] = ((0, 0), "south")
-        self._solid: set[Cell] = set()
-        self._kept_cells: set[Cell] = set()
+        self.start: GridCell = (0, 0)
+        self.exit: tuple[GridCell, str] = ((0, 0), "south")
+        self._solid: set[GridCell] = set()
+        self._kept_cells: set[GridCell] = set()
         self._kept_walls: set[Passage] = set()
         self._generator = generator
 
-    def cells(self) -> list[Cell]:
+    def cells(self) -> list[GridCell]:
         """All cells that are not solid, row by row."""
         every = [(column, row) for row in range(self.rows) for column in range(self.columns)]
         return [cell for cell in every if cell not in self._solid]
 
-    def inside(self, cell: Cell) -> bool:
+    def inside(self, cell: GridCell) -> bool:
         """Whether there is such a cell and it is not solid."""
         return self._within(cell) and cell not in self._solid
 
-    def _within(self, cell: Cell) -> bool:
+    def _within(self, cell: GridCell) -> bool:
         return 0 <= cell[0] < self.columns and 0 <= cell[1] < self.rows
 
-    def beside(self, cell: Cell) -> list[Cell]:
+    def beside(self, cell: GridCell) -> list[GridCell]:
         """The cells at the four sides of one, as far as there are."""
         return [other for step in SIDES.values() if self.inside(other := (cell[0] + step[0], cell[1] + step[1]))]
 
-    def joined(self, cell: Cell) -> list[Cell]:
+    def joined(self, cell: GridCell) -> list[GridCell]:
         """The cells that passages without doors lead to."""
         return [other for other in self.beside(cell) if frozenset((cell, other)) in self.passages]
 
-    def open_sides(self, cell: Cell) -> list[str]:
+    def open_sides(self, cell: GridCell) -> list[str]:
         """The sides of a cell with passages."""
         joined = self.joined(cell)
         return [side for side, step in SIDES.items() if (cell[0] + step[0], cell[1] + step[1]) in joined]
 
-    def steps_from(self, cell: Cell) -> dict[Cell, int]:
+    def steps_from(self, cell: GridCell) -> dict[GridCell, int]:
         """How many passages lie between a cell and each that can be reached from it."""
         steps = {cell: 0}
         queue = deque([cell])
@@ -149,11 +149,11 @@ class Layout:
             self._kept_cells.add(dead_end)
             self._kept_walls.add(frozenset((_plus(dead_end, side), _plus(behind, side))))
 
-    def _door_places(self, apart: float) -> list[tuple[Cell, Cell, Cell]]:
+    def _door_places(self, apart: float) -> list[tuple[GridCell, GridCell, GridCell]]:
         used = {cell for door in self.doors for cell in door[:2]}
         # A leaf needs a wall to slide along: neither a way nor another door, which it would shut for good.
         open_sides = self.passages.union(frozenset(door[:2]) for door in self.doors)
-        places: list[tuple[Cell, Cell, Cell]] = []
+        places: list[tuple[GridCell, GridCell, GridCell]] = []
         for dead_end in self.steps_from(self.start):
             if dead_end in used or dead_end in (self.start, self.exit[0]):
                 continue
@@ -173,7 +173,7 @@ class Layout:
                         places.append((dead_end, behind, side))
         return places
 
-    def _parts(self, dead_end: Cell, behind: Cell) -> bool:
+    def _parts(self, dead_end: GridCell, behind: GridCell) -> bool:
         """Whether a door between the two would part the start, on the dead end's side, from the exit."""
         passage = frozenset((dead_end, behind))
         doors = [frozenset(door[:2]) for door in self.doors]
@@ -184,8 +184,8 @@ class Layout:
         self.passages.add(passage)
         return self.exit[0] not in reached and dead_end in reached
 
-    def _compartments(self) -> dict[Cell, int]:
-        number: dict[Cell, int] = {}
+    def _compartments(self) -> dict[GridCell, int]:
+        number: dict[GridCell, int] = {}
         for cell in self.cells():
             if cell not in number:
                 number.update(dict.fromkeys(self.steps_from(cell), len(number)))
@@ -205,7 +205,7 @@ class Layout:
 
     def add_rooms(self, count: int) -> None:
         """Take the walls out of blocks of two by two to three by three cells that do not overlap."""
-        taken: set[Cell] = set()
+        taken: set[GridCell] = set()
         for _ in range(count):
             removable = set(self._removable()) | self.passages
             rooms = []
@@ -236,10 +236,10 @@ class Layout:
                     self.passages.add(self.choice(walls, "wall"))
 
 
-def _plus(cell: Cell, step: Cell) -> Cell:
+def _plus(cell: GridCell, step: GridCell) -> GridCell:
     return cell[0] + step[0], cell[1] + step[1]
 
 
-def _ring(cell: Cell) -> list[Cell]:
+def _ring(cell: GridCell) -> list[GridCell]:
     around = ((-1, -1), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0))
     return [_plus(cell, step) for step in around]

@@ -27,11 +27,11 @@ from transport.messages import Pose, ScanGeometry
 Ranges = NDArray[np.float64]
 Vector = tuple[float, float]
 Sensor = tuple[float, float, float, float]
-Fan = tuple[float, float, float]
-Kernel = Callable[[Segments, Sensor, Ranges, Fan], Ranges]
+BeamRange = tuple[float, float, float]
+Kernel = Callable[[Segments, Sensor, Ranges, BeamRange], Ranges]
 
 
-def project(segments: Segments, sensor: Sensor, beams: Ranges, fan: Fan) -> Ranges:
+def project(segments: Segments, sensor: Sensor, beams: Ranges, fan: BeamRange) -> Ranges:
     """The distance along each beam to the nearest segment, by plain numpy.
 
     Args:
@@ -120,7 +120,7 @@ class Adaptive:
         self._left = patience
         self._kernel: Kernel = project
 
-    def __call__(self, segments: Segments, sensor: Sensor, beams: Ranges, fan: Fan) -> Ranges:
+    def __call__(self, segments: Segments, sensor: Sensor, beams: Ranges, fan: BeamRange) -> Ranges:
         """See `project`."""
         self._left -= 1
         if self._left == 0 or (self._left > 0 and "sim._lidar_numba" in sys.modules):

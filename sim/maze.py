@@ -21,8 +21,16 @@ Segments = NDArray[np.float64]
 
 MAZE_TIME_LIMIT = 420.0
 """Time for all attempts at the maze challenge together, s."""
+LARGEST_COORDINATE = 10_000.0
+"""Points farther from the origin than this along x or y are refused, m."""
 DOOR_SPEED = 0.3
 """How fast a door slides, m/s."""
+
+
+def printable(text: str, longest: int = 300) -> str:
+    """A text that a terminal shows as it is: control characters escaped, and cut off where it is very long."""
+    shown = "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
+    return shown if len(shown) <= longest else f"{shown[:longest]} ..."
 
 
 class MazeError(Exception):
@@ -39,9 +47,10 @@ class MazeError(Exception):
     def __init__(
         self, path: str, reason: str, *, line: int | None = None, column: int | None = None, hint: str = ""
     ) -> None:
+        reason = printable(reason)
         self.path, self.line, self.column, self.reason, self.hint = path, line, column, reason, hint
-        place = ":".join(str(part) for part in (path, line, column) if part is not None)
-        super().__init__(f"{place}: {reason}" + (f" ({hint})" if hint else ""))
+        place = ":".join(str(part) for part in (printable(path), line, column) if part is not None)
+        super().__init__(f"{place}: {self.reason}" + (f" ({hint})" if hint else ""))
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +67,7 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
-class Door:
+class MazeDoor:
     """A piece of wall that slides along its own axis, by its own length, towards its second end.
 
     Attributes:
@@ -100,6 +109,57 @@ class MovingObject:
     returns: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Leave:
+    """To get out through an exit: the challenge."""
+
+    def __str__(self) -> str:
+        return "leaving through an exit"
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """To bring the robot's origin to a place.
+
+    Attributes:
+        place: where, m.
+        radius: how near is near enough, m.
+    """
+
+    place: Point
+    radius: float = 0.3
+
+    def __str__(self) -> str:
+        return f"coming within {self.radius:g} m of ({self.place[0]:.2f}, {self.place[1]:.2f}) m"
+
+
+@dataclass(frozen=True, slots=True)
+class Survive:
+    """To touch nothing for a time.
+
+    Attributes:
+        duration: how long, s.
+    """
+
+    duration: float
+
+    def __str__(self) -> str:
+        return f"touching nothing for {self.duration:g} s"
+
+
+@dataclass(frozen=True, slots=True)
+class Nothing:
+    """There is nothing to be done: only contacts are judged."""
+
+    def __str__(self) -> str:
+        return "touching nothing"
+
+
+LEAVE = Leave()
+Goal = Leave | Reach | Survive | Nothing
+"""What a robot has to do in a maze."""
+
+
 def no_segments() -> Segments:
     """An empty array of segments."""
     return np.empty((0, 4))
@@ -118,21 +178,34 @@ class Maze:
         objects: what moves.
         others: where further robots are put down, in order.
         time_limit: how long all attempts together may take, s; infinite where the maze belongs to no challenge.
+        unknown: edges of what a map knows: neither a robot nor a beam passes them.
+        goal: what is to be done.
     """
 
     name: str
     walls: Segments
     start: Start = field(default=Start())
     exits: Segments = field(default_factory=no_segments)
-    doors: tuple[Door, ...] = ()
+    doors: tuple[MazeDoor, ...] = ()
     objects: tuple[MovingObject, ...] = ()
     others: tuple[Start, ...] = ()
     time_limit: float = MAZE_TIME_LIMIT
+    unknown: Segments = field(default_factory=no_segments)
+    goal: Goal = LEAVE
+
+    @property
+    def barriers(self) -> Segments:
+        """Walls and edges of the unknown, shape (n, 4)."""
+        return np.concatenate([self.walls, self.unknown]) if len(self.unknown) else self.walls
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """The smallest box about walls, start and exits: x and y of its lower corner, x and y of its upper one, m."""
-        points = np.concatenate([self.walls.reshape(-1, 2), self.exits.reshape(-1, 2), [self.start_point]])
+        """The smallest box about what does not move: x and y of its lower corner, x and y of its upper one, m."""
+        starts = [[start.pose.x, start.pose.y] for start in self.starts]
+        goal = [self.goal.place] if isinstance(self.goal, Reach) else []
+        leaves = [point for door in self.doors for point in door.leaf]
+        drawn = [self.walls.reshape(-1, 2), self.unknown.reshape(-1, 2), self.exits.reshape(-1, 2)]
+        points = np.concatenate([*drawn, np.asarray([*starts, *goal, *leaves])])
         low, high = points.min(axis=0), points.max(axis=0)
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 

@@ -13,7 +13,7 @@ from sim.maze import MovingObject, Point, Segments
 from transport.arithmetic import distance_between
 
 
-class Traveller:
+class MovingObstacle:
     """The running state of one moving object."""
 
     def __init__(self, thing: MovingObject) -> None:
@@ -48,6 +48,9 @@ class Traveller:
             # What it went too far at the end of the path, it has gone back already.
             self._travelled = 2 * end - self._travelled if self.thing.returns else end
             self._direction = -self._direction if self.thing.returns else 0
+            if not 0.0 <= self._travelled <= self._way:  # the step is longer than the whole path
+                lap = math.fmod(abs(self._travelled), 2 * self._way)
+                self._travelled = min(lap, 2 * self._way - lap)
         before, self.place = self.place, self._at(self._travelled)
         return (self.place[0] - before[0]) / duration, (self.place[1] - before[1]) / duration
 

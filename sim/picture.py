@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from sim.geometry import placed
-from sim.maze import Maze, MazeError, Point
+from sim.maze import Maze, MazeError, Point, Reach
 from transport.description import RobotDescription
 from transport.files import replacing
 
@@ -21,6 +22,10 @@ SMALLEST, LARGEST = 4.0, 14.0
 DOTS_AN_INCH = 100
 ARROW = 0.35
 """Length of the arrows, m."""
+
+
+UNKNOWN = "0.6"
+"""Grey of the edges of the unknown."""
 
 
 def save_picture(maze: Maze, path: Path) -> None:
@@ -62,13 +67,16 @@ def draw(maze: Maze) -> Figure:
 
 
 def _draw_walls(axes: Axes, maze: Maze) -> None:
-    gap = np.full((len(maze.walls), 1), np.nan)
-    x, y = (np.hstack([maze.walls[:, [i, i + 2]], gap]).ravel() for i in (0, 1))
-    axes.plot(x, y, color="black", linewidth=1.5, solid_capstyle="round")
+    for segments, colour in ((maze.unknown, UNKNOWN), (maze.walls, "black")):
+        gap = np.full((len(segments), 1), np.nan)
+        x, y = (np.hstack([segments[:, [i, i + 2]], gap]).ravel() for i in (0, 1))
+        axes.plot(x, y, color=colour, linewidth=1.5, solid_capstyle="round")
 
 
 def _draw_ends(axes: Axes, maze: Maze) -> None:
-    """The exits, each with an arrow outwards, and robots at the starts, each with one ahead."""
+    """The exits, each with an arrow outwards, the goal, and robots at the starts, each with an arrow ahead."""
+    if isinstance(maze.goal, Reach):
+        axes.add_patch(Circle(maze.goal.place, maze.goal.radius, color="tab:green", alpha=0.4))
     for ax, ay, bx, by in maze.exits.tolist():
         axes.plot([ax, bx], [ay, by], color="tab:green", linewidth=2, linestyle=":")
         _draw_arrow(axes, ((ax + bx) / 2, (ay + by) / 2), math.atan2(bx - ax, ay - by), "tab:green")

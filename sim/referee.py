@@ -1,4 +1,4 @@
-"""The referee: holds a robot to the challenge's rules and says how it did, as data and as a line."""
+"""The referee: holds a robot to the rules and to the maze's goal, and says how it did, as data and as a line."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from enum import StrEnum
 
 import numpy as np
 
-from sim.base import Base
+from sim.body import Body
 from sim.doors import SlidingDoor
 from sim.geometry import Points, crosses, distances, outline_distance, placed
-from sim.maze import Maze, Segments
+from sim.maze import LEAVE, Goal, Leave, Maze, Nothing, Reach, Segments, Survive
 from sim.settings import Rules
-from sim.world import Contact, World
-from transport.arithmetic import norm
+from sim.world import Contact, PhysicalWorld
+from transport.arithmetic import distance_between, norm
 from transport.messages import Command, Pose
 
 STILL_DISTANCE = 0.01
@@ -24,18 +24,24 @@ STILL_ANGLE = 0.02
 """... and within this angle, rad, stands still."""
 
 
-class Outcome(StrEnum):
+class AttemptOutcome(StrEnum):
     """How an attempt stands or ended."""
 
     RUNNING = "still inside"
     ESCAPED = "escaped"
+    REACHED = "reached the goal"
+    SURVIVED = "touched nothing to the end"
     TOUCHED = "touched something"
     STOOD_STILL = "stood still for too long"
     OUT_OF_TIME = "ran out of time"
 
 
+SUCCESSES = (AttemptOutcome.ESCAPED, AttemptOutcome.REACHED, AttemptOutcome.SURVIVED)
+"""The outcomes in which the robot has done what was to be done."""
+
+
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class RefereeReport:
     """What the referee says of one attempt.
 
     Attributes:
@@ -48,9 +54,10 @@ class Verdict:
         contacts: what it touched, in order.
         rings: how often it rang.
         attempt: which attempt it was, counted from 1.
+        goal: what was to be done.
     """
 
-    outcome: Outcome
+    outcome: AttemptOutcome
     reason: str
     time: float
     path_length: float
@@ -59,27 +66,44 @@ class Verdict:
     contacts: tuple[Contact, ...] = ()
     rings: int = 0
     attempt: int = 1
+    goal: Goal = LEAVE
 
     @property
     def escaped(self) -> bool:
         """Whether the robot is out by the rules."""
-        return self.outcome is Outcome.ESCAPED
+        return self.outcome is AttemptOutcome.ESCAPED
+
+    @property
+    def solved(self) -> bool:
+        """Whether the robot has done what was to be done; where that is nothing, whether it has touched nothing."""
+        if isinstance(self.goal, Nothing):
+            return self.outcome in (AttemptOutcome.RUNNING, AttemptOutcome.SURVIVED) and not self.contacts
+        return self.outcome in SUCCESSES
 
     @property
     def finished(self) -> bool:
         """Whether the attempt is over."""
-        return self.outcome is not Outcome.RUNNING
+        return self.outcome is not AttemptOutcome.RUNNING
 
     def line(self) -> str:
         """The verdict as one line."""
-        head = (
-            "escaped" if self.escaped else f"failed: {self.reason}" if self.finished else f"unfinished: {self.reason}"
-        )
+        head = self.outcome.value if self.outcome in SUCCESSES else f"failed: {self.reason}"
+        if not self.finished:
+            head = "touched nothing" if self.solved else f"unfinished: {self.reason}"
         doors = len(self.doors_opened)
         return (
             f"{head} after {self.time:.1f} s, path {self.path_length:.2f} m, "
             f"smallest clearance {self.clearance:.3f} m, {doors} door{'' if doors == 1 else 's'} opened"
         )
+
+
+_UNDER_WAY = {
+    Leave: "still inside",
+    Reach: "not yet at the goal",
+    Survive: "the time is not over",
+    Nothing: "nothing is to be done",
+}
+"""How an attempt stands that goes on, by its goal."""
 
 
 def may_open(rules: Rules, corners: Points, origin: Pose, command: Command, doorway: Segments) -> str:
@@ -110,6 +134,7 @@ class Referee:
         """Args: the maze, the rules, the robot's pose now, the time, and which attempt this is, counted from 1."""
         self.attempt = attempt
         self._rules = rules
+        self._goal = maze.goal
         self._time_limit = maze.time_limit
         self._gates = maze.exits.tolist()
         self._crossed = [False] * len(self._gates)
@@ -121,17 +146,17 @@ class Referee:
         self._contacts: tuple[Contact, ...] = ()
         self._rings = 0
         self._rung: list[SlidingDoor] = []
-        self._outcome, self._reason = Outcome.RUNNING, "still inside"
+        self._outcome, self._reason = AttemptOutcome.RUNNING, _UNDER_WAY[type(maze.goal)]
 
     @property
     def finished(self) -> bool:
         """Whether the attempt is over."""
-        return self._outcome is not Outcome.RUNNING
+        return self._outcome is not AttemptOutcome.RUNNING
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> RefereeReport:
         """How the attempt stands."""
-        return Verdict(
+        return RefereeReport(
             self._outcome,
             self._reason,
             self._time - self._began,
@@ -141,6 +166,7 @@ class Referee:
             self._contacts,
             self._rings,
             self.attempt,
+            self._goal,
         )
 
     def rang(self, doors: Iterable[SlidingDoor]) -> None:
@@ -149,7 +175,7 @@ class Referee:
             self._rings += 1
             self._rung += [door for door in doors if door not in self._rung]
 
-    def watch(self, time: float, pose: Pose, world: World, name: str, contacts: tuple[Contact, ...]) -> None:
+    def watch(self, time: float, pose: Pose, world: PhysicalWorld, name: str, contacts: tuple[Contact, ...]) -> None:
         """Take note of where the robot is after a tick.
 
         Args:
@@ -175,7 +201,7 @@ class Referee:
             self._anchor, self._anchor_time = pose, time
         self._outcome, self._reason = self._judge(before, base)
 
-    def _distance_if_smaller(self, pose: Pose, world: World, base: Base, name: str) -> float:
+    def _distance_if_smaller(self, pose: Pose, world: PhysicalWorld, base: Body, name: str) -> float:
         """The robot's distance to what is solid if it may be the smallest so far; otherwise infinity."""
         reach = self._clearance + base.radius
         if not world.anything_within(name, reach):
@@ -184,18 +210,42 @@ class Referee:
         near = solids[distances(np.array([[pose.x, pose.y]]), solids)[0] <= reach + 1e-6]
         return outline_distance(placed(base.outline, pose), near)
 
-    def _judge(self, before: Pose, base: Base) -> tuple[Outcome, str]:
+    def _judge(self, before: Pose, base: Body) -> tuple[AttemptOutcome, str]:
         if self._contacts and self._rules.contact_fails:
-            return Outcome.TOUCHED, str(self._contacts[0])
-        if self._out(before, base):
-            return Outcome.ESCAPED, "the whole robot is across the exit"
+            return AttemptOutcome.TOUCHED, str(self._contacts[0])
+        done = self._done(before, base)
+        if done is not None:
+            return done
+        if isinstance(self._goal, Nothing):
+            return self._ended_at_leisure()
         if self._time - self._anchor_time >= self._rules.still_limit - 1e-9:
-            return Outcome.STOOD_STILL, f"stood still for {self._rules.still_limit:g} s"
+            return AttemptOutcome.STOOD_STILL, f"stood still for {self._rules.still_limit:g} s"
         if self._time >= self._time_limit - 1e-9:
-            return Outcome.OUT_OF_TIME, f"ran out of the {self._time_limit:g} s"
-        return Outcome.RUNNING, "still inside"
+            return AttemptOutcome.OUT_OF_TIME, f"ran out of the {self._time_limit:g} s"
+        return AttemptOutcome.RUNNING, _UNDER_WAY[type(self._goal)]
 
-    def _out(self, before: Pose, base: Base) -> bool:
+    def _ended_at_leisure(self) -> tuple[AttemptOutcome, str]:
+        """The outcome and its reason where nothing is to be done."""
+        if self._time < self._time_limit - 1e-9:
+            return AttemptOutcome.RUNNING, _UNDER_WAY[Nothing]
+        if self._contacts:
+            return AttemptOutcome.TOUCHED, str(self._contacts[0])
+        return AttemptOutcome.SURVIVED, f"touched nothing in the {self._time_limit:g} s"
+
+    def _done(self, before: Pose, base: Body) -> tuple[AttemptOutcome, str] | None:
+        """The outcome and its reason if what was to be done is done now."""
+        match self._goal:
+            case Leave() if self._out(before, base):
+                return AttemptOutcome.ESCAPED, "the whole robot is across the exit"
+            case Reach(place, radius) if distance_between(place, (self._pose.x, self._pose.y)) <= radius:
+                return AttemptOutcome.REACHED, f"the robot is within {radius:g} m of the goal"
+            case Survive(duration) if self._time - self._began >= duration - 1e-9:
+                if self._contacts:
+                    return AttemptOutcome.TOUCHED, str(self._contacts[0])
+                return AttemptOutcome.SURVIVED, f"touched nothing for {duration:g} s"
+        return None
+
+    def _out(self, before: Pose, base: Body) -> bool:
         """Whether the robot's origin went out through an exit and all of its outline has followed."""
         now = self._pose
         for index, gate in enumerate(self._gates):

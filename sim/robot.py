@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from sim.maze import Maze
-from sim.referee import Verdict
+from sim.referee import RefereeReport
 from sim.settings import SimulatorSettings
 from sim.simulation import Simulation
 from transport.description import RobotDescription
@@ -36,7 +36,7 @@ class SimulatedRobot:
         """Nothing to let go of."""
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> RefereeReport:
         """What the referee says of the attempt so far."""
         return self.simulation.verdict()
 

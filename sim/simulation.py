@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from sim.faults import DoorStuck, ObjectStops
 from sim.maze import Maze
-from sim.member import Member
-from sim.referee import Outcome, Verdict
+from sim.referee import AttemptOutcome, RefereeReport
+from sim.robot_instance import RobotInstance
 from sim.settings import SimulatorSettings
-from sim.world import World
+from sim.world import PhysicalWorld
 from transport.description import RobotDescription
 from transport.messages import NANOSECONDS, STOP, Command, Observation, Pose
 
@@ -58,15 +58,15 @@ class Simulation:
         self.seed = self.seed if seed is None else seed
         self.ticks = 0
         self._members = {
-            robot.name: Member(robot, self.maze, self.settings, self.seed, index)
+            robot.name: RobotInstance(robot, self.maze, self.settings, self.seed, index)
             for index, robot in enumerate(self._robots)
         }
         self.world = self._new_world()
         self._observe()
 
-    def _new_world(self) -> World:
+    def _new_world(self) -> PhysicalWorld:
         placed = {name: (member.description, member.pose) for name, member in self._members.items()}
-        return World(self.maze, placed, self._robots[0].period / self._substeps, self.time)
+        return PhysicalWorld(self.maze, placed, self._robots[0].period / self._substeps, self.time)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -88,11 +88,11 @@ class Simulation:
         """What the first robot observes now."""
         return self._observations[self.names[0]]
 
-    def verdict(self, name: str | None = None) -> Verdict:
+    def verdict(self, name: str | None = None) -> RefereeReport:
         """The referee's word on the present attempt of a robot, by default the first."""
         return self._member(name).referee.verdict
 
-    def verdicts(self, name: str | None = None) -> tuple[Verdict, ...]:
+    def verdicts(self, name: str | None = None) -> tuple[RefereeReport, ...]:
         """The referee's word on every attempt so far of a robot, by default the first."""
         member = self._member(name)
         return (*member.verdicts, member.referee.verdict)
@@ -109,7 +109,7 @@ class Simulation:
         """Where a robot, by default the first, really was at each tick."""
         return self._member(name).path
 
-    def _member(self, name: str | None) -> Member:
+    def _member(self, name: str | None) -> RobotInstance:
         return self._members[self.names[0] if name is None else name]
 
     def step(self, commands: Command | Mapping[str, Command]) -> None:
@@ -161,8 +161,8 @@ class Simulation:
         member = self._member(name)
         verdict = member.referee.verdict
         spent = member.referee.attempt >= self.settings.rules.attempts
-        final = verdict.escaped and not self.settings.rules.practice
-        if spent or final or verdict.outcome in (Outcome.RUNNING, Outcome.OUT_OF_TIME):
+        final = verdict.solved and verdict.finished and not self.settings.rules.practice
+        if spent or final or verdict.outcome in (AttemptOutcome.RUNNING, AttemptOutcome.OUT_OF_TIME):
             return False
         member.try_again(self.time, self.world)
         if len(self._members) == 1:

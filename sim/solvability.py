@@ -1,4 +1,4 @@
-"""Whether a maze can be solved at all, where its outside begins, and which way its exits face."""
+"""Whether a robot can do at all what is to be done in a maze, where its outside begins, and which way exits face."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sim.free_space import Flags, FreeSpace, flood, within
 from sim.geometry import distances
-from sim.maze import Maze, Point, Segments
+from sim.maze import Leave, Maze, Point, Reach, Segments
 from transport.arithmetic import distance_between, norm, norms
 from transport.description import RobotDescription
 
@@ -22,12 +22,14 @@ SNAP = 0.15
 """An exit that was found on the grid is drawn to the end of a wall that is as near as this, m."""
 LARGEST = 200.0
 """Mazes longer or wider than this are refused, m."""
+LARGEST_AREA = 20_000.0
+"""Mazes with a larger bounding box than this are refused, m^2: they would take more memory than a laptop has."""
 THIN = 0.03
 """Half the width of the narrowest gap that a search on the grid finds for certain, m."""
 
 
 class UnsolvableError(Exception):
-    """A maze that no robot can leave by the rules.
+    """A maze in which no robot can do what is to be done.
 
     Attributes:
         reason: why.
@@ -40,28 +42,27 @@ class UnsolvableError(Exception):
         super().__init__(reason)
 
 
-def checked(maze: Maze, radius: float | None = None) -> Maze:
-    """The maze, complete and known to be solvable by a robot.
+class ClosedError(UnsolvableError):
+    """A maze without exits whose inside and outside no way joins."""
 
-    Exits are found where the maze has none, and turned outwards.
+
+def checked(maze: Maze, radius: float | None = None) -> Maze:
+    """The maze, complete, and known to let a robot do what is to be done.
+
+    Where the robot is to leave, exits are found if the maze has none, and a way leads out; where it is to reach a
+    place, a way leads there. Exits are turned outwards.
 
     Args:
         maze: as it was drawn.
         radius: what must fit everywhere: a disc of this radius, m; by default the one that PICO sweeps when it turns.
 
     Raises:
-        UnsolvableError: it has no walls, no room at the start, or no way out.
+        UnsolvableError: it has no walls or is too large, there is no room at the start, or there is no way.
     """
     radius = RobotDescription().radius if radius is None else radius
-    if len(maze.walls) == 0:
+    if len(maze.barriers) == 0:
         raise UnsolvableError("the maze has no walls", maze.start_point)
-    left, bottom, right, top = maze.bounds
-    if max(right - left, top - bottom) > LARGEST:
-        raise UnsolvableError(
-            f"the maze is {right - left:.4g} by {top - bottom:.4g} m; more than {LARGEST:.0f} m is not searched",
-            (right, top),
-            "check the scale",
-        )
+    _refuse_large(maze)
     for start in maze.starts:
         x, y = start.pose.x, start.pose.y
         room = radius + norm(start.spread.x, start.spread.y)
@@ -69,23 +70,43 @@ def checked(maze: Maze, radius: float | None = None) -> Maze:
             raise UnsolvableError(
                 f"the robot does not fit at its start ({x:.2f}, {y:.2f}) m: a wall is nearer than {room:.2f} m",
                 (x, y),
-                "move the start away from the walls",
+                "move the start away from the walls, with `--start` for example",
             )
-    maze = _turned_outwards(maze) if len(maze.exits) else _with_exits_found(maze)
-    if shortest_way(maze, radius) is None:
-        raise _no_way_out(maze, radius)
+    if len(maze.exits):
+        maze = _turned_outwards(maze)
+    elif maze.goal == Leave():
+        maze = _with_exits_found(maze)
+    if isinstance(maze.goal, Leave | Reach) and shortest_way(maze, radius) is None:
+        raise _no_way(maze, radius)
     return maze
 
 
+def _refuse_large(maze: Maze) -> None:
+    left, bottom, right, top = maze.bounds
+    for thing in maze.objects:
+        reach = max(norm(x, y) for x, y in thing.outline)
+        for x, y in thing.path:
+            left, right = min(left, x - reach), max(right, x + reach)
+            bottom, top = min(bottom, y - reach), max(top, y + reach)
+    width, height = right - left, top - bottom
+    if max(width, height) > LARGEST or width * height > LARGEST_AREA:
+        raise UnsolvableError(
+            f"the maze, with all that moves in it, is {width:.4g} by {height:.4g} m; more than {LARGEST:.0f} m or "
+            f"{LARGEST_AREA:.0f} m2 is not searched",
+            (right, top),
+            "check the scale",
+        )
+
+
 def shortest_way(maze: Maze, radius: float | None = None) -> float | None:
-    """Length of the shortest way, in steps along x and y, from the start through an exit with the doors open.
+    """Length of the shortest way, in steps along x and y, from the start through an exit or to the goal, doors open.
 
     Args:
-        maze: a maze with exits.
+        maze: a maze with exits or a place to reach.
         radius: what must fit everywhere: a disc of this radius, m; by default the one that PICO sweeps when it turns.
 
     Returns:
-        Metres, or None where no way leads out.
+        Metres, or None where no way leads there, or nowhere is to be reached.
     """
     radius = RobotDescription().radius if radius is None else radius
     way = _way_on_grid(maze, radius, COARSE)
@@ -95,7 +116,7 @@ def shortest_way(maze: Maze, radius: float | None = None) -> float | None:
 def _space_for(maze: Maze, radius: float, step: float) -> FreeSpace:
     """The grid for a disc of some radius; the points of grids for different radii coincide."""
     margin = COARSE * math.ceil((3 * radius + COARSE) / COARSE)
-    return FreeSpace.around(maze.walls, maze.bounds, limit=radius + step, step=step, margin=margin)
+    return FreeSpace.around(maze.barriers, maze.bounds, limit=radius + step, step=step, margin=margin)
 
 
 def _way_on_grid(maze: Maze, radius: float, step: float) -> float | None:
@@ -106,20 +127,31 @@ def _way_on_grid(maze: Maze, radius: float, step: float) -> float | None:
     if start is None:
         return None
     steps = flood(fits, _only(fits, start))
-    ways = []
-    for ax, ay, bx, by in maze.exits.tolist():
+    reached = [cell for cell in _targets(maze, radius, space) if space.holds(cell) and steps[cell] >= 0]
+    return min(int(steps[cell]) for cell in reached) * step if reached else None
+
+
+def _targets(maze: Maze, radius: float, space: FreeSpace) -> list[tuple[int, int]]:
+    """The points of the grid one of which must be reached; some may lie outside of the grid."""
+    if isinstance(maze.goal, Reach):
+        x, y = maze.goal.place
+        row, column = space.cell((x, y))
+        most = math.floor(maze.goal.radius / space.step)
+        around = range(-most, most + 1)
+        near = [(row + i, column + j) for i in around for j in around if norm(i, j) <= most]
+        return near or [(row, column)]
+    cells = []
+    for ax, ay, bx, by in maze.exits.tolist() if maze.goal == Leave() else []:
         length = norm(bx - ax, by - ay)
         out_x, out_y = -radius * (by - ay) / length, radius * (bx - ax) / length
         for along in np.linspace(0.0, 1.0, 41).tolist():
-            cell = space.cell((ax + along * (bx - ax) + out_x, ay + along * (by - ay) + out_y))
-            if space.holds(cell) and steps[cell] >= 0:
-                ways.append(int(steps[cell]))
-    return min(ways) * step if ways else None
+            cells.append(space.cell((ax + along * (bx - ax) + out_x, ay + along * (by - ay) + out_y)))
+    return cells
 
 
 def _with_doors(maze: Maze) -> Segments:
     leaves = [[*door.leaf[0], *door.leaf[1]] for door in maze.doors]
-    return np.concatenate([maze.walls, np.asarray(leaves, dtype=np.float64).reshape(-1, 4)])
+    return np.concatenate([maze.barriers, np.asarray(leaves, dtype=np.float64).reshape(-1, 4)])
 
 
 def _only(like: Flags, cell: tuple[int, int]) -> Flags:
@@ -128,12 +160,16 @@ def _only(like: Flags, cell: tuple[int, int]) -> Flags:
     return flags
 
 
-def _no_way_out(maze: Maze, radius: float) -> UnsolvableError:
+def _no_way(maze: Maze, radius: float) -> UnsolvableError:
     """Tell a way that is too narrow, and where, from no way at all."""
+    leaves = maze.goal == Leave()
     if shortest_way(maze, THIN) is None:
         x, y = maze.start_point
+        where = "an exit" if leaves else "the goal"
         return UnsolvableError(
-            f"no way leads from the start ({x:.2f}, {y:.2f}) m to an exit", (x, y), "open a wall on the way"
+            f"no way leads from the start ({x:.2f}, {y:.2f}) m to {where}",
+            (x, y),
+            "open a wall on the way, or choose another start or exit",
         )
     fitting, stuck = THIN, radius
     while stuck - fitting > STEP / 2:
@@ -141,7 +177,7 @@ def _no_way_out(maze: Maze, radius: float) -> UnsolvableError:
         fitting, stuck = (fitting, middle) if shortest_way(maze, middle) is None else (middle, stuck)
     x, y = _bottleneck(maze, fitting, stuck)
     return UnsolvableError(
-        f"the way out is only about {2 * fitting:.2f} m wide at ({x:.2f}, {y:.2f}) m; "
+        f"the way {'out' if leaves else 'to the goal'} is only about {2 * fitting:.2f} m wide at ({x:.2f}, {y:.2f}) m; "
         f"the robot needs {2 * radius:.2f} m to turn",
         (x, y),
         "widen the passage",
@@ -153,6 +189,8 @@ def _bottleneck(maze: Maze, fitting: float, stuck: float) -> Point:
     space = _space_for(maze, stuck, STEP)
     slim, wide = space.clearance >= fitting - STEP / 4, space.clearance >= stuck - STEP / 4
     start = space.nearest(maze.start_point, wide)
+    # Where nothing wide lies beyond, it is the goal itself that is too near to a wall.
+    end = maze.goal.place if isinstance(maze.goal, Reach) else maze.start_point
     if start is None:
         return maze.start_point
     # Nearest to the area that the wide one reaches, of all points that only the slim one reaches.
@@ -160,7 +198,7 @@ def _bottleneck(maze: Maze, fitting: float, stuck: float) -> Point:
     beyond = flood(slim & ~reached, within(reached, 1) & ~reached)
     outside = (beyond >= 0) & wide
     if not outside.any():
-        return maze.start_point
+        return end
     exits = np.argwhere(outside)
     back = flood(slim, _only(slim, (int(exits[0][0]), int(exits[0][1]))))
     gate = np.where(reached & (back >= 0), back, np.iinfo(np.int32).max)
@@ -170,7 +208,7 @@ def _bottleneck(maze: Maze, fitting: float, stuck: float) -> Point:
 
 def _turned_outwards(maze: Maze) -> Maze:
     """The maze with each exit turned so that the outside lies to its left."""
-    barrier = np.concatenate([maze.walls, maze.exits])
+    barrier = np.concatenate([maze.barriers, maze.exits])
     space = FreeSpace.around(barrier, maze.bounds, limit=2 * COARSE, step=COARSE, margin=1.0)
     free = space.clearance > 0.6 * COARSE
     reached = flood(free, _only(free, space.cell(maze.start_point))) >= 0
@@ -204,20 +242,22 @@ def _with_exits_found(maze: Maze) -> Maze:
         start = space.cell(maze.start_point)
         if outside[start]:
             continue
-        undoored = FreeSpace.around(maze.walls, maze.bounds, limit=0.1, step=COARSE, margin=2 * radius)
+        undoored = FreeSpace.around(maze.barriers, maze.bounds, limit=0.1, step=COARSE, margin=2 * radius)
         inside = flood((undoored.clearance > 2 * THIN) & ~outside, _only(outside, start)) >= 0
-        exits = _openings(space, inside, outside, maze.walls)
+        exits = _openings(space, inside, outside, maze.barriers)
         if len(exits) == 0:
             x, y = maze.start_point
-            raise UnsolvableError(
+            raise ClosedError(
                 f"no way leads from the start ({x:.2f}, {y:.2f}) m to the outside",
                 (x, y),
-                "leave an opening in the outer wall",
+                "leave an opening in the outer wall, or choose another goal with `--goal` or `goal`",
             )
         return replace(maze, exits=exits)
     x, y = maze.start_point
     raise UnsolvableError(
-        f"the start ({x:.2f}, {y:.2f}) m lies outside of the maze", (x, y), "the robot must start among the walls"
+        f"the start ({x:.2f}, {y:.2f}) m lies outside of the maze",
+        (x, y),
+        "start among the walls, or choose another goal with `--goal`",
     )
 
 

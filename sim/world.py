@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 import pymunk
 
-from sim.base import Base, convex_parts
+from sim.body import Body, convex_parts
 from sim.doors import SlidingDoor
 from sim.geometry import edges, outline_distance, placed
 from sim.maze import Maze, Point, Segments
-from sim.objects import Traveller
+from sim.objects import MovingObstacle
 from transport.description import RobotDescription
 from transport.messages import Pose, Twist
 
@@ -21,6 +21,8 @@ SLOP = 1e-4
 """How deep the solver lets bodies overlap, m."""
 DOORWAY = 0.1
 """An open door waits while a robot is nearer to the doorway than this, m."""
+UNKNOWN = "the edge of the unknown"
+"""What a robot touches where a map ends."""
 _ROBOT, _SOLID = 1, 2
 
 
@@ -31,7 +33,7 @@ class Contact:
     Attributes:
         time: simulated time, s.
         robot: the robot's name.
-        other: what it touched: ``wall``, or the name of a door, an object or a robot.
+        other: what it touched: ``wall``, `UNKNOWN`, or the name of a door, an object or a robot.
         place: where in the world, m.
         speed: how fast the two approached each other there, m/s.
     """
@@ -51,7 +53,7 @@ def _velocity(shape: pymunk.Shape, place: pymunk.Vec2d) -> pymunk.Vec2d:
     return pymunk.Vec2d.zero() if shape.body is None else shape.body.velocity_at_world_point(place)
 
 
-class World:
+class PhysicalWorld:
     """Everything solid in one maze, and time."""
 
     def __init__(
@@ -70,21 +72,22 @@ class World:
         self._space = pymunk.Space()
         self._space.collision_slop = SLOP
         self._names: dict[pymunk.Shape, str] = {}
-        for ax, ay, bx, by in maze.walls.tolist():
-            self._add("wall", pymunk.Segment(self._space.static_body, (ax, ay), (bx, by), 0.0), _SOLID)
+        for name, barriers in (("wall", maze.walls), (UNKNOWN, maze.unknown)):
+            for ax, ay, bx, by in barriers.tolist():
+                self._add(name, pymunk.Segment(self._space.static_body, (ax, ay), (bx, by), 0.0), _SOLID)
         self.doors = [SlidingDoor(door) for door in maze.doors]
         self._leaves = [pymunk.Body(body_type=pymunk.Body.KINEMATIC) for _ in self.doors]
         for door, body in zip(self.doors, self._leaves, strict=True):
             self._space.add(body)
             self._add(door.door.name, pymunk.Segment(body, *door.door.leaf, 0.0), _SOLID)
-        self.objects = [Traveller(thing) for thing in maze.objects]
+        self.objects = [MovingObstacle(thing) for thing in maze.objects]
         self._things = [pymunk.Body(body_type=pymunk.Body.KINEMATIC) for _ in self.objects]
         for thing, body in zip(self.objects, self._things, strict=True):
             body.position = thing.place
             self._space.add(body)
             for part in convex_parts(thing.thing.outline):
                 self._add(thing.thing.name, pymunk.Poly(body, part), _SOLID)
-        self.bases = {name: Base(description, pose) for name, (description, pose) in robots.items()}
+        self.bases = {name: Body(description, pose) for name, (description, pose) in robots.items()}
         for group, (name, base) in enumerate(self.bases.items(), start=1):
             self._space.add(base.body)
             for shape in base.shapes:
@@ -161,7 +164,11 @@ class World:
     def solids(self) -> Segments:
         """Walls, doors and objects as they stand now, shape (n, 4)."""
         if self._solids is None:
-            parts = [self.maze.walls, *(door.leaf() for door in self.doors), *(thing.sides() for thing in self.objects)]
+            parts = [
+                self.maze.barriers,
+                *(door.leaf() for door in self.doors),
+                *(thing.sides() for thing in self.objects),
+            ]
             self._solids = np.ascontiguousarray(np.concatenate(parts))
         return self._solids
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from perception.facts import Facts
-from skills.safety import Guard
+from skills.safety import CollisionGuard
 from skills.settings import SkillSettings
 from skills.surroundings import Surroundings
 from transport.description import RobotDescription
@@ -19,8 +19,8 @@ class MotionChain:
     """
 
     def __init__(self, robot: RobotDescription, settings: SkillSettings) -> None:
-        self._guard = Guard(robot, settings.safety)
-        self._surroundings = Surroundings(robot.laser, settings.safety.reach)
+        self._guard = CollisionGuard(robot, settings.safety)
+        self._surroundings = Surroundings(settings.safety.reach)
         self._last = STOP
 
     def shape(self, wanted: Command, facts: Facts) -> Command:

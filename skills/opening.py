@@ -20,6 +20,8 @@ SAME_WALL = 0.2
 """How far aside from the wall beside the robot its continuation may lie, m."""
 INTO = 1.0
 """How far aside the bounds of the opening are looked for, m."""
+BEHIND = 0.5
+"""What lies farther back than this is not the wall beside the robot, m: PICO's laser sees no farther back there."""
 
 
 @dataclass(slots=True)
@@ -73,11 +75,11 @@ def opening_of(points: Points, robot: RobotDescription, side: Side, pose: Pose, 
         error: how far the course is to the left of the robot's heading, rad.
     """
     x, y = points[:, 0], points[:, 1] * side.sign
-    beside = (y > robot.half_width / 2) & (y < INTO) & (x < NEAR_CORNER)
+    beside = (y > robot.half_width / 2) & (y < INTO) & (x < NEAR_CORNER) & (x > -BEHIND)
     near, aside = 0.0, INTO
     if beside.any():
         aside = float(y[beside].min())
-        wall = np.sort(x[np.abs(y - aside) < SAME_WALL])
+        wall = np.sort(x[(np.abs(y - aside) < SAME_WALL) & (x > -BEHIND)])
         ends = wall[:-1][np.diff(wall) > SMALLEST]
         near = float(ends[0] if len(ends) else wall[-1])
     return Opening(Frame(Pose(pose.x, pose.y, pose.heading + error)), side, near, aside, robot.half_width)

@@ -38,7 +38,7 @@ STANDING = np.zeros((1, 3))
 """The pose of a robot that stays where it is."""
 
 
-class Guard:
+class CollisionGuard:
     """Cuts a command, or turns it away, where it would bring the outline within the margin of a wall.
 
     A command is admitted if the robot, having followed it for one period and braking hard from then on, keeps its

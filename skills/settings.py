@@ -24,7 +24,7 @@ class MotionSettings(Settings):
     """Speed that is allowed for every metre of free way ahead, 1/s."""
 
 
-class WallSettings(Settings):
+class FollowWallSettings(Settings):
     """The virtual spring between the robot and the walls at its sides."""
 
     distance: Positive = 0.5
@@ -67,7 +67,7 @@ class ArcSettings(Settings):
     """The turn is over when less than this is left, rad."""
 
 
-class DoorSettings(Settings):
+class RingSettings(Settings):
     """Ringing at a door and passing it."""
 
     settle: Positive = 0.3
@@ -98,13 +98,13 @@ class SkillSettings(Settings):
 
     motion: MotionSettings = MotionSettings()
     """Feedback that every driving skill shares."""
-    wall: WallSettings = WallSettings()
+    wall: FollowWallSettings = FollowWallSettings()
     """Following walls."""
     rotate: RotateSettings = RotateSettings()
     """Turning on the spot."""
     arc: ArcSettings = ArcSettings()
     """Turning while driving."""
-    door: DoorSettings = DoorSettings()
+    door: RingSettings = RingSettings()
     """Opening doors."""
     safety: SafetySettings = SafetySettings()
     """Keeping off the walls."""

@@ -22,6 +22,14 @@ class Message(NamedTuple):
     attachment: bytes = b""
 
 
+class Reply(Protocol):
+    """Sends the answer to a question."""
+
+    def __call__(self, payload: bytes, attachment: bytes = b"") -> None:
+        """Send it, with what rides with it."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Request:
     """One question that waits for an answer.
@@ -33,7 +41,7 @@ class Request:
     """
 
     payload: bytes
-    reply: Callable[[bytes], None]
+    reply: Reply
     attachment: bytes = b""
 
 
@@ -112,6 +120,10 @@ class Bus(Protocol):
 
     def ask(self, key: str, payload: bytes, timeout: float, attachment: bytes = b"") -> bytes | None:
         """One question: its answer, or None if nobody answered within ``timeout`` seconds."""
+        ...
+
+    def survey(self, seconds: float) -> set[str]:
+        """The keys on which anything is said within a time, and the liveliness tokens of ROS 2 that are there."""
         ...
 
     def close(self) -> None:

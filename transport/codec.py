@@ -12,26 +12,33 @@ Sources: OMG DDSI-RTPS 2.5, section 10 (CDR encapsulation); the message definiti
 
 from __future__ import annotations
 
+import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import Typesdict
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from transport.messages import NANOSECONDS, DoorReply, Odometry, Scan, ScanGeometry, Twist
+from transport.messages import NANOSECONDS, DoorReply, Odometry, Pose, Scan, ScanGeometry, Twist
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
 TWIST = "geometry_msgs/msg/Twist"
+TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
 CLOCK = "rosgraph_msgs/msg/Clock"
 EMPTY = "std_msgs/msg/Empty"
 STRING = "std_msgs/msg/String"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
+GRID = "nav_msgs/msg/OccupancyGrid"
+PATH = "nav_msgs/msg/Path"
+OUTLINE = "geometry_msgs/msg/PolygonStamped"
+POINTS = "sensor_msgs/msg/PointCloud2"
 TRIGGER = "std_srvs/srv/Trigger"
 TRIGGER_RESPONSE = "std_srvs/srv/Trigger_Response"
 
@@ -41,8 +48,11 @@ MAX_BEAMS = 100_000
 LASER_FRAME = "laser"
 ODOMETRY_FRAME = "odom"
 BASE_FRAME = "base_link"
+MAP_FRAME = "map"
 
 _MAX_SECONDS = 2**31
+_UPRIGHT = 0.05
+"""A rotation whose quaternion has larger x or y components is not about the vertical."""
 
 
 class CodecError(ValueError):
@@ -253,6 +263,23 @@ def decode_twist(payload: bytes) -> Twist:
     return Twist(float(message.linear.x), float(message.linear.y), float(message.angular.z))
 
 
+def encode_twist_stamped(twist: Twist, stamp: int) -> bytes:
+    """A velocity as ``geometry_msgs/TwistStamped`` in the frame ``base_link``; a stamp that ROS cannot say is 0."""
+    said = stamp if 0 <= stamp < _MAX_SECONDS * NANOSECONDS else 0
+    velocity = _MESSAGES[TWIST](_vector(twist.forward, twist.left, 0.0), _vector(0.0, 0.0, twist.turn))
+    return _encode(_MESSAGES[TWIST_STAMPED](_header(said, BASE_FRAME), velocity), TWIST_STAMPED)
+
+
+def decode_twist_stamped(payload: bytes) -> Twist:
+    """The planar part of a ``geometry_msgs/TwistStamped``.
+
+    Raises:
+        CodecError: the payload is not such a message.
+    """
+    twist = _decode(payload, TWIST_STAMPED).twist
+    return Twist(float(twist.linear.x), float(twist.linear.y), float(twist.angular.z))
+
+
 def encode_clock(stamp: int) -> bytes:
     """A time in ns as ``rosgraph_msgs/Clock``."""
     return _STAMP.pack(_LITTLE_ENDIAN, *_split(stamp))
@@ -315,6 +342,106 @@ def encode_transforms(*transforms: Transform) -> bytes:
         for transform in transforms
     ]
     return _encode(_MESSAGES[TRANSFORMS](transforms=stamped), TRANSFORMS)
+
+
+def decode_transforms(payload: bytes) -> tuple[Transform, ...]:
+    """The poses of frames in a ``tf2_msgs/TFMessage``, as far as they are turned about the vertical only.
+
+    Raises:
+        CodecError: the payload is not such a message.
+    """
+    found = []
+    for one in _decode(payload, TRANSFORMS).transforms:
+        place, turn = one.transform.translation, one.transform.rotation
+        if max(abs(turn.x), abs(turn.y)) < _UPRIGHT:
+            names = str(one.header.frame_id), str(one.child_frame_id)
+            found.append(Transform(_stamp(one.header.stamp), *names, place.x, place.y, turn.z, turn.w))
+    return tuple(found)
+
+
+def frame_of(payload: bytes, name: str) -> str:
+    """The frame in the header of a message of any type that has one.
+
+    Raises:
+        CodecError: the payload is not such a message.
+    """
+    return str(_decode(payload, name).header.frame_id)
+
+
+def child_frame_of(payload: bytes) -> str:
+    """The frame whose pose a ``nav_msgs/Odometry`` gives.
+
+    Raises:
+        CodecError: the payload is not such a message.
+    """
+    return str(_decode(payload, ODOMETRY).child_frame_id)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """A map of cells.
+
+    Attributes:
+        cells: 0 free, 100 occupied, -1 unknown; shape (rows, columns), the first row at the lower edge.
+        resolution: edge of a cell, m.
+        x: of the lower left corner, m.
+        y: of the lower left corner, m.
+    """
+
+    cells: NDArray[np.int8]
+    resolution: float
+    x: float
+    y: float
+
+
+def encode_grid(grid: Grid, stamp: int) -> bytes:
+    """A map as ``nav_msgs/OccupancyGrid`` in the frame ``map``."""
+    rows, columns = grid.cells.shape
+    pose = _pose(Pose(grid.x, grid.y, 0.0))
+    info = _MESSAGES["nav_msgs/msg/MapMetaData"](_time(stamp), grid.resolution, columns, rows, pose)
+    return _encode(_MESSAGES[GRID](_header(stamp, MAP_FRAME), info, grid.cells.ravel()), GRID)
+
+
+def encode_path(poses: Sequence[Pose], frame: str, stamp: int) -> bytes:
+    """Where something has been as ``nav_msgs/Path``."""
+    header = _header(stamp, frame)
+    stamped = [_MESSAGES["geometry_msgs/msg/PoseStamped"](header, _pose(pose)) for pose in poses]
+    return _encode(_MESSAGES[PATH](header, stamped), PATH)
+
+
+def encode_outline(corners: Sequence[tuple[float, float]], stamp: int) -> bytes:
+    """A robot's outline as ``geometry_msgs/PolygonStamped`` in the frame ``base_link``."""
+    points = [_MESSAGES["geometry_msgs/msg/Point32"](x, y, 0.0) for x, y in corners]
+    outline = _MESSAGES["geometry_msgs/msg/Polygon"](points)
+    return _encode(_MESSAGES[OUTLINE](_header(stamp, BASE_FRAME), outline), OUTLINE)
+
+
+def encode_points(points: NDArray[np.float32], stamp: int) -> bytes:
+    """Points as ``sensor_msgs/PointCloud2`` in the frame ``laser``.
+
+    Args:
+        points: x, y and z in metres, shape (n, 3).
+        stamp: when they were seen, ns.
+    """
+    fields = [_MESSAGES["sensor_msgs/msg/PointField"](name, 4 * at, 7, 1) for at, name in enumerate("xyz")]
+    data, count = np.frombuffer(points.astype("<f4", copy=False).tobytes(), dtype=np.uint8), len(points)
+    cloud = _MESSAGES[POINTS](
+        header=_header(stamp, LASER_FRAME),
+        height=1,
+        width=count,
+        fields=fields,
+        is_bigendian=False,
+        point_step=12,
+        row_step=12 * count,
+        data=data,
+        is_dense=True,
+    )
+    return _encode(cloud, POINTS)
+
+
+def _pose(pose: Pose) -> Any:
+    turn = _MESSAGES["geometry_msgs/msg/Quaternion"](0.0, 0.0, math.sin(pose.heading / 2), math.cos(pose.heading / 2))
+    return _MESSAGES["geometry_msgs/msg/Pose"](_MESSAGES["geometry_msgs/msg/Point"](pose.x, pose.y, 0.0), turn)
 
 
 def type_hash(name: str) -> str:

@@ -135,7 +135,8 @@ def open_robot(
     Raises:
         LinkError: as :func:`connect_robot`.
     """
-    keys, clock = RobotKeys(description.name, settings), clock or MonotonicClock()
+    clock = clock or MonotonicClock()
+    keys = RobotKeys(description.name if settings.gate else description.topics_below, settings)
     driver: RosDriver | LeasedDriver
     try:
         if settings.gate:

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import math
+from typing import Annotated, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from transport.arithmetic import norm
 from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
-from transport.section import Point, Positive, Settings
+from transport.section import Point, Positive, Settings, is_network_name
 
 __all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription"]
 
 
 class Laser(Settings):
-    """The laser range finder and where it is mounted."""
+    """The laser range finder and where it is mounted.
+
+    A laser that turns clockwise is described by the same two angles, in either order: its scans are turned round.
+    """
 
     beams: Annotated[int, Field(ge=2)] = 1000
     """Number of beams."""
@@ -33,6 +37,31 @@ class Laser(Settings):
     """Position of the sensor in the robot's frame, m to the left."""
     mount_heading: float = 0.0
     """Direction of the sensor's zero angle in the robot's frame, rad."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _counter_clockwise(cls, values: object) -> object:
+        """The two ends of the fan in counter-clockwise order."""
+        if isinstance(values, dict):
+            first, last = values.get("angle_min"), values.get("angle_max")
+            if isinstance(first, int | float) and isinstance(last, int | float) and first > last:
+                return values | {"angle_min": last, "angle_max": first}
+        return values
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        span, furthest = self.angle_max - self.angle_min, max(abs(self.angle_min), abs(self.angle_max))
+        if not span > 0:
+            raise ValueError(f"must have `angle_min` ({self.angle_min:g}) below `angle_max` ({self.angle_max:g})")
+        if furthest > 2 * math.tau:
+            raise ValueError(f"has its angles in radians: {furthest:g} degrees are {math.radians(furthest):.4f} rad")
+        if not span <= math.tau + 1.5 * span / (self.beams - 1):
+            raise ValueError(f"cannot look at more than a full turn: it is {math.tau:.4f} rad, not {span:g}")
+        if self.range_min >= self.range_max:
+            raise ValueError(f"must have `range_min` ({self.range_min:g}) below `range_max` ({self.range_max:g})")
+        if not math.isfinite(self.mount_x + self.mount_y + self.mount_heading):
+            raise ValueError("must be mounted at a finite place")
+        return self
 
     def geometry(self) -> ScanGeometry:
         """The beams as a scan describes them."""
@@ -57,11 +86,17 @@ PICO_FOOTPRINT: tuple[Point, ...] = (
 )
 
 
+SMALLEST = 1e-4
+"""A footprint covers at least so much, m^2: a square centimetre."""
+
+
 class RobotDescription(Settings):
     """One robot's body: by default PICO's."""
 
     name: str = "pico"
-    """The robot's name, which is also its namespace on a network."""
+    """The robot's name, under which a gate or a simulator shows it on a network."""
+    namespace: str = "{name}"
+    """Namespace of the topics of a bare ROS 2 robot; `{name}` stands for its name. Empty for a robot without one."""
     footprint: tuple[Point, ...] = PICO_FOOTPRINT
     """Outline seen from above in the robot's frame, m, counter-clockwise."""
     limits: Limits = Limits()
@@ -72,6 +107,16 @@ class RobotDescription(Settings):
     """The laser range finder."""
     period: Positive = 0.1
     """Time from one command to the next, s."""
+
+    @field_validator("footprint")
+    @classmethod
+    def _has_an_area(cls, footprint: tuple[Point, ...]) -> tuple[Point, ...]:
+        """The corners counter-clockwise, whichever way they are given."""
+        after = (*footprint[1:], *footprint[:1])
+        area = math.fsum(x * next_y - next_x * y for (x, y), (next_x, next_y) in zip(footprint, after, strict=True)) / 2
+        if not SMALLEST <= abs(area) < math.inf:
+            raise ValueError(f"must be an outline with an area, not {len(footprint)} corners around {abs(area):g} m^2")
+        return footprint if area > 0 else footprint[::-1]
 
     @field_validator("base", mode="before")
     @classmethod
@@ -85,6 +130,19 @@ class RobotDescription(Settings):
         track = named.get("track", width)
         rim = limits.speed + limits.turn_rate * (track if isinstance(track, float) else width) / 2
         return {"track": width, "wheel_speed": rim} | named
+
+    @field_validator("name", "namespace")
+    @classmethod
+    def _sayable(cls, value: str, info: ValidationInfo) -> str:
+        spelt = value.replace("{name}", "name").strip("/")
+        if not is_network_name(spelt) and (spelt or info.field_name == "name"):
+            raise ValueError(f"must be letters, digits, - and _, a letter first, not {value!r}")
+        return value
+
+    @property
+    def topics_below(self) -> str:
+        """The namespace of its topics as a bare ROS 2 robot; empty where they have none."""
+        return self.namespace.replace("{name}", self.name).strip("/")
 
     @property
     def radius(self) -> float:

@@ -16,7 +16,9 @@ from transport.codec import (
     decode_scan,
     encode_empty,
     encode_twist,
+    encode_twist_stamped,
 )
+from transport.hearing import heard_instead
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply, Odometry, Scan, Twist
 from transport.ros_graph import RosGraph, RosPublisher, RosSender
@@ -36,7 +38,7 @@ class Sensed:
     door: DoorReply | None = None
 
 
-class Driver(Protocol):
+class RobotDriver(Protocol):
     """What moves a robot and knows its sensors, at the other end of a network.
 
     Attributes:
@@ -55,6 +57,10 @@ class Driver(Protocol):
 
     def drive(self, command: Command) -> None:
         """Pass a command on; never waits."""
+        ...
+
+    def heard(self) -> str:
+        """What can be heard where no data came, in words; empty where that is not known. Takes a moment."""
         ...
 
     def report(self) -> Mapping[str, object]:
@@ -87,6 +93,8 @@ class RosDriver:
             graph.subscriber(keys.odometry)
             self._publisher = RosPublisher(self._publisher, graph.publisher(keys.command))
         self._bell = _bell(bus, keys, graph)
+        self._keys, self._answered = keys, 0
+        self._unread = ""
         self._closed = False
 
     def sense(self) -> Sensed:
@@ -97,17 +105,23 @@ class RosDriver:
 
     def drive(self, command: Command) -> None:
         """Send the velocity, and ring where the command says so."""
+        self._answered = command.answers
         self.move(command.twist)
         if command.ring:
             self.ring()
 
     def move(self, twist: Twist) -> None:
         """Send a velocity."""
-        self._publisher.put(encode_twist(twist))
+        stamped = self._keys.settings.command_type == "TwistStamped"
+        self._publisher.put(encode_twist_stamped(twist, self._answered) if stamped else encode_twist(twist))
 
     def ring(self) -> None:
         """Ask for the door; its answer comes with a later observation."""
         self._bell.ring()
+
+    def heard(self) -> str:
+        """Where it was listened, what could not be read, and what else is on the network."""
+        return self._unread or heard_instead(self._bus, self._keys)
 
     def report(self) -> Mapping[str, object]:
         """Nothing: there is no referee."""
@@ -128,8 +142,9 @@ class RosDriver:
             return None
         try:
             return decode(message.payload)
-        except CodecError:
+        except CodecError as error:
             self.dropped["malformed"] += 1
+            self._unread = f"a message came that cannot be read: {error}"
             return None
 
 

@@ -16,13 +16,13 @@ from transport.clock import Clock, MonotonicClock, Pace
 from transport.description import Laser, RobotDescription
 from transport.driver import RosDriver
 from transport.envelope import ObservationTag
-from transport.guard import Guard
+from transport.guard import CommandGuard
 from transport.keys import RobotKeys
 from transport.messages import STOP, Command, DoorReply, LinkStatus, Observation, Twist
 from transport.senses import Senses
-from transport.session import Again, Ask, Close, Granted, Lease, Open, Refused, State
+from transport.session import Ask, Close, Granted, Lease, Open, Refused, Retry, SessionState
 from transport.settings import LinkSettings
-from transport.side import Order, RobotSide
+from transport.side import RobotEndpoint, TaggedCommand
 from transport.trust import Trust
 from transport.wording import printable
 from transport.world import MakeWorld, World
@@ -32,7 +32,7 @@ _LOOK = 0.005
 """Between two looks at a driver's sensors, s."""
 
 
-class Base(Protocol):
+class GatedBase(Protocol):
     """What a gate stands in front of."""
 
     def begin(self, question: Open) -> str:
@@ -85,13 +85,13 @@ class Gate:
     def __init__(
         self,
         bus: Bus,
-        base: Base,
+        base: GatedBase,
         description: RobotDescription,
         settings: LinkSettings | None = None,
         clock: Clock | None = None,
     ) -> None:
         settings, self._clock = settings or LinkSettings(), clock or MonotonicClock()
-        self.guard = Guard(description, settings, self._clock.now)
+        self.guard = CommandGuard(description, settings, self._clock.now)
         self.trust = Trust(settings)
         self._base, self._name, self._period = base, description.name, description.period
         self._granted: Granted | None = None
@@ -103,7 +103,7 @@ class Gate:
         self._repeat = Pace(self._period, self._clock)
         self._told = STOP
         self._last: Observation | None = None
-        self._side = RobotSide(bus, RobotKeys(description.name, settings), self)
+        self._side = RobotEndpoint(bus, RobotKeys(description.name, settings), self)
         self.dropped = self._side.dropped
 
     def episodes(
@@ -120,7 +120,7 @@ class Gate:
                 another one wants the robot, so that one that was held up may come back.
         """
         try:
-            order: Order | None = None
+            order: TaggedCommand | None = None
             while not stop():
                 order = self._side.take(min(self.pump(order), heartbeat))
                 if order is None and self._granted is not None and self.lease.idle > forsaken:
@@ -130,7 +130,7 @@ class Gate:
         finally:
             self._base.move(STOP)
 
-    def pump(self, order: Order | None = None) -> float:
+    def pump(self, order: TaggedCommand | None = None) -> float:
         """Do all that is due now, without waiting, beginning with a command that was taken already.
 
         Returns:
@@ -182,22 +182,24 @@ class Gate:
         )
         return self._granted
 
-    def close(self, question: Close) -> State:
+    def close(self, question: Close) -> SessionState:
         """A controller gives the robot back."""
         if not self.lease.proves(question.secret):
-            return State(held=False, reason="another controller took the robot")
+            return SessionState(held=False, reason="another controller took the robot")
         self._give_up()
-        return State(held=False, reason="given back")
+        return SessionState(held=False, reason="given back")
 
-    def state(self, question: Ask) -> State:
+    def state(self, question: Ask) -> SessionState:
         """A controller asks how things stand."""
         if not self.lease.proves(question.secret):
-            return State(held=False, reason="the robot's side was restarted, or another controller took the robot")
+            return SessionState(
+                held=False, reason="the robot's side was restarted, or another controller took the robot"
+            )
         report = self._base.report()
         parts = {"held": True, "sequence": self._sequence, "report": None if report is None else dict(report)}
-        return State.model_validate(parts)
+        return SessionState.model_validate(parts)
 
-    def again(self, question: Again) -> State:
+    def again(self, question: Retry) -> SessionState:
         """A controller wants another attempt: where time does not wait, somebody must put the robot back."""
         return self.state(Ask(secret=question.secret))
 
@@ -224,7 +226,9 @@ class Gate:
 
     def _move(self) -> None:
         """Tell the base what holds now: at once where it changed, and again every period in case that got lost."""
-        blind = self.trust.look(self._base.status(), self._clock.now())
+        before, blind = self.trust.reason, self.trust.look(self._base.status(), self._clock.now())
+        if bool(before) != bool(blind):
+            _LOG.warning("%s", f"the base was stopped: {printable(blind)}" if blind else "the base may move again")
         twist = self.guard.twist()
         if blind:
             twist = STOP

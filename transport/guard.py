@@ -18,7 +18,7 @@ from transport.settings import LinkSettings
 _REMEMBERED = 64
 
 
-class Guard:
+class CommandGuard:
     """Decides which commands reach the base.
 
     The dead man is armed by the first accepted command of a lease. Once it has stopped the base, nothing moves it until

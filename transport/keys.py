@@ -6,15 +6,11 @@ rmw_zenoh: ``DOMAIN/NAME/TYPE/HASH``, with the type as DDS spells it and the has
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 
 from transport import codec
+from transport.section import is_network_name
 from transport.settings import LinkSettings
-
-ROBOT_NAME = r"^[A-Za-z][A-Za-z0-9_-]*(/[A-Za-z][A-Za-z0-9_-]*)*$"
-"""What a robot may be called on a network, as a regular expression."""
-_NAME = re.compile(ROBOT_NAME)
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +18,7 @@ class RobotKeys:
     """The keys of one robot.
 
     Attributes:
-        namespace: the robot's name.
+        namespace: the robot's name, or the namespace of a bare ROS 2 robot, which may be empty.
         settings: names of its topics, and how they become keys.
     """
 
@@ -30,7 +26,7 @@ class RobotKeys:
     settings: LinkSettings = field(default_factory=LinkSettings)
 
     def __post_init__(self) -> None:
-        if not _NAME.fullmatch(self.namespace):
+        if self.namespace and not is_network_name(self.namespace):
             raise ValueError(
                 f"{self.namespace!r} cannot be a robot's name on a network: letters, digits, - and _, a letter first"
             )
@@ -52,8 +48,8 @@ class RobotKeys:
 
     @property
     def command(self) -> str:
-        """``geometry_msgs/Twist``, to the robot."""
-        return self._topic(self.settings.command, codec.TWIST)
+        """``geometry_msgs/Twist`` or ``TwistStamped``, to the robot."""
+        return self._topic(self.settings.command, f"geometry_msgs/msg/{self.settings.command_type}")
 
     @property
     def door(self) -> str:
@@ -66,8 +62,39 @@ class RobotKeys:
         return f"{self.namespace}/session"
 
     def _topic(self, name: str, kind: str) -> str:
-        path = f"{self.namespace}/{name.strip('/')}"
+        path = f"{self.namespace}/{name.strip('/')}".lstrip("/")
         if self.settings.keys == "bridge":
             return path
         package, group, short = kind.split("/")
         return f"{self.settings.domain}/{path}/{package}::{group}::dds_::{short}_/{codec.type_hash(kind)}"
+
+
+@dataclass(frozen=True, slots=True)
+class MachineKeys:
+    """The keys of the machine that drives a robot.
+
+    Attributes:
+        robot: the robot's name on the network.
+    """
+
+    robot: str
+
+    @property
+    def model(self) -> str:
+        """A question with any text: answered by what does not change during the run."""
+        return f"{self.robot}/machine/model"
+
+    @property
+    def step(self) -> str:
+        """What the machine did: the newest tick, best effort."""
+        return f"{self.robot}/machine/step"
+
+    @property
+    def why(self) -> str:
+        """A question with a state's name: what became of its transitions in the newest tick."""
+        return f"{self.robot}/machine/why"
+
+    @property
+    def operate(self) -> str:
+        """What an operator wants: an event, a pause, the end."""
+        return f"{self.robot}/machine/operate"

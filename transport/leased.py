@@ -69,6 +69,10 @@ class LeasedDriver:
         tag = CommandTag(self._epoch, self._sequence, command.answers, command.ring)
         self._publisher.put(payload, tag.encode(payload, self._secret))
 
+    def heard(self) -> str:
+        """Nothing: the robot's side has answered, so it is what has no data."""
+        return ""
+
     def report(self) -> Mapping[str, object]:
         """The referee's verdict so far; empty on hardware.
 

@@ -21,19 +21,19 @@ from transport.messages import STOP, Command, Observation, Odometry, Scan, Twist
 from transport.robot import LinkError
 from transport.sanity import observed
 from transport.session import (
-    Again,
     Ask,
     Close,
     Granted,
     Lease,
     Open,
     Refused,
-    State,
+    Retry,
+    SessionState,
     ask_state,
     begin_again,
     close_session,
 )
-from transport.side import RobotSide
+from transport.side import RobotEndpoint
 from transport.wording import printable
 from transport.world import MakeWorld, Repeatable, World
 
@@ -67,7 +67,7 @@ class LockstepServer:
         self._granted: Granted | None = None
         self._sequence, self._attempt = 0, 1
         self._failure = ""
-        self._side = RobotSide(bus, RobotKeys(robot), self)
+        self._side = RobotEndpoint(bus, RobotKeys(robot), self)
         self.dropped = self._side.dropped
 
     def episodes(
@@ -115,24 +115,24 @@ class LockstepServer:
         self._show(self._world)
         return self._granted
 
-    def close(self, question: Close) -> State:
+    def close(self, question: Close) -> SessionState:
         """End the episode of a controller."""
         if not self.lease.proves(question.secret):
             return self._not_held()
         self.lease.release()
         self._end()
-        return State(held=False, reason="given back")
+        return SessionState(held=False, reason="given back")
 
-    def state(self, question: Ask) -> State:
+    def state(self, question: Ask) -> SessionState:
         """How the episode of a controller stands."""
         if not self.lease.proves(question.secret) or self._world is None:
             return self._not_held()
         self.lease.heard()
         attempts = self._world.attempts() if isinstance(self._world, Repeatable) else []
         parts = {"sequence": self._sequence, "report": dict(self._world.report()), "attempt": self._attempt}
-        return State.model_validate({"held": True, **parts, "attempts": [dict(verdict) for verdict in attempts]})
+        return SessionState.model_validate({"held": True, **parts, "attempts": [dict(verdict) for verdict in attempts]})
 
-    def again(self, question: Again) -> State:
+    def again(self, question: Retry) -> SessionState:
         """Begin another attempt in the episode of a controller, if its world grants one."""
         held = self._world is not None and self.lease.proves(question.secret)
         if held and question.attempt == self._attempt + 1 and self._begin_again():
@@ -146,8 +146,8 @@ class LockstepServer:
         self._show(self._world)
         return True
 
-    def _not_held(self) -> State:
-        return State(held=False, reason=self._failure or _NOT_HELD)
+    def _not_held(self) -> SessionState:
+        return SessionState(held=False, reason=self._failure or _NOT_HELD)
 
     def _end(self) -> None:
         world, self._world, self._granted = self._world, None, None
@@ -257,7 +257,7 @@ class RemoteLockstep:
             LinkError: as :meth:`report`.
         """
         self.observe()
-        question = Again(secret=self._secret, attempt=self._attempt + 1)
+        question = Retry(secret=self._secret, attempt=self._attempt + 1)
         state = self._held(begin_again(self._bus, self._robot, question, self._limit))
         if state.attempt == self._attempt:
             return False
@@ -370,7 +370,7 @@ class RemoteLockstep:
             return
         self._held(state)
 
-    def _held(self, state: State) -> State:
+    def _held(self, state: SessionState) -> SessionState:
         if not state.held:
             raise LinkError(f"the simulator of {self._robot!r} gave up the episode: {state.reason}")
         return state

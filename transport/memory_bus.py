@@ -12,7 +12,7 @@ from transport.robot import LinkError
 _LOOK = 0.001
 """Between two looks for an answer, s."""
 
-Fault = Callable[[str, Message], Iterable[Message]]
+DeliveryFault = Callable[[str, Message], Iterable[Message]]
 """What a network makes of one message on a key: nothing, the same, another, or several."""
 
 
@@ -27,12 +27,14 @@ class MemoryNetwork:
     Attributes:
         fault: what happens to a message on its way; may be exchanged at any time.
         tokens: what those who are there have announced.
+        said: the keys on which anything was said.
     """
 
-    def __init__(self, fault: Fault = faultless, clock: Clock | None = None) -> None:
+    def __init__(self, fault: DeliveryFault = faultless, clock: Clock | None = None) -> None:
         self.fault = fault
         self.clock = clock or MonotonicClock()
         self.tokens: set[str] = set()
+        self.said: set[str] = set()
         self._subscribers: dict[str, list[Callable[[Message], None]]] = defaultdict(list)
         self._servers: dict[str, list[Callable[[Request], None]]] = defaultdict(list)
 
@@ -42,6 +44,7 @@ class MemoryNetwork:
 
     def put(self, key: str, message: Message) -> None:
         """Carry a message to all who listen."""
+        self.said.add(key)
         for arriving in self.fault(key, message):
             for deliver in tuple(self._subscribers[key]):
                 deliver(arriving)
@@ -98,11 +101,17 @@ class MemoryBus:
         """One question and its first answer."""
         clock, answers = self._network.clock, deque[bytes]()
         for deliver in self._network.servers(key):
-            deliver(Request(payload, answers.append, attachment))
+            deliver(Request(payload, lambda answer, attachment=b"": answers.append(answer), attachment))
         deadline = clock.now() + timeout
         while not answers and self._network.servers(key) and clock.now() < deadline:
             clock.wait(_LOOK)
         return answers[0] if answers else None
+
+    def survey(self, seconds: float) -> set[str]:
+        """The keys on which anything is said within a time, and the tokens that are there."""
+        self._network.said.clear()
+        self._network.clock.wait(seconds)
+        return self._network.said | self._network.tokens
 
     def close(self) -> None:
         """Leave the network."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from transport.clock import Clock, MonotonicClock, Pace
 from transport.description import RobotDescription
-from transport.driver import Driver
+from transport.driver import RobotDriver
 from transport.messages import Command, LinkStatus, Observation
 from transport.robot import LinkError
 from transport.senses import Senses
@@ -29,7 +29,7 @@ class RealtimeRobot:
     """
 
     def __init__(
-        self, driver: Driver, description: RobotDescription, settings: LinkSettings, clock: Clock | None = None
+        self, driver: RobotDriver, description: RobotDescription, settings: LinkSettings, clock: Clock | None = None
     ) -> None:
         self.reconnects = 0
         self._driver, self._description, self._settings = driver, description, settings
@@ -116,7 +116,10 @@ class RealtimeRobot:
         """What has not come since the robot was looked for, or why what came is of no use."""
         limit = self._settings.connect
         missing = self._senses.silent(self._clock.now(), limit) or "fresh scan or odometry"
-        return self._senses.refused or f"no {missing} has come within {limit:g} s"
+        if self._senses.refused:
+            return self._senses.refused
+        heard = self._driver.heard()
+        return f"no {missing} has come within {limit:g} s" + (f": {heard}" if heard else "")
 
     def _lost(self) -> str:
         """What the robot no longer does."""

@@ -24,10 +24,16 @@ _COMMANDS, _SENSORS, _SERVICES = "::,1:,:,:,,", "2::,1:,:,:,,", "::,10:,:,:,,"
 
 
 class RosGraph:
-    """A node as the programs of rmw_zenoh know it."""
+    """A node as the programs of rmw_zenoh know it.
 
-    def __init__(self, bus: Bus, keys: RobotKeys) -> None:
-        self._bus, self._entities = bus, 0
+    Args:
+        bus: the network.
+        keys: the robot's, whose namespace is the node's too.
+        name: the node's name.
+    """
+
+    def __init__(self, bus: Bus, keys: RobotKeys, name: str = NODE) -> None:
+        self._bus, self._entities, self._name = bus, 0, name
         self._domain, self._namespace = keys.settings.domain, f"/{keys.namespace}"
         self._announce("NN")
 
@@ -43,8 +49,20 @@ class RosGraph:
         """The node calls the service on a key; the answer are the 16 bytes that name it in its calls."""
         return sender_id(self._announce("SC", key, _SERVICES))
 
+    def server(self, key: str) -> None:
+        """The node answers calls of the service on a key."""
+        self._announce("SS", key, _SERVICES)
+
     def _announce(self, kind: str, key: str = "", quality: str = "") -> str:
-        node = (self._bus.identity, "0", str(self._entities), kind, _mangled("/"), _mangled(self._namespace), NODE)
+        node = (
+            self._bus.identity,
+            "0",
+            str(self._entities),
+            kind,
+            _mangled("/"),
+            _mangled(self._namespace),
+            self._name,
+        )
         self._entities += 1
         parts = ["@ros2_lv", str(self._domain), *node]
         if key:

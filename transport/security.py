@@ -15,7 +15,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from transport.files import write_text
-from transport.keys import RobotKeys
+from transport.keys import MachineKeys, RobotKeys
 from transport.settings import LinkSettings
 from transport.wording import in_words
 
@@ -37,7 +37,9 @@ class Access(BaseModel):
     controllers: dict[str, list[str]] = Field(default_factory=dict)
     """Controllers, and the robots that each may drive."""
     watchers: dict[str, list[str]] = Field(default_factory=dict)
-    """Who may only look on, and at which robots."""
+    """Who may only look on, and at which robots and their machines."""
+    operators: dict[str, list[str]] = Field(default_factory=dict)
+    """Who may also send events to the machines that drive these robots, and pause and end their runs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,10 +132,17 @@ def access_control(access: Access, settings: LinkSettings) -> dict[str, object]:
             keys = RobotKeys(robot, settings)
             rules.allow(name, "ingress", ["put"], [keys.command, keys.door])
             rules.allow(name, "ingress", ["query"], [keys.session, keys.door])
+            machine = MachineKeys(robot)
+            rules.allow(name, "ingress", ["put"], [machine.step])
+            rules.allow(name, "ingress", ["declare_queryable", "reply"], [machine.model, machine.why, machine.operate])
             _look_on(rules, name, keys)
     for name, robots in access.watchers.items():
         for robot in robots:
             _look_on(rules, name, RobotKeys(robot, settings))
+    for name, robots in access.operators.items():
+        for robot in robots:
+            _look_on(rules, name, RobotKeys(robot, settings))
+            rules.allow(name, "ingress", ["query"], [MachineKeys(robot).operate])
     return rules.table()
 
 
@@ -141,7 +150,9 @@ _ALL = ("put", "reply", "query", "declare_subscriber", "declare_queryable")
 
 
 def _look_on(rules: _Rules, name: str, keys: RobotKeys) -> None:
-    rules.allow(name, "ingress", ["declare_subscriber"], [keys.scan, keys.odometry, keys.clock])
+    machine = MachineKeys(keys.namespace)
+    rules.allow(name, "ingress", ["declare_subscriber"], [keys.scan, keys.odometry, keys.clock, machine.step])
+    rules.allow(name, "ingress", ["query"], [machine.model, machine.why])
     rules.allow(name, "egress", _ALL, [f"{keys.namespace}/**"])
 
 
@@ -199,7 +210,7 @@ def make_certificates(folder: Path, access: Access, hosts: Sequence[str] = ()) -
     if (folder / AUTHORITY).exists():
         raise SecurityError(f"{folder} holds certificates already: choose another folder")
     authority = CA(organization_name="maze-machine test authority")
-    names = sorted({*access.robots, *access.controllers, *access.watchers, "router"})
+    names = sorted({*access.robots, *access.controllers, *access.watchers, *access.operators, "router"})
     try:
         folder.mkdir(parents=True, exist_ok=True)
         authority.cert_pem.write_to_path(folder / AUTHORITY)
@@ -223,6 +234,8 @@ def access_text(access: Access) -> str:
     lines += [f'"{name}" = {_names(robots)}' for name, robots in access.controllers.items()]
     lines += ["", "# who may look on at which robots", "[watchers]"]
     lines += [f'"{name}" = {_names(robots)}' for name, robots in access.watchers.items()]
+    lines += ["", "# who may send events to the machines that drive which robots", "[operators]"]
+    lines += [f'"{name}" = {_names(robots)}' for name, robots in access.operators.items()]
     return "\n".join(lines) + "\n"
 
 

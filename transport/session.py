@@ -22,8 +22,9 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, Ty
 from transport.bus import Bus, ask_until
 from transport.clock import Clock, MonotonicClock
 from transport.codec import CodecError
-from transport.keys import ROBOT_NAME, RobotKeys
+from transport.keys import RobotKeys
 from transport.robot import LinkError
+from transport.section import ROBOT_NAME
 from transport.wording import in_words, printable
 
 PROTOCOL = 2
@@ -68,7 +69,9 @@ Report = Annotated[dict[str, JsonValue], AfterValidator(_printable_report)]
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    """A question or an answer; fields that are not known, of a later version or somebody's own, are ignored."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", strict=True)
 
 
 class Open(_Part):
@@ -104,7 +107,7 @@ class Ask(_Part):
     """Of the asker's lease."""
 
 
-class Again(_Part):
+class Retry(_Part):
     """Have the robot put back to the start for another attempt; time runs on. In lockstep only."""
 
     kind: Literal["again"] = "again"
@@ -146,7 +149,7 @@ class Refused(_Part):
     """After how long without a word the lease is free, s."""
 
 
-class State(_Part):
+class SessionState(_Part):
     """How the lease and the episode stand."""
 
     kind: Literal["state"] = "state"
@@ -173,10 +176,10 @@ class Unread(_Part):
     reason: Text = f"the question is not one of protocol version {PROTOCOL}"
 
 
-_Question = Annotated[Open | Close | Ask | Again, Field(discriminator="kind")]
-_Answer = Annotated[Granted | Refused | State | Unread, Field(discriminator="kind")]
-_QUESTION: TypeAdapter[Open | Close | Ask | Again] = TypeAdapter(_Question)
-_ANSWER: TypeAdapter[Granted | Refused | State | Unread] = TypeAdapter(_Answer)
+_Question = Annotated[Open | Close | Ask | Retry, Field(discriminator="kind")]
+_Answer = Annotated[Granted | Refused | SessionState | Unread, Field(discriminator="kind")]
+_QUESTION: TypeAdapter[Open | Close | Ask | Retry] = TypeAdapter(_Question)
+_ANSWER: TypeAdapter[Granted | Refused | SessionState | Unread] = TypeAdapter(_Answer)
 
 
 class ProtocolError(CodecError):
@@ -196,7 +199,7 @@ def _text(payload: bytes) -> bytes:
     return text
 
 
-def read_question(payload: bytes) -> Open | Close | Ask | Again:
+def read_question(payload: bytes) -> Open | Close | Ask | Retry:
     """The question in a payload.
 
     Raises:
@@ -229,7 +232,7 @@ def _version(text: bytes) -> int | None:
     return version if isinstance(version, int) and 0 <= version < 2**31 else None
 
 
-def read_answer(payload: bytes) -> Granted | Refused | State | Unread:
+def read_answer(payload: bytes) -> Granted | Refused | SessionState | Unread:
     """The answer in a payload.
 
     Raises:
@@ -303,7 +306,7 @@ class Lease:
         )
 
 
-class Desk(Protocol):
+class SessionHandler(Protocol):
     """The robot's side of a session."""
 
     @property
@@ -315,20 +318,20 @@ class Desk(Protocol):
         """Somebody wants the robot."""
         ...
 
-    def close(self, question: Close) -> State:
+    def close(self, question: Close) -> SessionState:
         """Somebody gives the robot back."""
         ...
 
-    def state(self, question: Ask) -> State:
+    def state(self, question: Ask) -> SessionState:
         """Somebody asks how things stand."""
         ...
 
-    def again(self, question: Again) -> State:
+    def again(self, question: Retry) -> SessionState:
         """Somebody wants another attempt; the answer's number says whether it has begun."""
         ...
 
 
-def respond(desk: Desk, payload: bytes) -> tuple[bytes, str]:
+def respond(desk: SessionHandler, payload: bytes) -> tuple[bytes, str]:
     """The answer to a question, and under which reason to count it as one that failed, or nothing.
 
     Nothing that a question says, and nothing that goes wrong while it is answered, gets further than its answer.
@@ -348,19 +351,19 @@ def respond(desk: Desk, payload: bytes) -> tuple[bytes, str]:
         return written(Refused(reason=reason)), "failed question"
 
 
-def _answered(desk: Desk, question: Open | Close | Ask | Again) -> Granted | Refused | State:
+def _answered(desk: SessionHandler, question: Open | Close | Ask | Retry) -> Granted | Refused | SessionState:
     if isinstance(question, Close):
         return desk.close(question)
     if isinstance(question, Ask):
         return desk.state(question)
-    if isinstance(question, Again):
+    if isinstance(question, Retry):
         return desk.again(question)
     return desk.open(question)
 
 
 def _converse(
-    bus: Bus, robot: str, question: Open | Close | Ask | Again, timeout: float, clock: Clock
-) -> Granted | Refused | State | None:
+    bus: Bus, robot: str, question: Open | Close | Ask | Retry, timeout: float, clock: Clock
+) -> Granted | Refused | SessionState | None:
     """The answer to a question, which is asked until both have come through whole; None where nobody answers."""
     deadline = clock.now() + timeout
     spoken = ""
@@ -380,7 +383,7 @@ def _converse(
     return None
 
 
-def _understood(payload: bytes) -> Granted | Refused | State | Unread | None:
+def _understood(payload: bytes) -> Granted | Refused | SessionState | Unread | None:
     try:
         return read_answer(payload)
     except CodecError:
@@ -414,7 +417,7 @@ def open_session(bus: Bus, robot: str, question: Open, timeout: float, clock: Cl
         clock.wait(_PAUSE)
 
 
-def ask_state(bus: Bus, robot: str, secret: str, timeout: float, clock: Clock = _MONOTONIC) -> State:
+def ask_state(bus: Bus, robot: str, secret: str, timeout: float, clock: Clock = _MONOTONIC) -> SessionState:
     """How a lease and its episode stand.
 
     Raises:
@@ -433,7 +436,7 @@ def check_name(bus: Bus, robot: str) -> None:
         raise LinkError(f"there is a robot named {robot!r} on this network already: choose another `robot.name`")
 
 
-def begin_again(bus: Bus, robot: str, question: Again, timeout: float) -> State:
+def begin_again(bus: Bus, robot: str, question: Retry, timeout: float) -> SessionState:
     """Ask for another attempt, which has begun if the answer bears its number.
 
     Raises:
@@ -442,11 +445,11 @@ def begin_again(bus: Bus, robot: str, question: Again, timeout: float) -> State:
     return _state(bus, robot, question, timeout, _MONOTONIC)
 
 
-def _state(bus: Bus, robot: str, question: Ask | Again, timeout: float, clock: Clock) -> State:
+def _state(bus: Bus, robot: str, question: Ask | Retry, timeout: float, clock: Clock) -> SessionState:
     answer = _converse(bus, robot, question, timeout, clock)
     if isinstance(answer, Refused):
         raise LinkError(answer.reason)
-    if not isinstance(answer, State):
+    if not isinstance(answer, SessionState):
         raise LinkError(f"{robot!r} no longer answers: it was asked for {timeout:g} s")
     return answer
 

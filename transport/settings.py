@@ -25,6 +25,9 @@ class LinkSettings(Settings):
     """Name of the odometry's topic."""
     command: str = "cmd_vel"
     """Name of the velocity command's topic."""
+    command_type: Literal["Twist", "TwistStamped"] = "Twist"
+    """Type of the velocity command that a bare driver takes, of geometry_msgs: newer ones want TwistStamped. Its stamp
+    is that of the observation which the command answers."""
     door: str = "open_door"
     """Name of the door bell: a service or a topic."""
     door_call: Literal["service", "message"] = "service"
@@ -47,8 +50,16 @@ class LinkSettings(Settings):
     connect: Positive = 5.0
     """How long a robot is looked for, s."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _bare(cls, values: object) -> object:
+        """Programs of rmw_zenoh know no gate, so none is asked for where nothing is said of one."""
+        if isinstance(values, dict) and values.get("keys") == "rmw_zenoh":
+            return {"gate": False} | values
+        return values
+
     @model_validator(mode="after")
     def _goes_together(self) -> Self:
         if self.keys == "rmw_zenoh" and self.gate:
-            raise ValueError('keys = "rmw_zenoh" is for bare drivers: gate = false')
+            raise ValueError('must have `gate = false` with `keys = "rmw_zenoh"`: its programs know no gate')
         return self

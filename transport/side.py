@@ -9,20 +9,20 @@ from transport.codec import CodecError, decode_twist, encode_clock, encode_odome
 from transport.envelope import CommandTag, ObservationTag, is_signed, sealed
 from transport.keys import RobotKeys
 from transport.messages import Observation, Twist
-from transport.session import Desk, check_name, respond
+from transport.session import SessionHandler, check_name, respond
 
-Order = tuple[CommandTag, Twist]
+TaggedCommand = tuple[CommandTag, Twist]
 """A command as it was read from the network; whether it counts is for others to say."""
 
 
-class RobotSide:
+class RobotEndpoint:
     """Reads commands, has questions answered, and shows what the robot senses.
 
     Attributes:
         dropped: how many messages were dropped unread, by reason.
     """
 
-    def __init__(self, bus: Bus, keys: RobotKeys, desk: Desk) -> None:
+    def __init__(self, bus: Bus, keys: RobotKeys, desk: SessionHandler) -> None:
         """Take part in a network.
 
         Args:
@@ -43,7 +43,7 @@ class RobotSide:
         bus.subscribe(keys.command, self._inbox.put)
         bus.serve(keys.session, self._inbox.put)
 
-    def take(self, timeout: float = 0.0) -> Order | None:
+    def take(self, timeout: float = 0.0) -> TaggedCommand | None:
         """The next command that can be read, after all questions before it have been answered.
 
         Args:
@@ -91,7 +91,7 @@ class RobotSide:
         publisher.put(payload, attachment)
         self._shown.append((publisher, payload, attachment))
 
-    def _read(self, message: Message) -> Order | None:
+    def _read(self, message: Message) -> TaggedCommand | None:
         if len(message.payload) > MAX_PAYLOAD:
             self.dropped["oversized"] += 1
             return None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import time
 from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Literal
@@ -133,15 +134,16 @@ class ZenohBus:
             if message is None:
                 return
 
-            def reply(answer: bytes) -> None:
+            def reply(payload: bytes, attachment: bytes = b"") -> None:
                 # An asker that has gone needs no answer.
                 with contextlib.suppress(zenoh.ZError):
-                    query.reply(query.key_expr, answer)
+                    query.reply(query.key_expr, payload, attachment=attachment or None)
                 query.drop()  # type: ignore[no-untyped-call]
 
             deliver(Request(message.payload, reply, message.attachment))
 
-        self._declared.append(self._session.declare_queryable(key, receive))
+        # Clients of rmw_zenoh ask only those who call themselves complete.
+        self._declared.append(self._session.declare_queryable(key, receive, complete=True))
 
     def ask(self, key: str, payload: bytes, timeout: float, attachment: bytes = b"") -> bytes | None:
         """One question and its first answer."""
@@ -155,6 +157,19 @@ class ZenohBus:
         except zenoh.ZError:
             pass
         return None
+
+    def survey(self, seconds: float) -> set[str]:
+        """The keys on which anything is said within a time, and the liveliness tokens of ROS 2 that are there."""
+        heard: set[str] = set()
+        subscriber = self._session.declare_subscriber("**", lambda sample: heard.add(str(sample.key_expr)))
+        try:
+            for reply in self._session.liveliness().get("@ros2_lv/**", timeout=seconds):
+                if reply.ok is not None:
+                    heard.add(str(reply.ok.key_expr))
+            time.sleep(seconds)
+        finally:
+            subscriber.undeclare()  # type: ignore[no-untyped-call]
+        return heard
 
     def close(self) -> None:
         """Close the session: without it, a process with a callback never exits."""

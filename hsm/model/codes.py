@@ -78,6 +78,7 @@ CODES: dict[str, Code] = {
         "W0603": "an unused variable",
         "W0604": "an unused event",
         "W0605": "nothing to accept",
+        "N0601": "an event that only somebody outside sends",
         # tables of conditions
         "N0701": "conditions that overlap",
         "N0702": "a gap between conditions",

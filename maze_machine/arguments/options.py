@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -11,6 +11,8 @@ from maze_machine.arguments.completion import complete_machine, complete_maze, c
 
 LISTEN = "tcp/127.0.0.1:7447"
 """Where whoever listens does so unless told otherwise: this machine only."""
+OPEN = "tcp/127.0.0.1:7448"
+"""Where a running machine is open to viewers and operators unless told otherwise."""
 
 ChartArgument = Annotated[
     str,
@@ -24,7 +26,68 @@ MazeArgument = Annotated[
     str,
     typer.Argument(help="A maze file of any format, or the name of a shipped maze.", autocompletion=complete_maze),
 ]
-RecordingArgument = Annotated[Path, typer.Argument(help="A file that `maze-machine run --record` wrote.")]
+StartOption = Annotated[
+    str | None,
+    typer.Option(metavar='"X Y DEGREES"', help="Where the robot is put down in the maze. Default: what its file says."),
+]
+ExitsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--exit",
+        metavar='"X Y X Y"',
+        help="A way out of the maze, by its two ends; walls along it are opened. May be repeated.",
+    ),
+]
+GoalOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="GOAL",
+        help='What is to be done: "exit", a place to reach and how near ("X Y [RADIUS]"), "survive SECONDS" or "none". '
+        "Default: what the file says.",
+    ),
+]
+PixelOption = Annotated[
+    float | None,
+    typer.Option(
+        "--metres-a-pixel", min=0.001, max=10, metavar="METRES", help="Scale of images. Default: what the file says."
+    ),
+]
+CellOption = Annotated[
+    float,
+    typer.Option("--metres-a-cell", min=0.1, max=10, metavar="METRES", help="Scale of micromouse and mms mazes."),
+]
+GreyOption = Annotated[
+    Literal["door", "unknown", "split"] | None,
+    typer.Option(
+        help="What grey pixels of an image are; `split` takes the darker half for walls. "
+        "Default: unknown in maps of mapping tools, doors in other images."
+    ),
+]
+ObjectsOption = Annotated[
+    str | None,
+    typer.Option(metavar="FILE", help="Moving objects for the maze: the course simulator's config.json."),
+]
+RecordingArgument = Annotated[
+    Path,
+    typer.Argument(
+        help="What `maze-machine run --record` wrote, any MCAP file, or a rosbag2 folder or database with a laser scan "
+        "and odometry."
+    ),
+]
+RecordedRobotOption = Annotated[
+    str | None,
+    typer.Option(
+        "--robot",
+        help="Profile of the recorded robot; its laser is the recorded one. Default: what the recording says, or pico.",
+        autocompletion=complete_profile,
+    ),
+]
+ScanTopicOption = Annotated[
+    str | None, typer.Option("--scan", metavar="TOPIC", help="The laser's topic. Default: it is found.")
+]
+OdometryTopicOption = Annotated[
+    str | None, typer.Option("--odometry", metavar="TOPIC", help="The odometry's topic. Default: it is found.")
+]
 
 RobotOption = Annotated[
     str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
@@ -61,6 +124,18 @@ IdentityOption = Annotated[
     typer.Option(metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."),
 ]
 
+OpenOption = Annotated[
+    str | None,
+    typer.Option(
+        "--open",
+        metavar="ENDPOINT",
+        help="Let others watch and operate the machine from there, such as tcp/127.0.0.1:7448.",
+    ),
+]
+EventAtOption = Annotated[
+    list[str] | None,
+    typer.Option("--event-at", metavar="SECONDS:EVENT", help="Send an event at a time of the run; may be repeated."),
+]
 LibraryOption = Annotated[
     str | None,
     typer.Option(

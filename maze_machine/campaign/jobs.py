@@ -16,6 +16,7 @@ from maze_machine.catalogue.machines import find_machine
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import Mission, drive, prepare
 from maze_machine.errors import FileError
+from maze_machine.simulated.choices import AS_THE_FILE_SAYS, MazeWords
 from maze_machine.simulated.world import SimulatedWorld, find_maze, maze_file
 from sim.maze import Maze, MazeError
 from transport.world import LockstepRobot
@@ -23,7 +24,7 @@ from transport.world import LockstepRobot
 Record = Mapping[str, Any]
 """The result of one job, of JSON values: lengths in m, times in s."""
 
-SUFFIXES = {".maze", ".txt", ".num", ".pgm", ".png"}
+SUFFIXES = {".maze", ".txt", ".num", ".pgm", ".png", ".yaml"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +35,13 @@ class Setup:
         robot: the robot's profile, a file or a shipped one's name.
         settings: what overrides the profile, each ``section.key=value``.
         time_limit: s on the robot's clock after which a run is given up; None for no limit but the maze's own.
+        maze: what is chosen of all mazes.
     """
 
     robot: str = "pico"
     settings: tuple[str, ...] = ()
     time_limit: float | None = None
+    maze: MazeWords = AS_THE_FILE_SAYS
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -73,7 +76,10 @@ def _mazes(name: str) -> list[str]:
     if not path.is_dir():
         maze_file(name)
         return [name]
-    found = sorted(str(file) for file in path.rglob("*") if file.suffix in SUFFIXES)
+    files = {file for file in path.rglob("*") if file.suffix in SUFFIXES}
+    # A map's description stands for its image.
+    images = {file.with_suffix(suffix) for file in files if file.suffix == ".yaml" for suffix in (".pgm", ".png")}
+    found = sorted(str(file) for file in files - images)
     if not found:
         raise FileError(f"no maze in the folder {name}", f"mazes are files {', '.join(sorted(SUFFIXES))}")
     return found
@@ -99,14 +105,14 @@ def crashed(job: Job, reason: str) -> Record:
 
 def _drive(setup: Setup, job: Job) -> dict[str, Any]:
     mission = mission_of(setup, job.machine)
-    world = SimulatedWorld(_maze(job.maze), mission.profile.robot, job.seed)
+    world = SimulatedWorld(maze_of(setup, job.maze), mission.profile.robot, job.seed)
     robot = LockstepRobot(world)
     ending = drive(mission, robot, robot)
     report = ending.report
     return {
-        "solved": report["escaped"],
+        "solved": report["solved"],
         "outcome": report["outcome"],
-        "reason": report["reason"] if report["escaped"] or ending.outcome is None else f"ended in {ending.outcome}",
+        "reason": report["reason"] if report["solved"] or ending.outcome is None else f"ended in {ending.outcome}",
         "time": report["time"],
         "path_length": report["path_length"],
         "clearance": report["clearance"],
@@ -122,5 +128,7 @@ def mission_of(setup: Setup, machine: str) -> Mission:
 
 
 @lru_cache(maxsize=16)
-def _maze(name: str) -> Maze:
-    return find_maze(name)
+def maze_of(setup: Setup, name: str) -> Maze:
+    """A maze as the campaign has chosen it."""
+    robot = load_profile(setup.robot, setup.settings).robot
+    return find_maze(name, setup.maze.choices(), robot=robot)

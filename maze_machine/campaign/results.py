@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from maze_machine.campaign.jobs import Job, Record, Setup, mission_of
 from maze_machine.errors import FileError
 from maze_machine.simulated.world import maze_file
+from sim.formats import files_of
 from transport.files import append_line, write_text
 
 
@@ -137,7 +138,9 @@ def _line(value: Record) -> str:
 def _fingerprints(setup: Setup, jobs: Sequence[Job]) -> dict[str, str]:
     """A mark of the text of each machine, with all that it imports, and of each maze: it tells when one has changed."""
     files = {name: mission_of(setup, name).machine.model.files for name in dict.fromkeys(job.machine for job in jobs)}
-    files |= {name: (str(maze_file(name)),) for name in dict.fromkeys(job.maze for job in jobs)}
+    files |= {name: tuple(map(str, files_of(maze_file(name)))) for name in dict.fromkeys(job.maze for job in jobs)}
+    if setup.maze.objects is not None:
+        files[setup.maze.objects] = (setup.maze.objects,)
     return {
         name: sha256(b"\0".join(Path(one).read_bytes() for one in of)).hexdigest()[:16] for name, of in files.items()
     }

@@ -8,20 +8,22 @@ from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
-import perception.signals
-import skills.catalogue
 from hsm.model.registry import Library
 from maze_machine.catalogue.machines import SHIPPED
+from maze_machine.catalogue.manifest import shipped_names
 from maze_machine.catalogue.project import find_project
 from maze_machine.catalogue.trust import require_trust
 from maze_machine.errors import UsageError
 from maze_machine.installation import HiddenPackageError, require_packages
-from perception.facts import Facts
-from skills.settings import SkillSettings
-from transport.messages import Command
 
-RobotLibrary = Library[Facts, Command]
+if TYPE_CHECKING:
+    from perception.facts import Facts
+    from skills.settings import SkillSettings
+    from transport.messages import Command
+
+RobotLibrary: TypeAlias = "Library[Facts, Command]"
 """What the machines of a maze robot may name: signals of its facts, activities that give commands."""
 
 
@@ -33,16 +35,26 @@ def robot_library(settings: SkillSettings | None = None) -> RobotLibrary:
     Args:
         settings: the gains of the robot's motion skills; by default those of PICO.
     """
+    # Whoever only checks a machine needs none of this, and it takes half a second to import.
+    import perception.signals  # noqa: PLC0415
+    import skills.catalogue  # noqa: PLC0415
+    from skills.settings import SkillSettings  # noqa: PLC0415
+
     library: RobotLibrary = Library("maze robot", folders=[SHIPPED])
     library.include(perception.signals.LIBRARY)
     library.include(skills.catalogue.library(settings or SkillSettings()))
     return library
 
 
+def robot_names() -> RobotLibrary:
+    """The same library as it is declared: enough for checks, editors and tests, and imported in no time."""
+    return shipped_names(SHIPPED)
+
+
 def chosen_library(
     named: str | None,
     machine: Path | None = None,
-    settings: SkillSettings | None = None,
+    shipped: Callable[[], RobotLibrary] = robot_names,
     ask: Callable[[str], bool] | None = None,
 ) -> RobotLibrary:
     """The library that a machine is written against.
@@ -53,7 +65,7 @@ def chosen_library(
     Args:
         named: ``MODULE:NAME``, or None.
         machine: the machine's file; None for whatever lies in the present folder.
-        settings: the gains of the robot's motion skills, for the shipped library.
+        shipped: gives the shipped library: its names, or for a machine that is to drive, all of it.
         ask: asks a person whether to trust a project; by default a question on the terminal where there is one.
 
     Raises:
@@ -62,12 +74,12 @@ def chosen_library(
     """
     if named is not None:
         return named_library(named)
-    shipped = machine is not None and machine.resolve().parent == SHIPPED.resolve()
-    project = None if shipped else find_project(Path.cwd() if machine is None else machine.resolve().parent)
+    is_shipped = machine is not None and machine.resolve().parent == SHIPPED.resolve()
+    project = None if is_shipped else find_project(Path.cwd() if machine is None else machine.resolve().parent)
     if project is None:
-        return robot_library(settings)
+        return shipped()
     if project.library is None:
-        library = robot_library(settings)
+        library = shipped()
     else:
         require_trust(project, ask)
         library = named_library(project.library, project.folder)

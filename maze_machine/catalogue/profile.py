@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,9 @@ from transport.description import RobotDescription
 from transport.section import Settings
 from transport.settings import LinkSettings
 from transport.wording import in_words, key_of
+
+Location = tuple[int | str, ...]
+"""The place of a value in a profile: sections and key."""
 
 SHIPPED = Path(__file__).parent / "profiles"
 
@@ -52,7 +55,8 @@ def load_profile(name: str = "pico", overrides: Iterable[str] = ()) -> Profile:
 
     Args:
         name: a TOML file, or the name of a shipped profile.
-        overrides: settings that replace the file's, each ``section.key=value`` with a TOML value.
+        overrides: settings that replace the file's, each ``section.key=value`` with a TOML value; they are judged
+            together, whatever their order.
 
     Raises:
         ProfileError: the file cannot be read, or a key or value in it is not one.
@@ -63,11 +67,20 @@ def load_profile(name: str = "pico", overrides: Iterable[str] = ()) -> Profile:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ProfileError(f"{path}: {error}") from None
-    profile = _validated(table, str(path), ProfileError)
-    for override in overrides:
+    profile, settings = _validated(table, lambda _: str(path), ProfileError), list(overrides)
+    for override in settings:
         _set(table, override)
-        profile = _validated(table, f"--set {override}", UsageError)
-    return profile
+    return _validated(table, lambda place: _override_of(place, settings), UsageError) if settings else profile
+
+
+def _override_of(place: Location, overrides: Sequence[str]) -> str:
+    """The override that a fault at a place of the profile comes from: the last one there, or all where none is."""
+    fault = [str(part) for part in place]
+    for override in reversed(overrides):
+        key = [part.strip() for part in override.partition("=")[0].split(".")]
+        if all(one == other for one, other in zip(fault, key, strict=False)):
+            return f"--set {override}"
+    return " ".join(f"--set {override}" for override in overrides)
 
 
 def _set(table: dict[str, Any], override: str) -> None:
@@ -90,17 +103,18 @@ def _toml_value(text: str) -> Any:
         return text  # a bare word is a string: quotes would need quoting in a shell
 
 
-def _validated(table: Mapping[str, Any], source: str, kind: type[CommandError]) -> Profile:
+def _validated(table: Mapping[str, Any], source: Callable[[Location], str], kind: type[CommandError]) -> Profile:
     try:
         return Profile.model_validate(table)
     except ValidationError as error:
         first = error.errors()[0]
+        where = source(first["loc"])
         if first["type"] == "extra_forbidden":
-            raise kind(f"{source}: unknown key `{key_of(first['loc'])}`", _nearest_key(first["loc"])) from None
-        raise kind(f"{source}: {in_words(first)}") from None
+            raise kind(f"{where}: unknown key `{key_of(first['loc'])}`", _nearest_key(first["loc"])) from None
+        raise kind(f"{where}: {in_words(first)}") from None
 
 
-def _nearest_key(location: tuple[int | str, ...]) -> str:
+def _nearest_key(location: Location) -> str:
     """What may have been meant by an unknown key."""
     section: type[BaseModel] = Profile
     for part in location[:-1]:

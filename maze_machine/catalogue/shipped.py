@@ -24,6 +24,8 @@ def find_file(kind: str, name: str, shipped: Mapping[str, Path], error: type[Fil
     path = shipped.get(name, Path(name))
     if path.is_file():
         return path
+    if path.exists():
+        raise error(f"`{name}` is not a regular file")
     listed = f"shipped {kind}s: {', '.join(shipped)}"
     close = get_close_matches(name, shipped, n=1)
     raise error(f"there is no {kind} `{name}`", f"did you mean `{close[0]}`? ({listed})" if close else listed)

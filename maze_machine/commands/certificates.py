@@ -19,6 +19,10 @@ def certificates(
     watcher: Annotated[
         list[str] | None, typer.Option(help="Name of somebody who may only look on; may be repeated.")
     ] = None,
+    operator: Annotated[
+        list[str] | None,
+        typer.Option(help="Name of somebody who may send events to the running machines; may be repeated."),
+    ] = None,
     host: Annotated[
         list[str] | None, typer.Option(help="Name or address at which a robot or router is dialled; may be repeated.")
     ] = None,
@@ -36,6 +40,7 @@ def certificates(
             robots=robot,
             controllers=dict.fromkeys(controller or (), robot),
             watchers=dict.fromkeys(watcher or (), robot),
+            operators=dict.fromkeys(operator or (), robot),
         )
         written = make_certificates(folder, access, host or ())
     except SecurityError as error:

@@ -58,7 +58,7 @@ class EditorLibraries:
 
     def __call__(self, file: str) -> Library:
         """The library that a file's machine is written against."""
-        from maze_machine.catalogue.library import chosen_library, robot_library
+        from maze_machine.catalogue.library import chosen_library, robot_names
         from maze_machine.catalogue.project import find_project
 
         try:
@@ -74,5 +74,5 @@ class EditorLibraries:
                 self.warn(f"{message}. Until then machines are checked against the shipped library.")
         shipped = (None, -1)
         if shipped not in self._found:
-            self._found[shipped] = robot_library()
+            self._found[shipped] = robot_names()
         return self._found[shipped]

@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from maze_machine.arguments.options import MazeArgument
+from maze_machine.arguments.options import (
+    CellOption,
+    ExitsOption,
+    GoalOption,
+    GreyOption,
+    MazeArgument,
+    ObjectsOption,
+    PixelOption,
+    RobotOption,
+    SettingsOption,
+    StartOption,
+)
 from maze_machine.errors import UsageError
 
 if TYPE_CHECKING:
@@ -17,13 +28,6 @@ app = typer.Typer(
     no_args_is_help=True, rich_markup_mode="markdown", help="Look at mazes, convert them, draw new ones by seed."
 )
 
-PixelOption = Annotated[
-    float, typer.Option("--metres-a-pixel", min=0.001, metavar="METRES", help="Scale of heightmap images.")
-]
-CellOption = Annotated[
-    float, typer.Option("--metres-a-cell", min=0.1, metavar="METRES", help="Scale of micromouse and mms mazes.")
-]
-
 
 @app.command()
 def show(
@@ -32,17 +36,28 @@ def show(
         Path | None, typer.Option(metavar="FILE", help="Where to save the picture, a .png or .svg. Default: NAME.png")
     ] = None,
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
-    metres_a_pixel: PixelOption = 0.025,
+    start: StartOption = None,
+    exits: ExitsOption = None,
+    goal: GoalOption = None,
+    metres_a_pixel: PixelOption = None,
     metres_a_cell: CellOption = 1.0,
+    grey: GreyOption = None,
+    objects: ObjectsOption = None,
+    robot: RobotOption = "pico",
+    settings: SettingsOption = None,
 ) -> None:
     """Tell what a maze is like and save a picture of it.
 
     Example: `maze-machine maze show final_2015 --picture final.svg`
     """
+    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import find_maze
 
-    drawn = find_maze(maze, metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
-    print(_facts(drawn))
+    words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
+    body = load_profile(robot, settings or ()).robot
+    drawn = find_maze(maze, words.choices(), robot=body)
+    print(_facts(drawn, body.radius))
     if not no_picture:
         _save(drawn, picture or Path(f"{Path(maze).stem}.png"))
 
@@ -53,8 +68,15 @@ def convert(
     output: Annotated[
         Path, typer.Argument(help="The new file; its suffix says the format: .maze, .png, .pgm, .txt or .num.")
     ],
-    metres_a_pixel: PixelOption = 0.025,
+    start: StartOption = None,
+    exits: ExitsOption = None,
+    goal: GoalOption = None,
+    metres_a_pixel: PixelOption = None,
     metres_a_cell: CellOption = 1.0,
+    grey: GreyOption = None,
+    objects: ObjectsOption = None,
+    robot: RobotOption = "pico",
+    settings: SettingsOption = None,
 ) -> None:
     """Write a maze in another format.
 
@@ -62,12 +84,16 @@ def convert(
 
     Example: `maze-machine maze convert maze.pgm maze.maze`
     """
+    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import find_maze
     from sim.formats import write_maze
 
-    drawn = find_maze(maze, metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
-    write_maze(drawn, output, metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
-    print(f"{output}: {_facts(drawn)}")
+    choices = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects).choices()
+    body = load_profile(robot, settings or ()).robot
+    drawn = find_maze(maze, choices, robot=body)
+    write_maze(drawn, output, choices)
+    print(f"{output}: {_facts(drawn, body.radius)}")
 
 
 @app.command()
@@ -93,7 +119,7 @@ def generate(
     """
     from pydantic import ValidationError
 
-    from sim.formats import write_maze
+    from sim.formats import Choices, write_maze
     from sim.generate import Recipe, generate
     from transport.wording import in_words
 
@@ -120,7 +146,7 @@ def generate(
         options = tuple(_option(str(part)) for part in first["loc"])
         raise UsageError(in_words({**first, "loc": options}), "see maze generate --help") from None
     drawn = generate(recipe, seed)
-    write_maze(drawn, output, metres_a_cell=corridor)
+    write_maze(drawn, output, Choices(metres_a_cell=corridor))
     print(f"{output}: {_facts(drawn)}")
     if picture is not None:
         _save(drawn, picture)
@@ -131,19 +157,26 @@ def _option(name: str) -> str:
     return "--size" if name in ("columns", "rows") else f"--{name.replace('_', '-')}"
 
 
-def _facts(maze: Maze) -> str:
+def _facts(maze: Maze, radius: float | None = None) -> str:
+    from sim.maze import Leave, Reach
     from sim.solvability import shortest_way
 
     left, bottom, right, top = maze.bounds
-    way = shortest_way(maze)
+    way = shortest_way(maze, radius)
     parts = [
         f"{right - left:.2f} x {top - bottom:.2f} m",
         _count(len(maze.walls), "wall"),
         _count(len(maze.doors), "door"),
         _count(len(maze.objects), "moving object"),
         _count(len(maze.exits), "exit"),
-        f"shortest way out about {way:.1f} m" if way is not None else "no way out",
     ]
+    match maze.goal:
+        case Leave():
+            parts.append(f"shortest way out about {way:.1f} m")
+        case Reach():
+            parts.append(f"goal: {maze.goal}, shortest way about {way:.1f} m")
+        case _:
+            parts.append(f"goal: {maze.goal}")
     return f"{maze.name}: " + ", ".join(parts)
 
 

@@ -2,23 +2,44 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from maze_machine.arguments.completion import complete_machine
-from maze_machine.arguments.options import JsonOption, RecordingArgument, TraceOption
-from maze_machine.errors import ExitStatus, FileError
+from maze_machine.arguments.options import (
+    JsonOption,
+    OdometryTopicOption,
+    RecordedRobotOption,
+    ScanTopicOption,
+    SettingsOption,
+    TraceOption,
+)
+from maze_machine.errors import ExitStatus, FileError, UsageError
 
 
 def replay(
-    recording: RecordingArgument,
+    first: Annotated[
+        str,
+        typer.Argument(
+            metavar="[MACHINE] RECORDING",
+            help="A recording: what `maze-machine run --record` wrote, any MCAP file, or a rosbag2 folder or database "
+            "with a laser scan and odometry; before it, perhaps a machine to put in the recorded one's place.",
+        ),
+    ],
+    second: Annotated[str | None, typer.Argument(hidden=True)] = None,
     machine: Annotated[
         str | None,
         typer.Option(
             help="Another machine for the same sensors. Default: the recorded one.", autocompletion=complete_machine
         ),
     ] = None,
+    robot: RecordedRobotOption = None,
+    settings: SettingsOption = None,
+    scan: ScanTopicOption = None,
+    odometry: OdometryTopicOption = None,
     trace: TraceOption = None,
     json: JsonOption = False,
 ) -> None:
@@ -26,35 +47,47 @@ def replay(
 
     The same machine gives the same trace, byte for byte. The exit status is 0 if nothing differs.
 
-    Example: `maze-machine replay run.mcap --machine my.maze-machine`
+    Where no machine was recorded, the machine is shown what a controller would have had at each beat, whatever it does
+    about it, and every transition is printed with the values that made it fire. The exit status is 0 unless it fails.
+
+    Example: `maze-machine replay run.mcap`
+
+    Example: `maze-machine replay my.maze-machine run.mcap`
+
+    Example: `maze-machine replay right_hand rosbag2_2026_11_27 --robot my.toml --scan /scan`
     """
     from contextlib import ExitStack
     from json import dumps
 
     from maze_machine.arguments.files import check_outputs
-    from maze_machine.drive.mission import Watcher
+    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.drive.mission import TickWatcher
     from maze_machine.drive.replay import recorded_mission
     from maze_machine.drive.replay import replay as show_again
     from maze_machine.drive.trace import TraceWriter
     from maze_machine.report.outputs import text_stream
-    from transport.recording import read_recording
+    from maze_machine.report.replayed import Replayed, Transitions
+    from transport.recording import Topics, read_recording
 
-    recorded = read_recording(recording)
-    mission = recorded_mission(recorded, machine)
+    if second is not None and machine is not None:
+        raise UsageError("two machines were named", "name one, before the recording or with --machine")
+    recording, machine = (Path(first), machine) if second is None else (Path(second), first)
+    profile = load_profile(robot or "pico", settings or ())
+    recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
+    asked = robot is not None or settings is not None or "profile" not in recorded.run
+    if machine is None and Path(recorded.run.get("machine", "")).suffix:
+        print(f"the recording's machine is {recorded.run['machine'][:200]!r}", file=sys.stderr)
+    mission = recorded_mission(recorded, machine, profile if asked else None)
     check_outputs({"--trace": trace}, [recording, *mission.machine.model.files])
     losses: list[str] = []
+    transitions = Transitions(mission)
     with ExitStack() as stack:
-        watchers: list[Watcher] = []
+        watchers: list[TickWatcher] = [transitions]
         if trace is not None:
             watchers.append(TraceWriter(stack.enter_context(text_stream(trace, losses)), mission))
         ending, difference = show_again(recorded, mission, watchers)
-    told = difference and {"tick": difference.tick, "recorded": difference.recorded, "replayed": difference.replayed}
-    if json:
-        print(dumps({"same": not told, "ticks": ending.ticks, "complete": recorded.complete, "difference": told}))
-    else:
-        cut = "" if recorded.complete else " (the recording was cut off)"
-        print(f"{mission.machine.name} on {len(recorded.ticks)} recorded ticks{cut}: ", end="")
-        print("\n".join(difference.lines()) if difference else "no difference")
+    replayed = Replayed(mission.machine.name, recorded, ending, difference, transitions.found)
+    print(dumps(replayed.as_json()) if json else "\n".join(replayed.lines()))
     if losses:
         raise FileError("; ".join(losses))
     raise typer.Exit(ExitStatus.OK if difference is None else ExitStatus.FAILED)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -12,14 +13,23 @@ import typer
 
 from maze_machine.arguments.completion import complete_machine, complete_maze
 from maze_machine.arguments.options import (
+    CellOption,
+    EventAtOption,
+    ExitsOption,
     FaultOption,
+    GoalOption,
+    GreyOption,
     IdentityOption,
     JsonOption,
     LibraryOption,
+    ObjectsOption,
+    OpenOption,
+    PixelOption,
     RobotOption,
     SettingsOption,
     SimulateOption,
     SpeedOption,
+    StartOption,
     TimeLimitOption,
     TraceOption,
 )
@@ -30,8 +40,10 @@ if TYPE_CHECKING:
 
     from maze_machine.catalogue.profile import Profile
     from maze_machine.drive.attempts import Attempt, RefereedRobot
-    from maze_machine.drive.mission import Watcher
+    from maze_machine.drive.mission import Mission, TickWatcher
+    from maze_machine.remote.opened import OpenRun
     from maze_machine.report.result import Result
+    from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import SimulatedWorld
     from transport.lockstep import RemoteLockstep
     from transport.realtime import RealtimeRobot
@@ -53,6 +65,13 @@ def run(
             autocompletion=complete_maze,
         ),
     ] = None,
+    start: StartOption = None,
+    exits: ExitsOption = None,
+    goal: GoalOption = None,
+    metres_a_pixel: PixelOption = None,
+    metres_a_cell: CellOption = 1.0,
+    grey: GreyOption = None,
+    objects: ObjectsOption = None,
     seed: Annotated[
         int | None, typer.Option(min=0, help="Which run: all that is random is drawn from it. Default: 0.")
     ] = None,
@@ -96,6 +115,9 @@ def run(
         Path | None,
         typer.Option(metavar="FILE", help="Record sensors, commands and steps as MCAP, for `maze-machine replay`."),
     ] = None,
+    dated: Annotated[
+        bool, typer.Option("--dated", help="Let the recording begin at the present time of day, not in 1970.")
+    ] = False,
     live: Annotated[
         int | None,
         typer.Option(min=0, max=65535, metavar="PORT", help="Show the run on a page at this port; 0 takes any."),
@@ -106,6 +128,8 @@ def run(
     ] = None,
     no_picture: Annotated[bool, typer.Option("--no-picture", help="Save no picture.")] = False,
     library: LibraryOption = None,
+    event_at: EventAtOption = None,
+    open_at: OpenOption = None,
     json: JsonOption = False,
 ) -> None:
     """Run a machine on a robot until the machine, the referee or a limit ends it.
@@ -124,6 +148,10 @@ def run(
     Example: `maze-machine run pledge --live 8000 --speed 4`
 
     Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
+
+    Example: `maze-machine run my.maze-machine --event-at 2.5:go`
+
+    Example: `maze-machine run pledge --speed 1 --open tcp/127.0.0.1:7448`
     """
     from contextlib import ExitStack, closing
 
@@ -133,30 +161,28 @@ def run(
     from maze_machine.drive.attempts import KeptRobot
     from maze_machine.drive.attempts import attempts as attempts_of
     from maze_machine.drive.mission import prepare
+    from maze_machine.drive.operation import Together, scheduled
     from maze_machine.report.outputs import Outputs, numbered
     from maze_machine.report.result import Result
-    from maze_machine.simulated.settings import pace, simulator_settings
-    from maze_machine.simulated.world import SimulatedWorld, find_maze
+    from maze_machine.simulated.choices import MazeWords
     from transport.world import LockstepRobot
 
+    words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     if connect is not None:
-        refuse_with_connect({"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed})
-    if practice and record is not None:
-        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
-    if picture is not None and picture.suffix not in PICTURES:
-        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
+        given = {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
+        refuse_with_connect({**given, "what is said of the maze (--start, --goal, ...)": words != MazeWords()})
+    refuse_files(record, picture, practice=practice)
     profile = load_profile(robot, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit, library)
     world = None
     if connect is None:
         rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
-        simulator = simulator_settings(rules, fault or ())
-        world = SimulatedWorld(
-            find_maze(maze or DEFAULT_MAZE), profile.robot, seed or 0, simulator, pace(profile.robot.period, speed)
-        )
-    outputs, most = Outputs(trace, record, live), 2 if practice else attempts
+        world = embedded(maze or DEFAULT_MAZE, words, profile, seed or 0, rules, fault or (), speed)
+    script = scheduled(event_at or (), mission.machine)
+    outputs, most = Outputs(trace, record, live, dated), 2 if practice else attempts
     check_outputs(
-        {"--trace": trace, "--record": record, "--picture": picture}, [robot, maze or "", *mission.machine.model.files]
+        {"--trace": trace, "--record": record, "--picture": picture},
+        [robot, maze or "", objects or "", *mission.machine.model.files],
     )
     files: dict[str, Path] = {}
     losses: list[str] = []
@@ -171,12 +197,13 @@ def run(
                 return LockstepRobot(world)
             return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
 
-        def watchers(number: int) -> AbstractContextManager[Sequence[Watcher]]:
-            return outputs.of_attempt(number).watchers(mission, machine, world, losses)
+        def watchers(number: int) -> AbstractContextManager[Sequence[TickWatcher]]:
+            return outputs.of_attempt(number).watchers(mission, machine, world, losses, opened)
 
+        opened = stack.enter_context(open_run(open_at, identity, mission, pausable=world is not None))
         repeated = world or link
         begin_again = (lambda: False) if repeated is None else repeated.try_again
-        for attempt in attempts_of(mission, take_hold, watchers, most, begin_again):
+        for attempt in attempts_of(mission, take_hold, watchers, most, begin_again, operator=Together(script, *opened)):
             number, ending = attempt.number, attempt.ending
             nth = "" if number == 1 else f" {number}"
             files |= {kind + nth: file for kind, file in outputs.of_attempt(number).files.items()}
@@ -204,6 +231,42 @@ def end(result: Result, losses: Sequence[str], json: bool) -> NoReturn:
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
 
 
+def embedded(
+    maze: str,
+    words: MazeWords,
+    profile: Profile,
+    seed: int,
+    settings: Sequence[str],
+    faults: Sequence[str],
+    speed: float | None,
+) -> SimulatedWorld:
+    """The world of the simulator in this process.
+
+    Raises:
+        FileError: there is no such maze.
+        MazeError: the maze cannot be used.
+        UsageError: a setting or a fault is wrong.
+    """
+    from maze_machine.simulated.settings import pace, simulator_settings
+    from maze_machine.simulated.world import SimulatedWorld, find_maze
+
+    simulator = simulator_settings(settings, faults)
+    drawn = find_maze(maze, words.choices(), robot=profile.robot)
+    return SimulatedWorld(drawn, profile.robot, seed, simulator, pace(profile.robot.period, speed))
+
+
+def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -> None:
+    """Refuse files that cannot be written of such a run.
+
+    Raises:
+        UsageError: a recording of practice, or a picture of no known format, was asked for.
+    """
+    if practice and record is not None:
+        raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
+    if picture is not None and picture.suffix not in PICTURES:
+        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
+
+
 def has_picture(file: Path, world: SimulatedWorld | None, attempt: Attempt, title: str, losses: list[str]) -> bool:
     """Save the picture of an attempt; whether the disk took it. If not, a sentence is added to the losses."""
     from maze_machine.report.picture import save_run
@@ -225,6 +288,27 @@ def _telling(losses: Sequence[str]) -> Callable[..., None]:
                 print(f"maze-machine: {loss}", file=sys.stderr)
 
     return say
+
+
+@contextmanager
+def open_run(
+    endpoint: str | None, identity: Path | None, mission: Mission, *, pausable: bool
+) -> Iterator[Sequence[OpenRun]]:
+    """The run as it is open to the network, for as long as the block runs; empty where it is not to be.
+
+    Raises:
+        LinkError: the endpoint is taken.
+    """
+    if endpoint is None:
+        yield ()
+        return
+    from maze_machine.arguments.network import secured
+    from maze_machine.remote.opened import OpenRun
+    from transport.connect import listening
+
+    security = secured(endpoint, identity, mission.profile.link, listens=True)
+    with listening(endpoint, security=security) as bus, OpenRun(bus, mission, pausable=pausable) as opened:
+        yield (opened,)
 
 
 def refuse_with_connect(embedded: Mapping[str, object]) -> None:

@@ -8,15 +8,23 @@ import typer
 
 from maze_machine.arguments.options import (
     LISTEN,
+    CellOption,
+    ExitsOption,
     FaultOption,
+    GoalOption,
+    GreyOption,
     IdentityOption,
     ListenOption,
     MazeArgument,
+    ObjectsOption,
+    PixelOption,
     RobotOption,
     SettingsOption,
     SimulateOption,
     SpeedOption,
+    StartOption,
 )
+from maze_machine.errors import UsageError
 
 
 def sim(
@@ -25,6 +33,13 @@ def sim(
     connect: Annotated[
         str | None, typer.Option(metavar="ENDPOINT", help="Dial a router there instead of listening.")
     ] = None,
+    start: StartOption = None,
+    exits: ExitsOption = None,
+    goal: GoalOption = None,
+    metres_a_pixel: PixelOption = None,
+    metres_a_cell: CellOption = 1.0,
+    grey: GreyOption = None,
+    objects: ObjectsOption = None,
     seed: Annotated[int, typer.Option(min=0, help="The run, where a controller asks for none.")] = 0,
     robot: RobotOption = "pico",
     settings: SettingsOption = None,
@@ -42,22 +57,31 @@ def sim(
     """Simulate a robot in a maze for a controller in another process.
 
     One line says that it is ready, and one line each how an episode went. It ends with Ctrl-C. Without `--realtime`
-    each period of the simulation waits for its command.
+    each period of the simulation waits for its command. With `--realtime` and `link.gate=false`, or
+    `link.keys=rmw_zenoh`, it is a bare ROS 2 robot, which any program may command.
 
     Example: `maze-machine sim final_2015 --listen tcp/127.0.0.1:7447`
+
+    Example: `maze-machine sim final_2015 --realtime --set link.keys=rmw_zenoh`
     """
     from math import inf
 
     from maze_machine.arguments.network import joined
     from maze_machine.catalogue.profile import load_profile
+    from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.settings import pace, simulator_settings
     from maze_machine.simulated.world import SimulatedWorld, find_maze
     from transport.gate import Gate, PacedWorld
+    from transport.keys import RobotKeys
     from transport.lockstep import LockstepServer
+    from transport.ros_robot import RosRobot
 
     profile = load_profile(robot, settings or ())
     description = profile.robot
-    drawn = find_maze(maze)
+    if not profile.link.gate and not realtime:
+        raise UsageError("a bare ROS 2 robot (link.gate=false) does not wait for commands", "add --realtime")
+    words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
+    drawn = find_maze(maze, words.choices(), robot=description)
     world = simulator_settings(simulate or (), fault or ())
 
     def begin(asked: int | None) -> SimulatedWorld:
@@ -65,10 +89,11 @@ def sim(
         return SimulatedWorld(drawn, description, seed if asked is None else asked, world, beat)
 
     with joined(listen, connect, identity, profile.link) as bus:
-        server: LockstepServer | Gate
+        server: LockstepServer | Gate | RosRobot
         if realtime:
             base = PacedWorld(begin, description.period)
-            server = Gate(bus, base, description, profile.link)
+            keys = RobotKeys(description.topics_below, profile.link)
+            server = Gate(bus, base, description, profile.link) if profile.link.gate else RosRobot(bus, base, keys)
         else:
             server = LockstepServer(bus, description.name, description.period, begin)
         place = f"dials {connect}" if connect else f"listens at {listen}"

@@ -9,7 +9,19 @@ from typing import Annotated
 
 import typer
 
-from maze_machine.arguments.options import JsonOption, RobotOption, SettingsOption, TimeLimitOption
+from maze_machine.arguments.options import (
+    CellOption,
+    ExitsOption,
+    GoalOption,
+    GreyOption,
+    JsonOption,
+    ObjectsOption,
+    PixelOption,
+    RobotOption,
+    SettingsOption,
+    StartOption,
+    TimeLimitOption,
+)
 from maze_machine.errors import ExitStatus, FileError, UsageError
 
 
@@ -22,6 +34,13 @@ def sweep(
         typer.Option(metavar="A,B,...", help="Mazes: files, folders of files or names, with commas; may be repeated."),
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="The results, one JSON line a run; taken up if it exists.")],
+    start: StartOption = None,
+    exits: ExitsOption = None,
+    goal: GoalOption = None,
+    metres_a_pixel: PixelOption = None,
+    metres_a_cell: CellOption = 1.0,
+    grey: GreyOption = None,
+    objects: ObjectsOption = None,
     seeds: Annotated[int, typer.Option(min=1, help="How many seeds for each machine and maze, from 0.")] = 1,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes. Default: one a core.")] = None,
     scheduler: Annotated[
@@ -51,12 +70,15 @@ def sweep(
     from maze_machine.campaign.results import Results
     from maze_machine.campaign.summary import failures, summary, table
     from maze_machine.campaign.workers import on_cores
+    from maze_machine.simulated.choices import MazeWords
     from transport.connect import controller_name
     from transport.files import locked
 
     if scheduler is not None and workers is not None:
         raise UsageError("--workers does not go with --scheduler", "the cluster has its own workers")
-    setup = Setup(robot, tuple(settings or ()), time_limit)
+    words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
+    words.choices()
+    setup = Setup(robot, tuple(settings or ()), time_limit, words)
     jobs = jobs_of(_each(machines), _each(mazes), seeds)
     loss = ""
     with locked(out, controller_name()):

@@ -7,7 +7,13 @@ from typing import Annotated
 
 import typer
 
-from maze_machine.arguments.options import RecordingArgument
+from maze_machine.arguments.options import (
+    OdometryTopicOption,
+    RecordedRobotOption,
+    RecordingArgument,
+    ScanTopicOption,
+    SettingsOption,
+)
 
 
 def view(
@@ -15,6 +21,10 @@ def view(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="The page. Default: beside the recording.")
     ] = None,
+    robot: RecordedRobotOption = None,
+    settings: SettingsOption = None,
+    scan: ScanTopicOption = None,
+    odometry: OdometryTopicOption = None,
 ) -> None:
     """Make a page of a recorded run: the robot, what its laser saw, its states and transitions, to be played and wound.
 
@@ -22,17 +32,23 @@ def view(
     `maze-machine run --live`.
 
     Example: `maze-machine view run.mcap -o run.html`
+
+    Example: `maze-machine view rosbag2_2026_11_27 --robot my.toml`
     """
     from maze_machine.arguments.files import check_outputs
+    from maze_machine.catalogue.profile import load_profile
     from maze_machine.drive.replay import recorded_profile
     from maze_machine.view.page import frame, head, replay_page
     from transport.files import write_text
-    from transport.recording import read_recording
+    from transport.recording import Topics, read_recording
 
     page = output or recording.with_suffix(".html")
     check_outputs({"--output": page}, [recording])
-    recorded = read_recording(recording)
+    profile = load_profile(robot or "pico", settings or ())
+    recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
+    asked = robot is not None or settings is not None or "profile" not in recorded.run
+    body = recorded_profile(recorded, profile if asked else None).robot
     title = f"{Path(recorded.run.get('machine', recorded.robot)).stem}, {len(recorded.ticks)} ticks"
     frames = [frame(tick.observation, tick.command, tick.step) for tick in recorded.ticks]
-    write_text(page, replay_page(head(title, recorded_profile(recorded).robot), frames))
+    write_text(page, replay_page(head(title, body), frames))
     print(page)

@@ -7,7 +7,8 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from maze_machine.drive.mission import Ending, Mission, Watcher, drive
+from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive
+from maze_machine.drive.operation import NOBODY, Operator
 from maze_machine.drive.trail import TrailKeeper
 from perception import Perception
 from transport.robot import Robot
@@ -32,7 +33,7 @@ class KeptRobot:
         """Nothing: in lockstep a world stands still that nobody commands."""
 
 
-WatchersOf = Callable[[int], AbstractContextManager[Sequence[Watcher]]]
+WatchersOf = Callable[[int], AbstractContextManager[Sequence[TickWatcher]]]
 """Who is told of an attempt, given its number, for as long as it lasts."""
 
 
@@ -59,6 +60,8 @@ def attempts(
     watchers: WatchersOf,
     most: int = 1,
     try_again: Callable[[], bool] = lambda: False,
+    *,
+    operator: Operator = NOBODY,
 ) -> Iterator[Attempt]:
     """Drive a mission until the robot is out or no attempt is left.
 
@@ -71,6 +74,7 @@ def attempts(
         watchers: who is told of an attempt.
         most: how many to make at most.
         try_again: puts the robot, which has been stopped, back to the start, if another attempt is granted.
+        operator: who sends events to the machine, and may end the run.
 
     Yields:
         Each attempt, before the next one begins.
@@ -84,9 +88,9 @@ def attempts(
         trail = TrailKeeper()
         with watchers(number) as watching:
             driven = robot()
-            ending = drive(mission, driven, driven, [trail, *watching], perception)
+            ending = drive(mission, driven, driven, [trail, *watching], perception, operator=operator)
         yield Attempt(number, driven, ending, trail)
-        if number == most or ending.limited or not try_again():
+        if number == most or ending.limited or operator.ended or not try_again():
             return
-        known = perception.world.from_the_start() if ending.report.get("escaped") else None
+        known = perception.world.from_the_start() if ending.report.get("solved") else None
         perception = Perception(mission.profile.robot, mission.profile.perception, known)

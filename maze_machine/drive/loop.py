@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from hsm import Machine, Macrostep, Supervisor
 from hsm.engine.monitoring import Monitor, Violation
+from maze_machine.drive.operation import NOBODY, Operator
 from perception import Perception
 from perception.facts import Facts
 from skills.chain import MotionChain
@@ -49,6 +50,8 @@ class Tick:
         command: what the robot was told.
         violations: properties of the machine that do not hold, and did before.
         phases: where the time went.
+        events: the events that somebody outside has sent for this tick.
+        variables: variables and parameters after the step, by their full names.
     """
 
     index: int
@@ -60,6 +63,8 @@ class Tick:
     command: Command
     violations: tuple[Violation, ...]
     phases: Phases
+    events: tuple[str, ...]
+    variables: Mapping[str, Any]
 
     @property
     def blind(self) -> str:
@@ -85,6 +90,7 @@ def ticks(
     chain: MotionChain,
     *,
     settings: LinkSettings,
+    operator: Operator = NOBODY,
 ) -> Iterator[Tick]:
     """Run a machine on a robot, tick by tick, until the machine ends.
 
@@ -102,6 +108,7 @@ def ticks(
         perception: makes facts of observations.
         chain: shapes what the activities want into what the base is sent.
         settings: when sensor data are too old.
+        operator: who sends events to the machine.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
@@ -116,7 +123,8 @@ def ticks(
         observation = trust.judged(robot.observe())  # communicate
         observed = perf_counter()
         blind = trust.reason
-        happened = (BLINDED,) if blind and seeing and hears_it else ()
+        sent = tuple(operator.events(index, observation.time))
+        happened = (BLINDED, *sent) if blind and seeing and hears_it else sent
         facts = perception.facts(observation)  # prepare
         prepared = perf_counter()
         if supervisor is None:  # coordinate
@@ -136,7 +144,19 @@ def ticks(
         active = tuple(sorted(supervisor.configuration, key=machine.indices.__getitem__))
         innermost = (name for name in active if not machine.model.states[machine.indices[name]].children)
         doing = next((state for state, _ in effects), None) or next(innermost, "")
-        yield Tick(index, observation, step, active, doing, supervisor.outcome, command, violations, phases)  # log
+        yield Tick(
+            index,
+            observation,
+            step,
+            active,
+            doing,
+            supervisor.outcome,
+            command,
+            violations,
+            phases,
+            sent,
+            supervisor.variables,
+        )  # log
         if supervisor.outcome is not None:
             return
 

@@ -11,10 +11,11 @@ from typing import Any
 import hsm
 from hsm import Machine
 from maze_machine.arguments.parameters import parameter_values
-from maze_machine.catalogue.library import chosen_library
+from maze_machine.catalogue.library import chosen_library, robot_library
 from maze_machine.catalogue.machines import find_machine
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.loop import Tick, ticks
+from maze_machine.drive.operation import NOBODY, Operator
 from perception import Perception
 from perception.facts import Facts
 from skills.chain import MotionChain
@@ -22,7 +23,7 @@ from transport.messages import Command
 from transport.robot import Robot
 from transport.world import Refereed
 
-Watcher = Callable[[Tick], object]
+TickWatcher = Callable[[Tick], object]
 """Somebody who is told each tick: a trace, a progress display, a recording, a live page."""
 
 
@@ -90,7 +91,7 @@ def prepare(
         UsageError: a parameter is unknown or has a value that is not of its type.
     """
     path = find_machine(name)
-    names = chosen_library(library, path, profile.skills)
+    names = chosen_library(library, path, lambda: robot_library(profile.skills))
     machine = hsm.load(path, names)
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
     values = parameter_values(machine.model.parameters, written, names.enumerations)
@@ -101,8 +102,10 @@ def drive(
     mission: Mission,
     robot: Robot,
     referee: Refereed | None = None,
-    watchers: Sequence[Watcher] = (),
+    watchers: Sequence[TickWatcher] = (),
     perception: Perception | None = None,
+    *,
+    operator: Operator = NOBODY,
 ) -> Ending:
     """Run a mission on a robot to its end; the robot is stopped and let go, whatever happens.
 
@@ -112,6 +115,7 @@ def drive(
         referee: who may end the run and knows the verdict: a simulated robot itself, or nobody.
         watchers: called with each tick, after its command has been sent.
         perception: what sees for the mission, where it shall remember something from before; else a fresh one.
+        operator: who sends events to the machine, and may end the run.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
@@ -125,13 +129,17 @@ def drive(
     with closing(robot):
         perception = perception or Perception(mission.profile.robot, mission.profile.perception)
         chain = MotionChain(mission.profile.robot, mission.profile.skills)
-        for tick in ticks(robot, mission.machine, mission.parameters, perception, chain, settings=mission.profile.link):
+        link, machine, parameters = mission.profile.link, mission.machine, mission.parameters
+        for tick in ticks(robot, machine, parameters, perception, chain, settings=link, operator=operator):
             first, last = first or tick, tick
             violations.extend(map(str, tick.violations))
             for watch in watchers:
                 watch(tick)
             if referee is not None and referee.finished:
                 reason = "the referee ended the run"
+                break
+            if operator.ended:
+                reason = operator.ended
                 break
             limited = mission.time_limit is not None and tick.time - first.time >= mission.time_limit
             if limited:

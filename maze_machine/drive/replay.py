@@ -3,21 +3,34 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
 from hsm import Machine
+from hsm.engine.explanation import Verdict
+from hsm.model.chart import StateKind
+from hsm.model.unparse import value_text
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.loop import Tick
-from maze_machine.drive.mission import Ending, Mission, Watcher, drive, prepare
+from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive, prepare
+from maze_machine.drive.operation import Recorded
 from maze_machine.drive.trace import trace_line
 from maze_machine.errors import FileError
+from transport.messages import Pose
 from transport.recording import Recorder, Recording, ReplayRobot
+from transport.wording import in_words
 
+MACHINES = (".maze-machine", ".scxml")
+"""How the files end that a recording may name as its machine."""
+LONGEST = 2_000
+"""So much of a recorded value is shown, characters."""
+_PARAMETERS = TypeAdapter(dict[str, bool | int | float | str])
 REASONS = "reasons"
 """Where a recorded step says of each transition that was looked at why it fired or did not."""
 
@@ -36,13 +49,37 @@ def described(mission: Mission, machine: str) -> dict[str, str]:
     }
 
 
-def keeper(recorder: Recorder, mission: Mission) -> Watcher:
-    """A watcher of ticks that records them, with what the machine did in each and, where something fired, why."""
+def keeper(recorder: Recorder, mission: Mission, pose: Callable[[int], Pose] | None = None) -> TickWatcher:
+    """A watcher of ticks that records them, with what the machine did in each and, where something fired, why.
+
+    Args:
+        recorder: where to.
+        mission: the run.
+        pose: where the robot really was at a tick, if anybody knows.
+    """
 
     def keep(tick: Tick) -> None:
-        recorder.record(tick.observation, tick.command, reasoned(mission.machine, tick))
+        step, regions = reasoned(mission.machine, tick), active_regions(mission.machine, tick.configuration)
+        recorder.record(tick.observation, tick.command, step, pose=pose and pose(tick.index), regions=regions)
 
     return keep
+
+
+def active_regions(machine: Machine, configuration: Sequence[str]) -> dict[str, str]:
+    """The innermost active state in each region: a region is a child of a parallel state, or the whole machine.
+
+    Args:
+        machine: the machine.
+        configuration: names of all active states, in document order.
+    """
+    states, regions = machine.model.states, {}
+    for name in configuration:
+        state = above = states[machine.indices[name]]
+        while above.parent >= 0 and states[above.parent].kind is not StateKind.PARALLEL:
+            above = states[above.parent]
+        if not state.children:
+            regions[machine.name if above.parent < 0 else above.name] = name
+    return regions
 
 
 def reasoned(machine: Machine, tick: Tick) -> dict[str, Any]:
@@ -51,38 +88,94 @@ def reasoned(machine: Machine, tick: Tick) -> dict[str, Any]:
     return trace_line(machine, tick) | ({REASONS: reasons} if reasons else {})
 
 
-def recorded_profile(recording: Recording) -> Profile:
+def fired(machine: Machine, tick: Tick) -> list[str]:
+    """Each transition that fired in a tick, for a person: its states, and the values of what it looked at."""
+    taken = (one for one in tick.step.considered if one.verdict is Verdict.TAKEN)
+    seen = (", ".join(f"{text} = {value_text(value)}" for text, value in one.values) for one in taken)
+    lines = zip(trace_line(machine, tick)["taken"], [*seen, *[""] * len(tick.step.transitions)], strict=False)
+    return [f"{transition}{': ' if values else ''}{values}" for transition, values in lines]
+
+
+def recorded_profile(recording: Recording, chosen: Profile | None = None) -> Profile:
     """The profile of the robot of a recorded run.
+
+    Args:
+        recording: the run.
+        chosen: a profile to take instead; its laser is the recorded one.
 
     Raises:
         FileError: the recording does not say, or says it as another version of this program did.
     """
+    if chosen is not None:
+        return _with_laser(chosen, recording)
+    if "profile" not in recording.run:
+        raise FileError("the recording does not say which robot ran", "name its profile with --robot")
     try:
         return Profile.model_validate_json(recording.run["profile"])
-    except (KeyError, ValueError) as error:
-        raise FileError(f"the recording does not say which robot ran: {error}") from None
+    except ValidationError as error:
+        words = in_words(error.errors()[0])
+        raise FileError(f"the recorded profile cannot be used: {words}", "name one with --robot") from None
+    except (ValueError, RecursionError) as error:
+        raise FileError(f"the recording does not say which robot ran: {type(error).__name__}") from None
 
 
-def recorded_mission(recording: Recording, machine: str | None = None) -> Mission:
+def _with_laser(profile: Profile, recording: Recording) -> Profile:
+    """A profile with the beams of a recording and, where it says so, with the laser where it was mounted."""
+    laser, beams, mount = profile.robot.laser, recording.laser, recording.mount
+    if beams is None:
+        return profile
+    said = {
+        "beams": beams.beams,
+        "angle_min": beams.angle_min,
+        "angle_max": beams.angle_max,
+        "range_min": beams.range_min,
+        "range_max": beams.range_max,
+    }
+    if mount is not None:
+        said |= {"mount_x": mount.x, "mount_y": mount.y, "mount_heading": mount.heading}
+    try:
+        seen = type(laser).model_validate({**laser.model_dump(), **said})
+    except ValidationError as error:
+        raise FileError(f"the recorded laser cannot be used: {in_words(error.errors()[0])}") from None
+    return profile.model_copy(update={"robot": profile.robot.model_copy(update={"laser": seen})})
+
+
+def recorded_mission(recording: Recording, machine: str | None = None, robot: Profile | None = None) -> Mission:
     """The mission of a recorded run.
 
     Args:
         recording: the run.
         machine: another machine to put in its place, with its default parameters; None for the same one.
+        robot: another profile; None for the recorded one.
 
     Raises:
         FileError: the recording does not say what was run, or the machine is not there any more.
         MachineError: the machine has faults.
     """
-    profile = recorded_profile(recording)
+    profile = recorded_profile(recording, robot)
     if machine is not None:
         return prepare(machine, profile)
+    if not {"machine", "parameters"} <= set(recording.run):
+        raise FileError("the recording does not say which machine ran", "name one before the recording")
     try:
-        parameters = json.loads(recording.run["parameters"])
-        recorded = recording.run["machine"]
-    except (KeyError, ValueError) as error:
-        raise FileError(f"the recording does not say what was run: {error}") from None
-    return prepare(recorded, profile, [(name, str(value)) for name, value in parameters.items()])
+        parameters = _PARAMETERS.validate_json(recording.run["parameters"])
+    except (ValueError, RecursionError):
+        raise FileError("the recording says of its machine's parameters what is not known") from None
+    return prepare(named_machine(recording), profile, [(name, str(value)) for name, value in parameters.items()])
+
+
+def named_machine(recording: Recording) -> str:
+    """The machine that a recording names: a shipped one, or a file that has the name of a machine.
+
+    Raises:
+        FileError: it names something else, which is not opened.
+    """
+    named = recording.run["machine"]
+    if named in shipped_machines() or Path(named).suffix in MACHINES:
+        return named
+    raise FileError(
+        f"the recording names {named[:200]!r} as its machine, which is no machine's file", "name one yourself"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,27 +196,45 @@ class Difference:
         """The difference for a person."""
         told = [f"differs from tick {self.tick} on"]
         for name in {**self.recorded, **self.replayed}:
-            told.append(f"  {name:<8} recorded  {self.recorded.get(name, 'nothing')}")
-            told.append(f"  {'':<8} replayed  {self.replayed.get(name, 'nothing')}")
+            shown = name if name.isidentifier() else repr(name)
+            told.append(f"  {shown[:40]:<8} recorded  {_shown(self.recorded.get(name, 'nothing'))}")
+            told.append(f"  {'':<8} replayed  {_shown(self.replayed.get(name, 'nothing'))}")
         return told
 
 
+def _shown(value: object) -> str:
+    """A value from a file for a terminal: on one line, and not for ever."""
+    text = str(value) if not isinstance(value, str) or value.isprintable() else repr(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
+
+
 def replay(
-    recording: Recording, mission: Mission, watchers: Sequence[Watcher] = ()
+    recording: Recording, mission: Mission, watchers: Sequence[TickWatcher] = ()
 ) -> tuple[Ending, Difference | None]:
     """Show a machine the recorded sensors, whatever it does about them.
 
     Returns:
-        How it ended, and the first difference from the recorded run.
+        How it ended, and the first difference from the recorded run; None too where no steps were recorded.
 
     Raises:
         MachineFault: the machine failed.
     """
     lines: list[dict[str, Any]] = []
     robot = ReplayRobot(recording)
-    ending = drive(mission, robot, robot, [lambda tick: lines.append(trace_line(mission.machine, tick)), *watchers])
+    known = mission.machine.model.events
+    operator = Recorded(
+        [[one for one in recorded_events(tick.step) if known is None or one in known] for tick in recording.ticks]
+    )
+    watching = [lambda tick: lines.append(trace_line(mission.machine, tick)), *watchers]
+    ending = drive(mission, robot, robot, watching, operator=operator)
     recorded = [{name: value for name, value in tick.step.items() if name != REASONS} for tick in recording.ticks]
-    return ending, first_difference(recorded, lines)
+    return ending, first_difference(recorded, lines) if recording.own else None
+
+
+def recorded_events(step: Mapping[str, Any]) -> list[str]:
+    """The events that somebody outside sent for a recorded tick; what is no name is none."""
+    events = step.get("events", ())
+    return [one for one in events if isinstance(one, str)] if isinstance(events, list) else []
 
 
 def first_difference(recorded: Iterable[Mapping[str, Any]], replayed: Iterable[Mapping[str, Any]]) -> Difference | None:

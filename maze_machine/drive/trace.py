@@ -6,9 +6,9 @@ The first line names the machine and its parameters, each further one tells a ti
      "pose": [x, y, heading], "twist": [forward, left, turn], "ring": false}
 
 ``stamp`` is the observation's time in ns; ``pose`` is odometry, in metres and radians; ``twist`` is the command, in m/s
-and rad/s. Floats are written so that reading them back gives the same bits. Where the loop keeps the base standing,
-``blind`` says why. Where the machine has ended, ``outcome`` names its final state; ``violated`` names properties of the
-machine that do not hold from this tick on.
+and rad/s. Floats are written so that reading them back gives the same bits. ``events`` are those that somebody outside
+sent for this tick. Where the loop keeps the base standing, ``blind`` says why. Where the machine has ended, ``outcome``
+names its final state; ``violated`` names properties of the machine that do not hold from this tick on.
 """
 
 from __future__ import annotations
@@ -40,6 +40,8 @@ def trace_line(machine: Machine, tick: Tick) -> dict[str, Any]:
         "twist": [twist.forward, twist.left, twist.turn],
         "ring": tick.command.ring,
     }
+    if tick.events:
+        line["events"] = list(tick.events)
     if tick.blind:
         line["blind"] = tick.blind
     if tick.outcome is not None:

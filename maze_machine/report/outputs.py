@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from time import time_ns
 
 from rich.console import Console
 
 from maze_machine.drive.loop import Tick
-from maze_machine.drive.mission import Mission, Watcher
+from maze_machine.drive.mission import Mission, TickWatcher
 from maze_machine.drive.replay import described, keeper, reasoned
 from maze_machine.drive.trace import TraceWriter
 from maze_machine.errors import UsageError
 from maze_machine.report.notices import Notices
-from maze_machine.report.progress import Progress
+from maze_machine.report.progress import ProgressDisplay
 from maze_machine.simulated.world import SimulatedWorld
+from sim.occupancy import occupancy
+from transport.codec import Grid
+from transport.description import RobotDescription
 from transport.files import Stream
-from transport.recording import Recorder, RecordingError
+from transport.recording import Recorder, RecordingError, Setting
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,16 +34,18 @@ class Outputs:
         trace: file for the trace.
         recording: file for the recording.
         live: port of the live page, 0 for any that is free.
+        dated: whether the recording's stamps begin at the present time of day, and not with the robot's clock.
     """
 
     trace: Path | None = None
     recording: Path | None = None
     live: int | None = None
+    dated: bool = False
 
     def of_attempt(self, number: int) -> Outputs:
         """The same for an attempt; each after the first has files of its own, such as ``trace-2.jsonl``."""
         trace, recording = (file and numbered(file, number) for file in (self.trace, self.recording))
-        return Outputs(trace, recording, self.live)
+        return Outputs(trace, recording, self.live, self.dated)
 
     @property
     def files(self) -> dict[str, Path]:
@@ -49,8 +55,13 @@ class Outputs:
 
     @contextmanager
     def watchers(
-        self, mission: Mission, machine: str, world: SimulatedWorld | None, losses: list[str]
-    ) -> Iterator[list[Watcher]]:
+        self,
+        mission: Mission,
+        machine: str,
+        world: SimulatedWorld | None,
+        losses: list[str],
+        more: Sequence[TickWatcher] = (),
+    ) -> Iterator[list[TickWatcher]]:
         """The watchers of a run, for as long as the block runs.
 
         A disk that fails while the robot drives does not end the run: the file is given up, and its loss noted.
@@ -60,6 +71,7 @@ class Outputs:
             machine: the machine's file, or the name of a shipped one.
             world: where it takes place, if that is in this process.
             losses: takes a sentence on each file that could not be completed.
+            more: watchers of all attempts.
 
         Raises:
             OSError: a file cannot be begun.
@@ -67,22 +79,32 @@ class Outputs:
             UsageError: the port is taken.
         """
         with ExitStack() as stack:
-            found: list[Watcher] = []
+            found: list[TickWatcher] = []
             if self.trace is not None:
                 found.append(TraceWriter(stack.enter_context(text_stream(self.trace, losses)), mission))
             if self.recording is not None:
                 # Nothing is lost where time waits for the disk.
                 patience = 60.0 if world else 0.0
-                recorder = Recorder(
-                    self.recording, mission.profile.robot.name, described(mission, machine), patience=patience
-                )
+                name, said = mission.profile.robot.name, described(mission, machine)
+                setting = setting_of(mission.profile.robot, world, dated=self.dated)
+                recorder = Recorder(self.recording, name, said, setting=setting, patience=patience)
                 stack.callback(_finish, recorder, losses)
-                found.append(keeper(recorder, mission))
+                found.append(keeper(recorder, mission, world.pose if world else None))
             if self.live is not None:
                 found.append(stack.enter_context(shown_live(self.live, mission, world)))
             console = Console(stderr=True)
-            found += [stack.enter_context(Progress(console)), Notices(console)]
+            found += [stack.enter_context(ProgressDisplay(console)), Notices(console)]
+            found += more
             yield found
+
+
+def setting_of(robot: RobotDescription, world: SimulatedWorld | None, *, dated: bool) -> Setting:
+    """What a recording says once: the robot's outline and laser, the map, and when the run began."""
+    grid = None
+    if world is not None:
+        cells, resolution, (x, y) = occupancy(world.maze)
+        grid = Grid(cells, resolution, x, y)
+    return Setting(robot.footprint, robot.laser.mount, grid, time_ns() if dated else 0)
 
 
 def numbered(file: Path, attempt: int) -> Path:
@@ -146,7 +168,7 @@ def _finish(recorder: Recorder, losses: list[str]) -> None:
 
 
 @contextmanager
-def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Iterator[Watcher]:
+def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Iterator[TickWatcher]:
     """A watcher that shows each tick on a page of its own; its address is told on standard error.
 
     Raises:
@@ -160,7 +182,7 @@ def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Ite
     if world is not None:
         maze = world.maze
         doors = [[*one, *other] for one, other in (door.leaf for door in maze.doors)]
-        scene = {"walls": maze.walls.tolist(), "exits": maze.exits.tolist(), "doors": doors}
+        scene = {"walls": maze.barriers.tolist(), "exits": maze.exits.tolist(), "doors": doors}
     try:
         page = LivePage(head(mission.machine.name, mission.profile.robot, scene), port)
     except OSError as error:

@@ -21,7 +21,7 @@ NOWHERE = Scene(*(np.empty((0, 2, 2)) for _ in range(3)))
 def scene_of(maze: Maze) -> Scene:
     """What a picture shows of a maze."""
     doors = np.array([door.leaf for door in maze.doors], dtype=np.float64)
-    return Scene(_pairs(maze.walls), _pairs(doors), _pairs(maze.exits))
+    return Scene(_pairs(maze.barriers), _pairs(doors), _pairs(maze.exits))
 
 
 def trail_of(kept: TrailKeeper, poses: Sequence[Pose]) -> Trail:

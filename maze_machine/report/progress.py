@@ -15,7 +15,7 @@ REFRESH = 0.1
 """Time between two updates, s of the wall clock."""
 
 
-class Progress:
+class ProgressDisplay:
     """Shows simulated time, state path, position and the speed of the simulation; a watcher of ticks.
 
     Where the console is not a terminal, nothing is shown.
@@ -27,7 +27,7 @@ class Progress:
         self._first: tuple[float, float] | None = None
         self._due = 0.0
 
-    def __enter__(self) -> Progress:
+    def __enter__(self) -> ProgressDisplay:
         if self._shown:
             self._live.start()
         return self

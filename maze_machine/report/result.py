@@ -32,9 +32,9 @@ class Result:
 
     @property
     def solved(self) -> bool:
-        """Whether the robot is out by the rules; where nobody judges, whether the machine came to its end."""
+        """Whether the robot has done what was to be done; where nobody judges, whether the machine came to its end."""
         report = self.ending.report
-        return bool(report["escaped"]) if report else self.ending.outcome is not None
+        return bool(report["solved"]) if report else self.ending.outcome is not None
 
     def as_json(self) -> dict[str, Any]:
         """JSON values; lengths in m, times in s."""
@@ -61,7 +61,9 @@ class Result:
         outcome = f"the machine ended in `{ending.outcome}`" if ending.outcome else ending.reason
         if not report:
             return f"{self.machine}: {outcome} after {ending.duration:.1f} s"
-        verdict = "out of the maze" if self.solved else f"failed: {report['reason']} ({outcome})"
+        verdict = f"failed: {report['reason']} ({outcome})"
+        if self.solved:
+            verdict = "out of the maze" if report["escaped"] else f"{report['reason']} ({outcome})"
         return f"{self.machine} in {report['maze']}, seed {report['seed']}: {verdict} after {report['time']:.1f} s"
 
     def lines(self) -> list[str]:
@@ -71,6 +73,7 @@ class Result:
         if report:
             clearance = report["clearance"]
             told |= {
+                "judged": report["goal"],
                 "time": f"{report['time']:.1f} s",
                 "path length": f"{report['path_length']:.2f} m",
                 "smallest distance to a wall": "none was near" if clearance is None else f"{clearance:.3f} m",

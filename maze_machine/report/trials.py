@@ -27,7 +27,7 @@ from transport.files import write_text
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class TrialReport:
     """What came of it.
 
     Attributes:
@@ -77,7 +77,7 @@ class Demand:
     depth: int | None = None
 
 
-def run_trial(trial: Trial, demand: Demand, reports: Reports) -> Told:
+def run_trial(trial: Trial, demand: Demand, reports: Reports) -> TrialReport:
     """Run all scenarios and decide all properties of a machine.
 
     Raises:
@@ -128,10 +128,10 @@ def run_trial(trial: Trial, demand: Demand, reports: Reports) -> Told:
         "coverage": round(share, 2),
         "missed": [line for one in measured for line in missed_lines(one)],
     }
-    return Told(not failed and enough_known and enough, lines, as_json, losses)
+    return TrialReport(not failed and enough_known and enough, lines, as_json, losses)
 
 
-def generated(machine: Machine, steps: int | None, output: Path | None) -> Told:
+def generated(machine: Machine, steps: int | None, output: Path | None) -> TrialReport:
     """Find scenarios from a machine alone."""
     model = machine.model
     found = generate(machine, steps=steps or MOST_GENERATED)
@@ -147,15 +147,15 @@ def generated(machine: Machine, steps: int | None, output: Path | None) -> Told:
         "text": text,
     }
     if output is None:
-        return Told(not unreached, [text.rstrip("\n")], as_json)
+        return TrialReport(not unreached, [text.rstrip("\n")], as_json)
     losses: list[str] = []
     with _noting(losses):
         write_text(output, text)
     told = f"{output}: {len(found.scenarios)} scenarios from {found.moments} situations; {len(unreached)} not reached"
-    return Told(not unreached, [*unreached, told], as_json, losses)
+    return TrialReport(not unreached, [*unreached, told], as_json, losses)
 
 
-def mutated(trial: Trial) -> Told:
+def mutated(trial: Trial) -> TrialReport:
     """Run all scenarios on machines with small mistakes.
 
     Raises:
@@ -175,7 +175,7 @@ def mutated(trial: Trial) -> Told:
     total = found.killed + len(survivors)
     line = f"{total} changes, {found.killed} noticed: {found.score:.1f}%"
     as_json = {"machine": trial.machine.model.name, "changes": total, "noticed": found.killed, "survivors": survivors}
-    return Told(not survivors, [*survivors, line], as_json)
+    return TrialReport(not survivors, [*survivors, line], as_json)
 
 
 @contextmanager

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from maze_machine.catalogue.shipped import find_file
-from sim.formats import METRES_A_CELL, METRES_A_PIXEL, read_maze
+from sim.formats import AS_THE_FILE_SAYS, Choices, read_maze
 from sim.library import shipped_mazes
-from sim.maze import Maze
-from sim.referee import Verdict
+from sim.maze import Maze, Nothing
+from sim.referee import RefereeReport
 from sim.settings import SimulatorSettings
 from sim.simulation import Simulation
 from transport.clock import Pace
@@ -30,19 +30,19 @@ def maze_file(name: str) -> Path:
     return find_file("maze", name, shipped_mazes())
 
 
-def find_maze(name: str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cell: float = METRES_A_CELL) -> Maze:
+def find_maze(name: str, choices: Choices = AS_THE_FILE_SAYS, *, robot: RobotDescription | None = None) -> Maze:
     """Read a maze of any format from a file, or a shipped one by its name.
 
     Args:
         name: a file, or the name of a shipped maze.
-        metres_a_pixel: scale of heightmap images, m.
-        metres_a_cell: scale of micromouse and mms mazes, m.
+        choices: what its user chooses: start, exits, goal, scale.
+        robot: who must fit through it; by default PICO.
 
     Raises:
         FileError: there is neither.
-        MazeError: the file is no maze, or one that cannot be solved.
+        MazeError: the file is no maze, or one in which the robot cannot do what is to be done.
     """
-    return read_maze(maze_file(name), metres_a_pixel=metres_a_pixel, metres_a_cell=metres_a_cell)
+    return read_maze(maze_file(name), choices, radius=robot.radius if robot else None)
 
 
 class SimulatedWorld:
@@ -110,8 +110,10 @@ class SimulatedWorld:
         A robot that is still inside stands there until the referee has ended its attempt.
 
         Returns:
-            Whether they did.
+            Whether they did. Where nothing is to be done, there is one attempt.
         """
+        if isinstance(self.maze.goal, Nothing):
+            return False
         while not self.finished:
             self.step(Command(STOP))
         began = len(self._simulation.path())
@@ -121,10 +123,12 @@ class SimulatedWorld:
         return granted
 
 
-def as_report(verdict: Verdict) -> dict[str, object]:
+def as_report(verdict: RefereeReport) -> dict[str, object]:
     """A verdict as JSON values; lengths in m, times in s."""
     return {
         "attempt": verdict.attempt,
+        "goal": str(verdict.goal),
+        "solved": verdict.solved,
         "escaped": verdict.escaped,
         "outcome": verdict.outcome.value,
         "reason": verdict.reason,

@@ -11,7 +11,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Condition, Thread
 from types import TracebackType
 
-from maze_machine.view.page import Frame, live_page
+from maze_machine.view.page import PageFrame, live_page
 
 HOST = "127.0.0.1"
 KEPT = 36_000
@@ -29,7 +29,7 @@ class Feed:
         self._closed = False
         self._change = Condition()
 
-    def publish(self, frame: Frame) -> None:
+    def publish(self, frame: PageFrame) -> None:
         """Add a frame; never waits."""
         encoded = json.dumps(frame, separators=(",", ":")).encode()
         with self._change:
@@ -71,7 +71,7 @@ class LivePage:
         OSError: the port is taken.
     """
 
-    def __init__(self, head: Frame, port: int = 0) -> None:
+    def __init__(self, head: PageFrame, port: int = 0) -> None:
         self._feed = Feed()
         page = live_page(head).encode()
         feed = self._feed
@@ -87,7 +87,7 @@ class LivePage:
             target=self._server.serve_forever, kwargs={"poll_interval": 0.05}, name="live page", daemon=True
         )
 
-    def publish(self, frame: Frame) -> None:
+    def publish(self, frame: PageFrame) -> None:
         """Show a frame; never waits."""
         self._feed.publish(frame)
 

@@ -28,10 +28,12 @@ TEMPLATE = Path(__file__).with_name("page.html")
 STRIDE = 8
 """Every so many beams are shown."""
 
-Frame = Mapping[str, Any]
+PageFrame = Mapping[str, Any]
 
 
-def head(title: str, robot: RobotDescription, scene: Mapping[str, Sequence[Sequence[float]]] | None = None) -> Frame:
+def head(
+    title: str, robot: RobotDescription, scene: Mapping[str, Sequence[Sequence[float]]] | None = None
+) -> PageFrame:
     """What does not change during a run.
 
     Args:
@@ -56,7 +58,7 @@ def head(title: str, robot: RobotDescription, scene: Mapping[str, Sequence[Seque
     }
 
 
-def frame(observation: Observation, command: Command, step: Mapping[str, Any], pose: Pose | None = None) -> Frame:
+def frame(observation: Observation, command: Command, step: Mapping[str, Any], pose: Pose | None = None) -> PageFrame:
     """One tick.
 
     Args:
@@ -80,12 +82,12 @@ def frame(observation: Observation, command: Command, step: Mapping[str, Any], p
     }
 
 
-def replay_page(head: Frame, frames: Iterable[Frame]) -> str:
+def replay_page(head: PageFrame, frames: Iterable[PageFrame]) -> str:
     """A page that shows a whole run and needs nothing else."""
     return _page({"head": head, "frames": list(frames), "live": False})
 
 
-def live_page(head: Frame) -> str:
+def live_page(head: PageFrame) -> str:
     """A page that asks the server that it came from for its frames."""
     return _page({"head": head, "frames": [], "live": True})
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from perception.mapping.frames import placed, turned
 from perception.mapping.settings import CloudSettings
-from perception.sweep import Floats, Mask, Sweep
+from perception.sweep import Floats, Mask, ScanPoints
 from transport.messages import Pose
 
 
@@ -72,7 +72,7 @@ class Cloud:
 NOTHING = Cloud(np.empty((2, 0)), np.empty((2, 0)), np.empty(0))
 
 
-def cloud_of(sweep: Sweep, settings: CloudSettings) -> Cloud:
+def cloud_of(sweep: ScanPoints, settings: CloudSettings) -> Cloud:
     """The walls in a scan, in the robot's frame; hits on nothing straight are left out."""
     averaged = _averaged(sweep, settings)
     if averaged is None:
@@ -89,7 +89,7 @@ def cloud_of(sweep: Sweep, settings: CloudSettings) -> Cloud:
     return Cloud(points[:, straight], normals[:, straight], variances[straight])
 
 
-def _averaged(sweep: Sweep, settings: CloudSettings) -> tuple[Floats, Floats, Floats] | None:
+def _averaged(sweep: ScanPoints, settings: CloudSettings) -> tuple[Floats, Floats, Floats] | None:
     """Means of neighbouring hits, shape (2, n), how far beams are apart there, m, and of how many hits, shape (n,).
 
     How far hits are apart on their wall is taken over several of them: noise alone puts neighbours a centimetre apart.

@@ -10,7 +10,7 @@ from perception.mapping.frames import compose
 from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.settings import MappingSettings
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from transport.messages import Pose
 
 FORGETTING = 0.9
@@ -56,7 +56,7 @@ class Surveyor:
         self.mapper.move(step)
         self._measured = self._measured and step is not None
 
-    def see(self, sweep: Sweep) -> None:
+    def see(self, sweep: ScanPoints) -> None:
         """Take in the tick's scan, if it is its turn, and do a part of the work on loops.
 
         Where the last matches had to correct odometry much, each scan is looked at, else every second one.
@@ -66,7 +66,7 @@ class Surveyor:
         self._ticks += 1
         self.mapper.work(self.settings.loops.pieces)
 
-    def _look(self, sweep: Sweep) -> None:
+    def _look(self, sweep: ScanPoints) -> None:
         cloud = cloud_of(sweep, self.settings.cloud)
         if not len(cloud):
             return

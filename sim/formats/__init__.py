@@ -2,74 +2,94 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from sim.formats import heightmap, micromouse, mms, text
-from sim.formats.format import CannotHoldError, Format, Scale, Source
-from sim.maze import Maze, MazeError
-from sim.solvability import UnsolvableError, checked
+from sim.formats import course, heightmap, micromouse, mms, ros_map, text
+from sim.formats.chosen import chosen
+from sim.formats.format import CannotHoldError, Choices, Format, Grey, Source
+from sim.maze import Maze, MazeError, Nothing
+from sim.solvability import ClosedError, UnsolvableError, checked
 from transport.files import write_bytes
 
-FORMATS: tuple[Format, ...] = (heightmap.FORMAT, micromouse.FORMAT, mms.FORMAT, text.FORMAT)
+FORMATS: tuple[Format, ...] = (
+    heightmap.FORMAT,
+    ros_map.FORMAT,
+    micromouse.FORMAT,
+    mms.FORMAT,
+    text.FORMAT,
+)
 """All formats; a file is of the first one that recognises it, and the last one takes any text."""
 
-METRES_A_PIXEL = Scale().metres_a_pixel
-METRES_A_CELL = Scale().metres_a_cell
+AS_THE_FILE_SAYS = Choices()
 
 
-def read_maze(
-    path: Path | str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cell: float = METRES_A_CELL
-) -> Maze:
-    """Read a maze of any format, complete its exits and make sure that it can be solved.
+def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: float | None = None) -> Maze:
+    """Read a maze of any format, complete its exits and make sure that a robot can do in it what is to be done.
 
-    The format is told by the content: an image, a micromouse drawing, six numbers a line, or else our own ``.maze``.
+    The content tells the format: an image, a map's description, a micromouse drawing, six numbers a line, or else our
+    own ``.maze``.
 
     Args:
-        path: a heightmap image (PNG, PGM), a micromouse text maze, an mms ``.num`` file or a ``.maze`` file.
-        metres_a_pixel: scale of heightmap images, m.
-        metres_a_cell: scale of micromouse and mms mazes, m.
+        path: a file of any of the `FORMATS`.
+        choices: what its user chooses.
+        radius: of the disc that the robot sweeps when it turns, m; by default PICO's.
 
     Raises:
-        MazeError: the file cannot be read, is not a maze, or the maze cannot be solved.
+        MazeError: the file cannot be read, is not a maze, or nobody can do in it what is to be done.
     """
-    path = Path(path)
-    try:
-        source = Source(path, path.read_bytes())
-    except OSError as error:
-        raise MazeError(str(path), f"cannot be read: {error.strerror or error}") from None
+    source = Source.of(Path(path))
+    if course.is_config(source):
+        raise source.error("has no walls", hint="give the map as the maze, and this file with `--objects`")
     form = next(form for form in FORMATS if form.recognises(source))
-    sketch = form.read(source, Scale(metres_a_pixel, metres_a_cell))
+    sketch = form.read(source, choices)
+    maze = sketch.maze if choices.objects is None else course.furnished(sketch.maze, Source.of(choices.objects))
+    maze = chosen(maze, choices)
     try:
-        return checked(sketch.maze)
+        return _checked_or_closed(maze, radius) if sketch.may_be_closed and not choices.goal else checked(maze, radius)
     except UnsolvableError as error:
         raise source.error(error.reason, *sketch.locate(error.at), hint=error.hint) from None
 
 
-def write_maze(
-    maze: Maze, path: Path | str, *, metres_a_pixel: float = METRES_A_PIXEL, metres_a_cell: float = METRES_A_CELL
-) -> None:
+def files_of(path: Path) -> tuple[Path, ...]:
+    """The files that make up a maze: itself and, where it describes an image that is there, that."""
+    try:
+        source = Source.of(path)
+        image = ros_map.image_of(source) if ros_map.recognises(source) else path
+    except MazeError:
+        return (path,)
+    return (path, image) if image != path and image.is_file() else (path,)
+
+
+def _checked_or_closed(maze: Maze, radius: float | None) -> Maze:
+    try:
+        return checked(maze, radius)
+    except ClosedError:
+        return checked(replace(maze, goal=Nothing()), radius)
+
+
+def write_maze(maze: Maze, path: Path | str, choices: Choices = AS_THE_FILE_SAYS) -> None:
     """Write a maze in the format that the file's suffix names.
 
     Args:
         maze: the maze.
         path: a ``.maze``, ``.png``, ``.pgm``, ``.txt`` (micromouse) or ``.num`` (mms) file.
-        metres_a_pixel: scale of heightmap images, m.
-        metres_a_cell: scale of micromouse and mms mazes, m.
+        choices: how large pixels and cells are.
 
     Raises:
         MazeError: the format cannot hold this maze, or the file cannot be written.
     """
     path = Path(path)
-    form = next((form for form in FORMATS if path.suffix in form.suffixes), None)
-    if form is None:
-        known = ", ".join(suffix for form in FORMATS for suffix in form.suffixes)
-        raise MazeError(str(path), f"no maze format has the suffix `{path.suffix}`", hint=f"one of {known}")
+    writers = {suffix: (form.name, form.write) for form in FORMATS if form.write for suffix in form.suffixes}
+    if path.suffix not in writers:
+        raise MazeError(str(path), f"no maze is written as `{path.suffix}`", hint=f"one of {', '.join(writers)}")
+    name, write = writers[path.suffix]
     try:
-        write_bytes(path, form.write(maze, path.suffix, Scale(metres_a_pixel, metres_a_cell)))
+        write_bytes(path, write(maze, path.suffix, choices))
     except CannotHoldError as error:
-        raise MazeError(str(path), f"a {form.name} cannot hold this maze: {error}", hint="write a .maze file") from None
+        raise MazeError(str(path), f"a {name} cannot hold this maze: {error}", hint="write a .maze file") from None
     except OSError as error:
         raise MazeError(str(path), f"cannot be written: {error.strerror or error}") from None
 
 
-__all__ = ["FORMATS", "METRES_A_CELL", "METRES_A_PIXEL", "read_maze", "write_maze"]
+__all__ = ["AS_THE_FILE_SAYS", "FORMATS", "Choices", "Grey", "files_of", "read_maze", "write_maze"]

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.formats.format import CannotHoldError
-from sim.maze import Maze, Point, Start, merge_collinear
+from sim.formats.format import CannotHoldError, Source
+from sim.maze import Leave, Maze, Point, Start, merge_collinear
+from sim.solvability import LARGEST
 from transport.messages import Pose
 
-Cell = tuple[int, int]
+GridCell = tuple[int, int]
 """Column from the west and row from the south, counted from 0."""
 
 SIDES = {"north": (0, 1), "east": (1, 0), "south": (0, -1), "west": (-1, 0)}
@@ -35,8 +36,8 @@ class CellMaze:
     name: str
     across: NDArray[np.bool_]
     upright: NDArray[np.bool_]
-    entrance: Cell
-    goals: tuple[Cell, ...]
+    entrance: GridCell
+    goals: tuple[GridCell, ...]
 
     @property
     def columns(self) -> int:
@@ -48,7 +49,7 @@ class CellMaze:
         """Number of cells from south to north."""
         return int(self.upright.shape[0])
 
-    def at(self, point: Point, size: float) -> Cell:
+    def at(self, point: Point, size: float) -> GridCell:
         """The cell at a point of the maze, or the nearest one.
 
         Args:
@@ -58,17 +59,38 @@ class CellMaze:
         column, row = math.floor(point[0] / size), math.floor(point[1] / size)
         return min(max(column, 0), self.columns - 1), min(max(row, 0), self.rows - 1)
 
-    def wall(self, cell: Cell, side: str) -> bool:
+    def wall(self, cell: GridCell, side: str) -> bool:
         """Whether there is a wall on a side of a cell."""
         column, row = cell
         if side in {"north", "south"}:
             return bool(self.across[row + (side == "north"), column])
         return bool(self.upright[row, column + (side == "east")])
 
-    def outer(self, cell: Cell, side: str) -> bool:
+    def outer(self, cell: GridCell, side: str) -> bool:
         """Whether a side of a cell lies on the maze's outer boundary."""
         step = SIDES[side]
         return not (0 <= cell[0] + step[0] < self.columns and 0 <= cell[1] + step[1] < self.rows)
+
+
+def refuse_large(source: Source, columns: int, rows: int, size: float) -> None:
+    """Refuse a maze of more cells than are searched.
+
+    Raises:
+        MazeError: it is longer or wider than the largest maze.
+    """
+    if max(columns, rows) * size > LARGEST:
+        raise source.error(
+            f"{columns} x {rows} cells of {size:g} m are {columns * size:.4g} by {rows * size:.4g} m; more than "
+            f"{LARGEST:.0f} m are not read",
+            hint="check the metres a cell",
+        )
+
+
+def goal_cells(columns: int, rows: int) -> tuple[GridCell, ...]:
+    """The one, two or four cells in the middle, which are the goal of a contest's maze where the file names none."""
+    middle_x = range((columns - 1) // 2, columns // 2 + 1)
+    middle_y = range((rows - 1) // 2, rows // 2 + 1)
+    return tuple((x, y) for y in reversed(middle_y) for x in middle_x)
 
 
 def exit_maze(cells: CellMaze, size: float) -> Maze:
@@ -103,7 +125,7 @@ def exit_maze(cells: CellMaze, size: float) -> Maze:
     )
 
 
-def _edge(cell: Cell, side: str, size: float) -> tuple[float, float, float, float]:
+def _edge(cell: GridCell, side: str, size: float) -> tuple[float, float, float, float]:
     column, row = cell
     if side in {"north", "south"}:
         y = (row + (side == "north")) * size
@@ -122,8 +144,8 @@ def as_cells(maze: Maze, size: float) -> CellMaze:
     Raises:
         CannotHoldError: it is none of that kind, or `exit_maze` would put its exit elsewhere.
     """
-    if maze.doors or maze.objects or maze.others or len(maze.exits) != 1:
-        raise CannotHoldError("cells have neither doors nor moving objects, and one start and one exit")
+    if maze.doors or maze.objects or maze.others or len(maze.exits) != 1 or len(maze.unknown) or maze.goal != Leave():
+        raise CannotHoldError("cells have neither doors nor moving objects, and one start, one exit and no other goal")
     walls = np.concatenate([maze.walls, maze.exits])
     low = walls.reshape(-1, 2).min(axis=0)
     lines = (walls - np.tile(low, 2)) / size

@@ -1,109 +1,147 @@
-"""Micromouse text mazes: posts `o` every fourth column, walls `---` and `|`, marks `S` and `G`, north first."""
+"""Micromouse text mazes: posts at even distances, walls `---` and `|`, marks `S` and `G`, the north first.
+
+Posts are `o`, `+`, `.` or `*`, three characters apart or any other number; cells are empty or hold a dot. Where no
+cell is marked `S`, the mouse starts in the south-west corner; where none is marked `G`, the goal is the middle: so
+contests have it, whose files leave the marks out.
+"""
 
 from __future__ import annotations
 
+import re
+from itertools import pairwise
+
 import numpy as np
 
-from sim.formats.format import Format, Place, Scale, Sketch, Source
-from sim.formats.grid import Cell, CellMaze, as_cells, exit_maze
+from sim.formats.format import Choices, Format, Sketch, Source, TextPlace
+from sim.formats.grid import CellMaze, GridCell, as_cells, exit_maze, goal_cells, refuse_large
 from sim.maze import Maze, Point
+
+POSTS = "o+.*"
+LEVEL = "-=_"
+"""What walls that run east-west are drawn with."""
+CORNER = (0, 0)
+FIRST_LINE = re.compile(r"\s*[o+.*](([-=_]+|\s+)[o+.*])+")
 
 
 def recognises(source: Source) -> bool:
     """Whether the first line looks like the north wall of such a maze."""
-    first = source.lines[0].rstrip() if source.lines else ""
-    return len(first) >= 5 and first[0] in "o+" and set(first) <= set("o+- ")
+    return bool(source.drawing) and FIRST_LINE.fullmatch(source.drawing[0][1]) is not None
 
 
 def parse(source: Source) -> CellMaze:
     """The cells of a micromouse text maze.
 
     Raises:
-        MazeError: a line does not fit the grid, or ``S`` or ``G`` is missing.
+        MazeError: a line does not fit the grid.
     """
-    rows_of_text = [line.rstrip() for line in source.lines]
-    while rows_of_text and not rows_of_text[-1]:
-        rows_of_text.pop()
-    if len(rows_of_text) % 2 == 0:
-        raise source.error(
-            "a maze of H rows of cells has 2H+1 lines; this one has an even number", line=len(rows_of_text)
-        )
-    rows, columns = len(rows_of_text) // 2, (len(rows_of_text[0]) - 1) // 4
-    width = 4 * columns + 1
+    numbers, lines = [number for number, _ in source.drawing], [line.expandtabs() for _, line in source.drawing]
+    if len(lines) % 2 == 0:
+        raise source.error("a maze of H rows of cells has 2H+1 lines; this one has an even number", line=numbers[-1])
+    margin = len(lines[0]) - len(lines[0].lstrip())
+    grid = _Grid(source, margin, *_pitch(lines[0][margin:]))
+    rows, columns = len(lines) // 2, grid.columns
     across = np.zeros((rows + 1, columns), dtype=np.bool_)
     upright = np.zeros((rows, columns + 1), dtype=np.bool_)
-    entrances: list[Cell] = []
-    goals: list[Cell] = []
-    for number, text in enumerate(rows_of_text):
-        if len(text) > width:
-            raise source.error(
-                f"the line is longer than the first one ({width} characters)",
-                line=number + 1,
-                column=width + 1,
+    marked: dict[str, list[GridCell]] = {"S": [], "G": []}
+    for index, (number, line) in enumerate(zip(numbers, lines, strict=True)):
+        if index % 2 == 0:
+            across[rows - index // 2] = grid.level(number, line)
+            continue
+        row = rows - 1 - index // 2
+        upright[row], marks = grid.row(number, line)
+        for column, mark in marks:
+            marked[mark].append((column, row))
+    entrance = marked["S"][0] if marked["S"] else CORNER
+    goals = tuple(marked["G"]) or goal_cells(columns, rows)
+    if entrance[0] not in (0, columns - 1) and entrance[1] not in (0, rows - 1):
+        raise source.error(
+            "the cell marked `S` is not at the outer wall, where the opening is made",
+            numbers[2 * (rows - 1 - entrance[1]) + 1],
+            margin + grid.pitch * entrance[0] + 1 + grid.pitch // 2,
+        )
+    return CellMaze(source.path.stem, across, upright, entrance, goals)
+
+
+def _pitch(first: str) -> tuple[int, int]:
+    """Characters from post to post, and number of cells, in the first line."""
+    posts = [at for at, letter in enumerate(first) if letter in POSTS]
+    pitch = min(right - left for left, right in pairwise(posts))
+    return pitch, (len(first) - 1) // pitch
+
+
+class _Grid:
+    """Where posts, walls and cells are in the lines of a file."""
+
+    def __init__(self, source: Source, margin: int, pitch: int, columns: int) -> None:
+        self.pitch, self.columns = pitch, columns
+        self._source, self._margin = source, margin
+        self._width = pitch * columns + 1
+
+    def _line(self, number: int, line: str) -> str:
+        if len(line) > self._margin + self._width:
+            raise self._source.error(
+                f"the line is longer than the first one ({self._margin + self._width} characters)",
+                number,
+                self._margin + self._width + 1,
             )
-        line = text.ljust(width)
-        if number % 2 == 0:
-            across[rows - number // 2] = _posts_and_walls(source, number, line, columns)
-        else:
-            row = rows - 1 - number // 2
-            upright[row], marks = _cells(source, number, line, columns)
-            entrances += [(column, row) for column, mark in marks if mark == "S"]
-            goals += [(column, row) for column, mark in marks if mark == "G"]
-    for letter, found in (("S", entrances), ("G", goals)):
-        if not found:
-            raise source.error(f"no cell is marked `{letter}`", hint="S: where the opening is made, G: the start")
-    return CellMaze(source.path.stem, across, upright, entrances[0], tuple(goals))
+        if line[: self._margin].strip():
+            raise self._source.error("the line begins left of the first one", number, 1)
+        return line[self._margin :].ljust(self._width)
+
+    def level(self, number: int, line: str) -> list[bool]:
+        """Which cells have a wall in a line of posts."""
+        line, walls = self._line(number, line), []
+        for column in range(self.columns + 1):
+            at = self.pitch * column
+            if line[at] not in POSTS:
+                raise self._source.error("a post `o` is missing", number, self._margin + at + 1)
+            piece = line[at + 1 : at + self.pitch]
+            if piece.strip() and (len(set(piece)) > 1 or piece[0] not in LEVEL):
+                raise self._source.error(
+                    f"here is `{piece}` between two posts",
+                    number,
+                    self._margin + at + 2,
+                    f"`{'-' * len(piece)}` for a wall, spaces for none",
+                )
+            walls.append(bool(piece.strip()))
+        return walls[: self.columns]
+
+    def row(self, number: int, line: str) -> tuple[list[bool], list[tuple[int, str]]]:
+        """Which posts' columns have a wall in a line of cells, and the cells that are marked."""
+        line = self._line(number, line)
+        walls: list[bool] = []
+        marks: list[tuple[int, str]] = []
+        for at, character in enumerate(line):
+            on_wall = at % self.pitch == 0
+            if character not in ("| " if on_wall else " .SGsg"):
+                raise self._source.error(
+                    f"`{character}` is not known here",
+                    number,
+                    self._margin + at + 1,
+                    "`|` in the columns of the posts; `S`, `G` or nothing in a cell",
+                )
+            if on_wall:
+                walls.append(character == "|")
+            elif character not in " .":
+                marks.append((at // self.pitch, character.upper()))
+        return walls, marks
 
 
-def _posts_and_walls(source: Source, number: int, line: str, columns: int) -> list[bool]:
-    for column in range(columns + 1):
-        if line[4 * column] not in "o+":
-            raise source.error("a post `o` is missing", line=number + 1, column=4 * column + 1)
-    walls = []
-    for column in range(columns):
-        piece = line[4 * column + 1 : 4 * column + 4]
-        if piece not in {"---", "   "}:
-            raise source.error(
-                f"between two posts stands `{piece}`",
-                line=number + 1,
-                column=4 * column + 2,
-                hint="`---` for a wall, three spaces for none",
-            )
-        walls.append(piece == "---")
-    return walls
-
-
-def _cells(source: Source, number: int, line: str, columns: int) -> tuple[list[bool], list[tuple[int, str]]]:
-    walls, marks = [], []
-    for at, character in enumerate(line):
-        allowed = "| " if at % 4 == 0 else " SG" if at % 4 == 2 else " "
-        if character not in allowed:
-            raise source.error(
-                f"`{character}` cannot stand here",
-                line=number + 1,
-                column=at + 1,
-                hint="`|` stands in the columns of the posts, `S` and `G` in the middle of a cell",
-            )
-        if at % 4 == 0:
-            walls.append(character == "|")
-        elif character != " ":
-            marks.append((at // 4, character))
-    return walls, marks
-
-
-def read(source: Source, scale: Scale) -> Sketch:
+def read(source: Source, choices: Choices) -> Sketch:
     """A micromouse text maze as an exit maze; see `sim.formats.grid.exit_maze`.
 
     Raises:
         MazeError: the text is not such a maze.
     """
     cells = parse(source)
+    refuse_large(source, cells.columns, cells.rows, choices.metres_a_cell)
+    pitch, _ = _pitch(source.drawing[0][1].strip())
 
-    def locate(point: Point) -> Place:
-        column, row = cells.at(point, scale.metres_a_cell)
-        return 2 * (cells.rows - row), 4 * column + 3
+    def locate(point: Point) -> TextPlace:
+        column, row = cells.at(point, choices.metres_a_cell)
+        return source.drawing[2 * (cells.rows - row) - 1][0], pitch * column + 1 + pitch // 2
 
-    return Sketch(exit_maze(cells, scale.metres_a_cell), locate)
+    return Sketch(exit_maze(cells, choices.metres_a_cell), locate)
 
 
 def drawn(cells: CellMaze) -> str:
@@ -124,13 +162,13 @@ def _level(cells: CellMaze, line: int) -> str:
     return "o" + "".join(("---" if wall else "   ") + "o" for wall in cells.across[line])
 
 
-def write(maze: Maze, _suffix: str, scale: Scale) -> bytes:
+def write(maze: Maze, _suffix: str, choices: Choices) -> bytes:
     """A maze that consists of cells as a micromouse text maze.
 
     Raises:
         CannotHoldError: it does not consist of cells, or its exit would be read elsewhere.
     """
-    return drawn(as_cells(maze, scale.metres_a_cell)).encode()
+    return drawn(as_cells(maze, choices.metres_a_cell)).encode()
 
 
 FORMAT = Format("micromouse text maze", (".txt",), recognises, read, write)

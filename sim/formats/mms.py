@@ -2,34 +2,38 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
-from sim.formats.format import CannotHoldError, Format, Place, Scale, Sketch, Source
-from sim.formats.grid import Cell, CellMaze, as_cells, exit_maze
+from sim.formats.format import CannotHoldError, Choices, Format, Sketch, Source, TextPlace
+from sim.formats.grid import CellMaze, GridCell, as_cells, exit_maze, goal_cells, refuse_large
 from sim.maze import Maze, Point
 
+CELL = re.compile(r"([0-9]{1,4}) ([0-9]{1,4})( [01]){4}")
+"""A line, with one space between its words."""
 ENTRANCE = (0, 0)
 """The format's start cell: the south-west corner."""
 
 
 def recognises(source: Source) -> bool:
     """Whether the first line consists of six whole numbers, or the file's suffix is ``.num``."""
-    words = source.lines[0].split() if source.lines else []
-    return (len(words) == 6 and all(word.isdigit() for word in words)) or source.path.suffix == ".num"
+    first = source.drawing[0][1].split() if source.drawing else []
+    return (len(first) == 6 and all(word.isdigit() for word in first)) or source.path.suffix == ".num"
 
 
 def parse(source: Source) -> CellMaze:
     """The cells of an mms maze; the entrance is cell (0, 0), the goals are the cells in the middle.
 
     Raises:
-        MazeError: a line does not hold six numbers, a cell is missing or told twice, or neighbours disagree.
+        MazeError: a line does not hold six numbers, a cell is missing or given twice, or neighbours disagree.
     """
-    cells: dict[Cell, tuple[int, tuple[bool, ...]]] = {}
-    for number, line in enumerate(source.lines, start=1):
-        words = line.split()
+    cells: dict[GridCell, tuple[int, tuple[bool, ...]]] = {}
+    for number, line in source.drawing:
+        words = line.partition("#")[0].split()
         if not words:
             continue
-        if len(words) != 6 or not all(word.isdigit() for word in words) or not set(words[2:]) <= {"0", "1"}:
+        if not CELL.fullmatch(" ".join(words)):
             raise source.error(
                 "a cell is `x y N E S W` with 0 or 1 for each wall",
                 line=number,
@@ -37,7 +41,7 @@ def parse(source: Source) -> CellMaze:
             )
         cell = int(words[0]), int(words[1])
         if cell in cells:
-            raise source.error(f"cell {cell} was told in line {cells[cell][0]} already", line=number)
+            raise source.error(f"cell {cell} was given in line {cells[cell][0]} already", line=number)
         cells[cell] = number, tuple(word == "1" for word in words[2:])
     if not cells:
         raise source.error("the file holds no cell")
@@ -56,26 +60,20 @@ def parse(source: Source) -> CellMaze:
     return CellMaze(source.path.stem, across, upright, ENTRANCE, goal_cells(columns, rows))
 
 
-def goal_cells(columns: int, rows: int) -> tuple[Cell, ...]:
-    """The one, two or four cells in the middle, which the format takes for the goal."""
-    middle_x = range((columns - 1) // 2, columns // 2 + 1)
-    middle_y = range((rows - 1) // 2, rows // 2 + 1)
-    return tuple((x, y) for y in reversed(middle_y) for x in middle_x)
-
-
-def read(source: Source, scale: Scale) -> Sketch:
+def read(source: Source, choices: Choices) -> Sketch:
     """An mms maze as an exit maze; see `sim.formats.grid.exit_maze`.
 
     Raises:
         MazeError: the text is not such a maze.
     """
     cells = parse(source)
+    refuse_large(source, cells.columns, cells.rows, choices.metres_a_cell)
 
-    def locate(point: Point) -> Place:
-        at = [str(number) for number in cells.at(point, scale.metres_a_cell)]
+    def locate(point: Point) -> TextPlace:
+        at = [str(number) for number in cells.at(point, choices.metres_a_cell)]
         return next((number for number, line in enumerate(source.lines, 1) if line.split()[:2] == at), None), None
 
-    return Sketch(exit_maze(cells, scale.metres_a_cell), locate)
+    return Sketch(exit_maze(cells, choices.metres_a_cell), locate)
 
 
 def numbered(cells: CellMaze) -> str:
@@ -88,13 +86,13 @@ def numbered(cells: CellMaze) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write(maze: Maze, _suffix: str, scale: Scale) -> bytes:
+def write(maze: Maze, _suffix: str, choices: Choices) -> bytes:
     """A maze that consists of cells as an mms ``.num`` file.
 
     Raises:
         CannotHoldError: it does not consist of cells, or its start or exit would be read elsewhere.
     """
-    cells = as_cells(maze, scale.metres_a_cell)
+    cells = as_cells(maze, choices.metres_a_cell)
     if cells.entrance != ENTRANCE or cells.goals[0] not in goal_cells(cells.columns, cells.rows):
         raise CannotHoldError("its exit must be beside the south-west cell and its start in the middle")
     return numbered(cells).encode()

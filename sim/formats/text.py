@@ -12,6 +12,8 @@
     object cart  box 0.4 0.3  path 1 1  3 1  speed 0.3  near 1.5  returns
     object post  outline 0.1 0  0 0.1  -0.1 0  path 2 2
     limit  300                               # seconds for all attempts, or `none`; 420 if not given
+    goal   3.5 2.5  0.3                      # a place to reach and how near; or `survive 60`, `none`, or `exit`
+    unknown 4 0  5 0  5 3                    # the edge of what is known: nothing passes it
 """
 
 from __future__ import annotations
@@ -24,10 +26,32 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.formats.format import Format, Place, Scale, Sketch, Source
+from sim.formats.format import Choices, Format, Sketch, Source, TextPlace
 from sim.geometry import distances
-from sim.maze import DOOR_SPEED, MAZE_TIME_LIMIT, Door, Maze, MazeError, MovingObject, Point, Start
+from sim.maze import (
+    DOOR_SPEED,
+    LARGEST_COORDINATE,
+    MAZE_TIME_LIMIT,
+    Goal,
+    Leave,
+    Maze,
+    MazeDoor,
+    MazeError,
+    MovingObject,
+    Nothing,
+    Point,
+    Reach,
+    Segments,
+    Start,
+    Survive,
+    printable,
+)
 from transport.messages import Pose
+
+MOST = 100_000
+"""Mazes with more pieces of wall, or more of anything else, are refused."""
+FASTEST = 100.0
+"""Doors and objects are not faster than this, m/s."""
 
 
 class _Line:
@@ -73,8 +97,20 @@ class _Line:
             raise self.error(f"{what} should be greater than zero", back=1)
         return value
 
+    def speed(self) -> float:
+        value = self.positive("a speed in m/s")
+        if value > FASTEST:
+            raise self.error(f"a speed should be at most {FASTEST:g} m/s", back=1)
+        return value
+
+    def coordinate(self, what: str) -> float:
+        value = self.number(what)
+        if abs(value) > LARGEST_COORDINATE:
+            raise self.error(f"{what} should be at most {LARGEST_COORDINATE / 1000:g} km from the origin", back=1)
+        return value
+
     def point(self) -> Point:
-        return self.number("an x in metres"), self.number("a y in metres")
+        return self.coordinate("an x in metres"), self.coordinate("a y in metres")
 
     def points(self, at_least: int) -> tuple[Point, ...]:
         points = []
@@ -108,15 +144,44 @@ class _Line:
 class _Reader:
     """Collects the declarations of one file."""
 
-    def __init__(self, path: Path) -> None:
-        self.name = path.stem
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self.name = source.path.stem
         self.walls: list[tuple[float, float, float, float]] = []
         self.exits: list[tuple[float, float, float, float]] = []
-        self.doors: list[Door] = []
+        self.doors: list[MazeDoor] = []
         self.objects: list[MovingObject] = []
         self.starts: list[Start] = []
+        self.unknown: list[tuple[float, float, float, float]] = []
+        self.goal: Goal = Leave()
         self.time_limit = MAZE_TIME_LIMIT
         self.places: list[tuple[tuple[float, float, float, float], int]] = []
+
+    def read_all(self) -> None:
+        """Read every line.
+
+        Raises:
+            MazeError: one cannot be understood.
+        """
+        readers: dict[str, Callable[[_Line], None]] = {
+            "name": self.read_name,
+            "limit": self.read_limit,
+            "start": self.read_start,
+            "wall": self.read_wall,
+            "exit": self.read_exit,
+            "door": self.read_door,
+            "object": self.read_object,
+            "goal": self.read_goal,
+            "unknown": self.read_unknown,
+        }
+        for number, text in enumerate(self._source.lines, start=1):
+            line = _Line(self._source, number, text)
+            if line:
+                readers[line.keyword(list(readers))](line)
+                if line:
+                    raise line.error(f"`{line.word('a word')}` is one word too many", back=1)
+                if max(len(self.places), len(self.doors), len(self.objects)) > MOST:
+                    raise line.error(f"the maze has more than {MOST} pieces, the most that is read")
 
     def drawn(self, points: Sequence[Point], line: _Line) -> list[tuple[float, float, float, float]]:
         """Segments along points, noted with the line that drew them."""
@@ -125,7 +190,7 @@ class _Reader:
         return segments
 
     def read_name(self, line: _Line) -> None:
-        self.name = line.rest() or self.name
+        self.name = printable(line.rest()) or self.name
 
     def read_start(self, line: _Line) -> None:
         x, y = line.point()
@@ -146,21 +211,37 @@ class _Reader:
     def read_exit(self, line: _Line) -> None:
         self.exits += self.drawn(line.ends(), line)
 
+    def read_unknown(self, line: _Line) -> None:
+        self.unknown += self.drawn(line.points(2), line)
+
+    def read_goal(self, line: _Line) -> None:
+        if line.skip("none"):
+            self.goal = Nothing()
+        elif line.skip("exit"):
+            self.goal = Leave()
+        elif line.skip("survive"):
+            self.goal = Survive(line.positive("a time in seconds"))
+        else:
+            place = line.point()
+            self.goal = Reach(place, line.positive("a radius in metres")) if line else Reach(place)
+
     def read_door(self, line: _Line) -> None:
-        name = line.word("a name")
+        name = printable(line.word("a name"))
         ends = line.ends()
         speed, stays = DOOR_SPEED, math.inf
         while line:
             if line.keyword(["speed", "stays"]) == "speed":
-                speed = line.positive("a speed in m/s")
+                speed = line.speed()
             else:
                 stays = line.positive("a time in seconds")
-        self.doors.append(Door(name, ends, speed, stays))
+        self.doors.append(MazeDoor(name, ends, speed, stays))
 
     def read_object(self, line: _Line) -> None:
-        name = line.word("a name")
+        name = printable(line.word("a name"))
         if line.keyword(["box", "outline"]) == "box":
-            length, width = line.positive("a length in metres") / 2, line.positive("a width in metres") / 2
+            length, width = (line.coordinate(f"a {name} in metres") / 2 for name in ("length", "width"))
+            if min(length, width) <= 0:
+                raise line.error("a box should be longer and wider than zero", back=1)
             outline: tuple[Point, ...] = ((length, -width), (length, width), (-length, width), (-length, -width))
         else:
             outline = line.points(3)
@@ -170,7 +251,7 @@ class _Reader:
         while line:
             match line.keyword(["speed", "near", "returns"]):
                 case "speed":
-                    speed = line.positive("a speed in m/s")
+                    speed = line.speed()
                 case "near":
                     near = line.positive("a distance in metres")
                 case _:
@@ -178,28 +259,16 @@ class _Reader:
         self.objects.append(MovingObject(name, outline, path, speed, near, returns))
 
 
-def read(source: Source, _scale: Scale) -> Sketch:
+def read(source: Source, choices: Choices) -> Sketch:
     """A ``.maze`` file as a maze.
 
     Raises:
         MazeError: a line cannot be understood, or there is no start.
     """
-    reader = _Reader(source.path)
-    readers: dict[str, Callable[[_Line], None]] = {
-        "name": reader.read_name,
-        "limit": reader.read_limit,
-        "start": reader.read_start,
-        "wall": reader.read_wall,
-        "exit": reader.read_exit,
-        "door": reader.read_door,
-        "object": reader.read_object,
-    }
-    for number, text in enumerate(source.lines, start=1):
-        line = _Line(source, number, text)
-        if line:
-            readers[line.keyword(list(readers))](line)
-            if line:
-                raise line.error(f"`{line.word('a word')}` is one word too many", back=1)
+    reader = _Reader(source)
+    reader.read_all()
+    if not reader.starts and choices.start:
+        reader.starts.append(choices.start)
     if not reader.starts:
         raise source.error("the maze has no start", hint="add a line such as `start 0.5 0.5 90`")
     maze = Maze(
@@ -211,22 +280,61 @@ def read(source: Source, _scale: Scale) -> Sketch:
         doors=tuple(reader.doors),
         objects=tuple(reader.objects),
         time_limit=reader.time_limit,
+        unknown=np.asarray(reader.unknown, dtype=np.float64).reshape(-1, 4),
+        goal=reader.goal,
     )
 
-    def locate(point: Point) -> Place:
+    def locate(point: Point) -> TextPlace:
         drawn = np.asarray([segment for segment, _ in reader.places])
         return reader.places[int(np.argmin(distances(np.array([point]), drawn)))][1], None
 
     return Sketch(maze, locate)
 
 
-def write(maze: Maze, _suffix: str = ".maze", _scale: Scale | None = None) -> bytes:
+def start_in(words: str) -> Start:
+    """The start that the words after ``start`` say.
+
+    Raises:
+        MazeError: they cannot be understood.
+    """
+    return _said("start", words).starts[0]
+
+
+def exit_in(words: str) -> tuple[Point, Point]:
+    """The two ends that the words after ``exit`` say.
+
+    Raises:
+        MazeError: they cannot be understood.
+    """
+    ax, ay, bx, by = _said("exit", words).exits[0]
+    return (ax, ay), (bx, by)
+
+
+def goal_in(words: str) -> Goal:
+    """The goal that the words after ``goal`` say.
+
+    Raises:
+        MazeError: they cannot be understood.
+    """
+    return _said("goal", words).goal
+
+
+def _said(keyword: str, words: str) -> _Reader:
+    reader = _Reader(Source(Path(f"--{keyword}"), f"{keyword} {words}".encode()))
+    reader.read_all()
+    return reader
+
+
+def write(maze: Maze, _suffix: str = ".maze", _choices: Choices | None = None) -> bytes:
     """A maze as a ``.maze`` file; what `read` makes of it is the same maze."""
     lines = [f"name   {maze.name}"]
     if maze.time_limit != MAZE_TIME_LIMIT:
         lines.append(f"limit  {_number(maze.time_limit) if math.isfinite(maze.time_limit) else 'none'}")
+    if maze.goal != Leave():
+        lines.append(f"goal   {_goal(maze.goal)}")
     lines += [*map(_start, maze.starts), ""]
-    lines += [f"wall   {_points(chain)}" for chain in _chains(maze)]
+    lines += [f"wall   {_points(chain)}" for chain in _chains(maze.walls)]
+    lines += [f"unknown {_points(chain)}" for chain in _chains(maze.unknown)]
     lines += [f"exit   {_points([(ax, ay), (bx, by)])}" for ax, ay, bx, by in maze.exits.tolist()]
     for door in maze.doors:
         speed = f"  speed {_number(door.speed)}" if door.speed != DOOR_SPEED else ""
@@ -250,6 +358,18 @@ def _start(start: Start) -> str:
     )
 
 
+def _goal(goal: Goal) -> str:
+    match goal:
+        case Reach():
+            return f"{_points([goal.place])}  {_number(goal.radius)}"
+        case Survive():
+            return f"survive {_number(goal.duration)}"
+        case Nothing():
+            return "none"
+        case Leave():
+            return "exit"
+
+
 def _number(value: float) -> str:
     return repr(int(value)) if value == int(value) else repr(value)
 
@@ -262,10 +382,10 @@ def _word(name: str) -> str:
     return "_".join(name.split()) or "unnamed"
 
 
-def _chains(maze: Maze) -> list[list[Point]]:
-    """The walls, in order, with those joined that begin where the one before ended."""
+def _chains(segments: Segments) -> list[list[Point]]:
+    """Segments, in order, with those joined that begin where the one before ended."""
     chains: list[list[Point]] = []
-    for ax, ay, bx, by in maze.walls.tolist():
+    for ax, ay, bx, by in segments.tolist():
         if not chains or chains[-1][-1] != (ax, ay):
             chains.append([(ax, ay)])
         chains[-1].append((bx, by))

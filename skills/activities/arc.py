@@ -11,7 +11,7 @@ from skills.activities.to_opening import ToOpening
 from skills.course import TRUSTED
 from skills.frames import Frame, Turned
 from skills.library import LIBRARY
-from skills.motion import BLOCKED, DONE
+from skills.motion import BLOCKED, DONE, Headway
 from skills.sides import Side
 from skills.steering import OnPath
 from transport.arithmetic import norm
@@ -30,7 +30,8 @@ class Arc(ToOpening):
     in wide ones as far from the corner as a wall is kept off. At its beginning a local frame is set in the odometry.
     Along the circle the path's speed is fed forward; the distance from where the robot should be is fed back: for the
     angle that it has turned, or, where its base cannot move sideways, for its place. A turn once begun is ended, if
-    need be on the spot. Outcomes: `done`, `blocked` when the robot does not get to where the circle begins.
+    need be on the spot. Outcomes: `done`, `blocked` when the robot does not get to where the circle begins, or cannot
+    turn there.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5) -> None:
@@ -41,9 +42,9 @@ class Arc(ToOpening):
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
         if self._headway.lost(facts):
-            if self._circle is None:
+            if self._circle is None or self._on_the_spot:
                 return BLOCKED
-            self._on_the_spot = True
+            self._on_the_spot, self._headway = True, Headway()
         if self._circle is not None:
             return self._along_the_circle(facts, self._circle)
         return self._to_the_circle(facts)

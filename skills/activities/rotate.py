@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 from hsm.model.registry import Outcome
 from hsm.model.types import Angle
@@ -17,6 +18,12 @@ from transport.messages import Command, Pose
 
 CLOSE = 0.35
 """With less than this left to turn the compass says where the turn ends, rad."""
+SECOND_TRY = 0.9
+"""A turn that is taken back, or tried again, is given up after this share of the patience."""
+HELD = 0.1
+"""A robot that has turned less than this from one failure to the next is held, rad."""
+TRIES = 5
+"""A turn that has failed more often, forth and back, is given up."""
 PUSHED = 0.05
 """A robot that is this much farther from its spot than it was has given way to something, m."""
 
@@ -28,14 +35,16 @@ class Rotate(Skill):
     The turn is measured by odometry from the axis of the walls that the robot stands along at first; quarter turns end
     along the walls, where there are any. Where a wall is too near for the robot's corners, the robot moves off it while
     it turns; one whose base cannot move sideways backs from a wall ahead before it turns. A turn that meets an obstacle
-    is taken back, and tried again should that fail too, so that the robot never stays between two headings. Outcomes:
-    `done`; `blocked` when the robot stands as before.
+    is taken back, and tried again should that fail too, so that the robot does not stay between two headings as long as
+    it can turn at all. Outcomes: `done`; `blocked` when the robot stands as before, when it can turn neither way, and
+    when neither way has led anywhere several times.
     """
 
     def __init__(self, angle: Angle) -> None:
         self._angle = finite("angle", angle)
         self._goal = angle
         self._headway = Headway(self.settings.rotate.patience)
+        self._losses: list[float] = []
         self._turned: Turned | None = None
         self._along_walls = False
         self._error = 0.0
@@ -60,12 +69,21 @@ class Rotate(Skill):
         if abs(left) < settings.tolerance:
             return DONE if self._goal == self._angle else BLOCKED
         if self._headway.lost(facts):
-            self._headway = Headway(settings.patience)
+            if self._stuck():
+                return BLOCKED
+            # With the time that it takes to notice, both tries take no longer than twice the patience.
+            self._headway = Headway(SECOND_TRY * settings.patience)
             if self._there or self.steering(facts).sideways:
                 self._goal = self._angle - self._goal
             self._there = True
         turn = math.copysign(min(settings.rate, settings.gain * abs(left)), left)
         return Command(self.steering(facts).turn(turn, self._to_the_spot(facts, pose)))
+
+    def _stuck(self) -> bool:
+        """Whether the robot, which gets no farther, has not got anywhere since the last time either, or too often."""
+        assert self._turned is not None
+        self._losses.append(self._turned.angle)
+        return len(self._losses) > TRIES or any(abs(a - b) < HELD for a, b in pairwise(self._losses[-2:]))
 
     def _roomy_spot(self, facts: Facts, pose: Pose) -> Frame:
         """Where to turn: here, or as far off the walls as the robot's corners need."""

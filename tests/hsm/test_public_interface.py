@@ -4,6 +4,7 @@ import inspect
 import json
 import math
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -68,6 +69,22 @@ def test_a_type_checker_finds_wrong_facts_effects_and_times():
         for number in re.findall(r"mistakes\.py:(\d+): error", checked("tests/hsm/typed/mistakes.py").stdout)
     }
     assert sorted(found) == marked
+
+
+@pytest.mark.skipif(shutil.which("pyright") is None, reason="pyright is not installed")
+def test_pyright_says_the_same(tmp_path):
+    typed, site = Path("tests/hsm/typed"), Path(np.__file__).parents[1]
+    settings = {"include": ["."], "extraPaths": [str(ROOT), str(site)], "typeCheckingMode": "strict"}
+    (tmp_path / "pyrightconfig.json").write_text(json.dumps(settings))
+    for name in ("lamp.py", "mistakes.py"):
+        shutil.copy(ROOT / typed / name, tmp_path)
+    done = subprocess.run(
+        ["pyright", "--outputjson"], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
+    )
+    found = json.loads(done.stdout)["generalDiagnostics"]
+    places = {(Path(one["file"]).name, one["range"]["start"]["line"] + 1) for one in found}
+    assert {name for name, _ in places} == {"mistakes.py"}
+    assert len(places) == len([line for line in (tmp_path / "mistakes.py").read_text().splitlines() if "  # " in line])
 
 
 def test_everything_public_is_documented_and_typed():

@@ -1,11 +1,14 @@
 """Profiles: what ships, what overrides what, and what is said about mistakes."""
 
+import math
+import re
 import tomllib
 
 import pytest
 
 from maze_machine.catalogue.profile import Profile, ProfileError, load_profile, profile_text, shipped_profiles
 from maze_machine.errors import ExitStatus, UsageError
+from transport.description import Laser
 
 
 def test_the_shipped_pico_is_the_default():
@@ -69,3 +72,70 @@ def test_an_unknown_profile_is_told_with_those_that_ship(tmp_path):
     with pytest.raises(ProfileError) as caught:
         load_profile(str(tmp_path / "nothing"))
     assert "pico-hardware" in caught.value.way_out
+
+
+@pytest.mark.parametrize(
+    "overrides", [["link.keys=rmw_zenoh", "link.gate=false"], ["robot.laser.angle_min=2", "robot.laser.angle_max=-2"]]
+)
+def test_overrides_are_judged_as_a_whole_whatever_their_order(overrides):
+    assert load_profile("pico", overrides) == load_profile("pico", overrides[::-1])
+
+
+@pytest.mark.parametrize(
+    ("overrides", "told"),
+    [
+        (["robot.period=0", "robot.name=x"], "--set robot.period=0: `robot.period` must be more than 0"),
+        (["robot.name=x", "robot.nam=y"], "--set robot.nam=y: unknown key `robot.nam`"),
+        (
+            ["link.keys=rmw_zenoh", "robot.name=x", "link.gate=true"],
+            "--set link.gate=true: `link` must have `gate = false`",
+        ),
+    ],
+)
+def test_of_several_overrides_the_one_at_fault_is_named(overrides, told):
+    with pytest.raises(UsageError, match=re.escape(told)):
+        load_profile("pico", overrides)
+
+
+@pytest.mark.parametrize(
+    ("laser", "told"),
+    [
+        ("angle_min = 1.0\nangle_max = 1.0", "must have `angle_min` (1) below `angle_max` (1)"),
+        ("angle_min = -200.0\nangle_max = 200.0", "has its angles in radians: 200 degrees are 3.4907 rad"),
+        ("angle_min = -4.0\nangle_max = 4.0", "cannot look at more than a full turn: it is 6.2832 rad, not 8"),
+        ("range_min = 5.0\nrange_max = 5.0", "must have `range_min` (5) below `range_max` (5)"),
+        ("angle_min = nan", "must have `angle_min` (nan) below"),
+        ("mount_heading = inf", "must be mounted at a finite place"),
+        ("beams = 1", "`robot.laser.beams` must be at least 2, not 1"),
+    ],
+)
+def test_an_impossible_laser_is_refused_when_the_profile_is_read(tmp_path, laser, told):
+    file = tmp_path / "mine.toml"
+    file.write_text(f"[robot.laser]\n{laser}\n")
+    with pytest.raises(ProfileError, match=re.escape(told)):
+        load_profile(str(file))
+
+
+def test_a_laser_that_turns_clockwise_is_the_same_fan(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text("[robot.laser]\nangle_min = 3.1\nangle_max = -3.1\n")
+    laser = load_profile(str(file)).robot.laser
+    assert (laser.angle_min, laser.angle_max) == (-3.1, 3.1)
+
+
+@pytest.mark.parametrize("ends", [(0.0, math.tau), (-math.pi, math.pi), (0.0, 6.26573), (-2.0, 2.0)])
+def test_lasers_as_they_are_sold_are_possible(ends):
+    Laser(beams=360, angle_min=ends[0], angle_max=ends[1])
+
+
+@pytest.mark.parametrize(
+    "footprint", ["[[0,0],[1,0],[2,0]]", "[]", "[[0,0]]", "[[0,0],[1,1]]", "[[nan,0],[1,0],[0,1]]"]
+)
+def test_a_footprint_without_an_area_is_refused(footprint):
+    with pytest.raises(UsageError, match="must be an outline with an area"):
+        load_profile("pico", [f"robot.footprint={footprint}"])
+
+
+def test_the_corners_of_a_footprint_may_be_given_clockwise():
+    robot = load_profile("pico", ["robot.footprint=[[-0.1,-0.1],[-0.1,0.1],[0.1,0.1],[0.1,-0.1]]"]).robot
+    assert robot.footprint == ((0.1, -0.1), (0.1, 0.1), (-0.1, 0.1), (-0.1, -0.1))

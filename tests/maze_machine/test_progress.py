@@ -6,7 +6,7 @@ from rich.console import Console
 
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import drive, prepare
-from maze_machine.report.progress import Progress
+from maze_machine.report.progress import ProgressDisplay
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.world import LockstepRobot
 
@@ -15,7 +15,7 @@ def shown(terminal):
     out = StringIO()
     profile = load_profile()
     robot = LockstepRobot(SimulatedWorld(find_maze("corridor"), profile.robot))
-    with Progress(Console(file=out, force_terminal=terminal, width=120)) as progress:
+    with ProgressDisplay(Console(file=out, force_terminal=terminal, width=120)) as progress:
         drive(prepare("pledge", profile, time_limit=2.0), robot, robot, [progress])
     return out.getvalue()
 

@@ -2,14 +2,20 @@
 
 import json
 import socket
+from dataclasses import replace
 
 import pytest
+from mcap.reader import make_reader
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as BagWriter
 
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import drive, prepare
-from maze_machine.drive.replay import Difference, first_difference
+from maze_machine.drive.replay import Difference, first_difference, named_machine, recorded_mission
+from maze_machine.errors import FileError
 from maze_machine.report.outputs import Outputs
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport import codec
 from transport.recording import read_recording
 from transport.world import LockstepRobot
 
@@ -95,6 +101,97 @@ def test_a_recording_becomes_a_page(finish, recorded, tmp_path):
     lines = [json.loads(line) for line in trace.read_text().splitlines()[1:]]
     assert [one["states"] for one in shown] == [line["states"] for line in lines]
     assert [one["pose"][:2] for one in shown] == [[round(value, 4) for value in line["pose"][:2]] for line in lines]
+
+
+@pytest.fixture(scope="module")
+def bag(recorded, tmp_path_factory):
+    """The sensors of the recorded run in a rosbag2 folder, as another robot's topics."""
+    folder = tmp_path_factory.mktemp("bags") / "bag"
+    renamed = {"/pico/scan": "/scan", "/pico/odom": "/wheels", "/tf_static": "/tf_static"}
+    with recorded[0].open("rb") as file, BagWriter(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connections = {}
+        for schema, channel, message in make_reader(file).iter_messages(list(renamed)):
+            if channel.topic not in connections:
+                connections[channel.topic] = writer.add_connection(
+                    renamed[channel.topic], schema.name, typestore=codec.TYPES
+                )
+            writer.write(connections[channel.topic], message.log_time, message.data)
+    return folder
+
+
+class TestSomebodyElsesRecording:
+    def test_a_machine_does_with_it_what_it_did_in_the_run(self, finish, bag, recorded, tmp_path):
+        robot = ("--robot", "pico", "--set", "skills.motion.slow_gain=1")
+        status, out, err = finish("replay", "pledge", bag, *robot, "--trace", "again.jsonl")
+        assert (status, err) == (0, "")
+        head, *lines = out.splitlines()
+        assert head == "pledge on 101 ticks of /scan and /wheels: still at work at the end"
+        lines_of_run = [json.loads(line) for line in recorded[1].read_text().splitlines()[1:]]
+        states = [json.loads(line)["states"] for line in (tmp_path / "again.jsonl").read_text().splitlines()[1:]]
+        assert states == [line["states"] for line in lines_of_run]
+        assert len(lines) == sum(len(line["taken"]) for line in lines_of_run)
+        assert any("speed = " in line for line in lines)
+
+    def test_as_json(self, finish, bag):
+        status, out, _ = finish("replay", "pledge", bag, "--json")
+        told = json.loads(out)
+        assert status == 0
+        assert told["topics"] == {"scan": "/scan", "odometry": "/wheels", "command": None}
+        assert told["transitions"][0]["time"] == pytest.approx(0.1)
+
+    def test_it_becomes_a_page(self, finish, bag, tmp_path):
+        assert finish("view", bag, "-o", tmp_path / "bag.html")[0] == 0
+        data = (tmp_path / "bag.html").read_text().partition("const DATA = ")[2].partition(";\n")[0]
+        assert len(json.loads(data)["frames"]) == 101
+
+    @pytest.mark.parametrize(
+        ("arguments", "status", "words"),
+        [
+            (["replay", "BAG"], 3, "does not say which machine ran; name one before the recording"),
+            (["replay", "pledge", "BAG", "--machine", "pledge"], 2, "two machines"),
+            (["replay", "pledge", "BAG", "--scan", "/none"], 3, "has no sensor_msgs/msg/LaserScan on `/none`"),
+            (["replay", "none", "BAG"], 3, "there is no machine `none`"),
+        ],
+    )
+    def test_what_is_missing_is_one_line(self, finish, bag, arguments, status, words):
+        ended, _, err = finish(*[str(bag) if word == "BAG" else word for word in arguments])
+        assert ended == status
+        assert words in err
+        assert len(err.splitlines()) == 1
+
+
+class TestWhatARecordingNames:
+    """A recording is somebody else's file: what it names is not opened unless it looks like what it should be."""
+
+    @pytest.mark.parametrize(
+        ("said", "words"),
+        [
+            ({"machine": "SECRET"}, "which is no machine's file"),
+            ({"machine": "\x1b[2J"}, "which is no machine's file"),
+            ({"machine": "/dev/zero"}, "which is no machine's file"),
+            ({"profile": "[" * 100_000}, "recorded profile cannot be used|which robot ran"),
+            ({"profile": "{}{"}, "recorded profile cannot be used"),
+            ({"profile": '{"robot": {"period": -1}}'}, "recorded profile cannot be used: .*period"),
+            ({"parameters": "[1]"}, "parameters"),
+            ({"parameters": "[" * 100_000}, "parameters"),
+        ],
+    )
+    def test_it_is_validated(self, recorded, tmp_path, said, words):
+        secret = tmp_path / "secret"
+        secret.write_text("the secret\n")
+        said = {key: str(secret) if value == "SECRET" else value for key, value in said.items()}
+        recording = read_recording(recorded[0])
+        with pytest.raises(FileError, match=words) as caught:
+            recorded_mission(replace(recording, run={**recording.run, **said}))
+        assert str(caught.value).isprintable()
+        assert "the secret" not in str(caught.value)
+
+    def test_a_machines_file_may_be_named(self, recorded, tmp_path):
+        machine = tmp_path / "mine.maze-machine"
+        machine.write_text("machine mine\nstart -> only\nstate only\n")
+        recording = read_recording(recorded[0])
+        named = replace(recording, run={**recording.run, "machine": str(machine), "parameters": "{}"})
+        assert named_machine(named) == str(machine)
 
 
 def test_a_busy_port_of_the_live_page_is_told(finish):

@@ -12,7 +12,7 @@ from perception.facts import Perception
 from perception.hough import hough_compass, hough_lines, hough_space
 from perception.lines import find_lines, split
 from perception.settings import CompassSettings, HoughSettings, LineSettings, PerceptionSettings
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from tests.perception import mazes
 from tests.perception.scenes import PICO, cells, corridor, observe, polyline, scan_of
 from transport.messages import Pose
@@ -21,7 +21,7 @@ MAZE = cells(["..#...", ".#..#.", "......", "#.##..", "...#..", "..#..."])
 
 
 def compass_at(walls, pose, rng=None, settings=None):
-    sweep = Sweep.of(scan_of(walls, pose, rng=rng))
+    sweep = ScanPoints.of(scan_of(walls, pose, rng=rng))
     lines = find_lines(sweep, split(sweep, LineSettings()), LineSettings())
     return compass_of(lines, settings or CompassSettings())
 
@@ -81,7 +81,7 @@ def test_scattered_hits_are_unknown():
     rng = np.random.default_rng(3)
     scan = scan_of([], Pose())
     scan.ranges[:] = rng.uniform(0.5, 5.0, 1000)
-    sweep = Sweep.of(scan)
+    sweep = ScanPoints.of(scan)
     compass = compass_of(find_lines(sweep, split(sweep, LineSettings()), LineSettings()), CompassSettings())
     assert not compass.known
     assert compass.misalignment == 0.0
@@ -133,7 +133,7 @@ def test_the_hough_compass_is_as_fine_as_its_grid(seed):
     errors = []
     for _ in range(40):
         heading = rng.uniform(-math.pi, math.pi)
-        sweep = Sweep.of(scan_of(MAZE, Pose(3.5, -2.5, heading), rng=rng))
+        sweep = ScanPoints.of(scan_of(MAZE, Pose(3.5, -2.5, heading), rng=rng))
         compass = hough_compass(sweep.points, settings.hough, math.pi / 2)
         errors.append(error(compass, heading))
     assert np.median(errors) <= 0.6
@@ -147,7 +147,7 @@ def test_the_hough_compass_leaves_out_no_line_that_could_have_the_most_hits(seed
     settings = HoughSettings(step=math.radians(degrees), min_share=0)
     for _ in range(20):
         walls, pose = mazes.place(rng)
-        points = Sweep.of(scan_of(walls, pose, rng=rng)).points
+        points = ScanPoints.of(scan_of(walls, pose, rng=rng)).points
         points = points if rng.random() < 0.7 else rng.uniform(-2, 2, (int(rng.integers(1, 30)), 2))
         space, compass = hough_space(points, settings), hough_compass(points, settings, math.pi)
         row = int(space.votes.argmax()) // len(space.ps)
@@ -158,7 +158,7 @@ def test_the_hough_compass_leaves_out_no_line_that_could_have_the_most_hits(seed
 def test_hough_lines_are_the_walls_of_a_corridor():
     settings = HoughSettings()
     walls = [*corridor(1.0), (1.5, -0.5, 1.5, 0.5)]
-    sweep = Sweep.of(scan_of(walls, Pose(0.0, 0.1, 0.0), rng=np.random.default_rng(1)))
+    sweep = ScanPoints.of(scan_of(walls, Pose(0.0, 0.1, 0.0), rng=np.random.default_rng(1)))
     found = hough_lines(hough_space(sweep.points, settings), settings, math.pi / 2)
     placed = {(round(math.degrees(line.alpha)) % 180, round(line.p, 1)) for line in found}
     assert placed == {(90, 0.4), (90, -0.6), (0, 1.5)}

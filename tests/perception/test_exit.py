@@ -105,10 +105,20 @@ def test_turning_on_the_spot_is_no_way_out():
 
 
 def test_a_sensor_that_cannot_look_back_is_enough():
-    laser = Laser(beams=361, angle_min=-math.pi / 2, angle_max=math.pi / 2, range_max=8.0)
+    laser = Laser(beams=361, angle_min=-math.pi / 2, angle_max=math.pi / 2, range_max=10.0)
     places = np.arange(2.0, 4.0, STEP)
     crossed = drive(gate(1.0), places, 0.1, robot=RobotDescription(laser=laser))
     assert 3.0 - rear(0.1) < places[crossed.index(True)] < 3.0 - rear(0.1) + 4.5 * STEP
+
+
+@pytest.mark.parametrize("reach", [3.5, 5.0, 8.0])
+def test_a_sensor_shorter_than_a_hall_is_carried_on_by_the_rest_before_it_is_believed(reach):
+    robot = RobotDescription(laser=Laser(range_max=reach))
+    hall = [(3, 0.5, 3, 20), (3, -0.5, 3, -20), (12.5, -20, 12.5, 20)]
+    assert not any(drive([*gate(1.0), *hall], np.arange(2.0, 12.2, STEP), robot=robot))
+    places = np.arange(2.0, 10.5, STEP)
+    crossed = drive(gate(1.0), places, robot=robot)
+    assert 3.0 + 10.0 - reach < places[crossed.index(True)] < 3.0 + 10.0 - reach + 5 * STEP
 
 
 def test_an_exit_is_seen_ahead():

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from perception.compass import Compass
 from perception.facts import Perception
 from perception.filters import moving_average
-from perception.odometry import Step, moved, step_between
+from perception.odometry import Displacement, moved, step_between
 from perception.settings import PerceptionSettings
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from perception.world import WorldModel, to_robot, to_world
 from tests.perception.scenes import PICO, observe
 from transport.messages import Odometry, Pose, Scan, ScanGeometry
@@ -51,10 +51,11 @@ def test_a_moving_average_is_a_mean_of_neighbours(values, window):
 def test_the_meaning_of_readings():
     geometry = ScanGeometry(8, -1.0, 0.25, 0.01, 10.0)
     readings = [1.0, 0.005, -1.0, 10.0, 11.0, math.inf, math.nan, -math.inf]
-    sweep = Sweep.of(Scan(0, geometry, np.array(readings, np.float32)))
-    assert sweep.hit.tolist() == [True] + [False] * 7
+    sweep = ScanPoints.of(Scan(0, geometry, np.array(readings, np.float32)))
+    assert sweep.hit.tolist() == [True] + [False] * 6 + [True]
     assert np.isinf(sweep.ranges).tolist() == [False] + [True] * 5 + [False] * 2
-    assert sweep.known.tolist() == [True] * 6 + [False] * 2
+    assert sweep.known.tolist() == [True] * 6 + [False, True]
+    assert sweep.ranges[-1] == pytest.approx(0.01)
 
 
 @given(places, places)
@@ -81,7 +82,7 @@ def test_where_the_odometry_began_means_nothing(origin, steps):
         world, pose = WorldModel(PerceptionSettings()), start
         world.move(Odometry.at(0, pose))
         for step in steps:
-            pose = moved(pose, Step(*step))
+            pose = moved(pose, Displacement(*step))
             world.move(Odometry.at(0, pose))
         return world.pose
 

@@ -11,7 +11,7 @@ import pytest
 from perception.landmarks import Landmark, find_landmarks
 from perception.lines import find_lines, split, split_at_end_points
 from perception.settings import LandmarkSettings, LineSettings
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from perception.world import to_world
 from tests.perception.scenes import PICO, cells, corridor, scan_of
 from transport.description import Laser
@@ -21,7 +21,7 @@ ROOM = [(-1, -1, 2, -1), (2, -1, 2, 1.5), (2, 1.5, -1, 1.5)]
 
 
 def lines_at(walls, pose, rng=None, laser=PICO.laser):
-    sweep = Sweep.of(scan_of(walls, pose, laser, rng), laser.mount)
+    sweep = ScanPoints.of(scan_of(walls, pose, laser, rng), laser.mount)
     return find_lines(sweep, split(sweep, LineSettings()), LineSettings())
 
 

@@ -17,7 +17,7 @@ from perception.mapping.information import Symmetric
 from perception.mapping.matching import Reference, matched
 from perception.mapping.searching import Grid, Window, search
 from perception.mapping.uncertainty import Paths
-from perception.sweep import Sweep
+from perception.sweep import ScanPoints
 from tests.perception import carmen
 from tests.perception.scenes import PICO, cells, corridor, polyline, scan_of
 from transport.description import Laser
@@ -41,7 +41,7 @@ def positive(numbers) -> Symmetric:
 
 
 def cloud_at(walls, pose, seed=0, laser: Laser = PICO.laser):
-    return cloud_of(Sweep.of(scan_of(walls, pose, laser, np.random.default_rng(seed))), SETTINGS.cloud)
+    return cloud_of(ScanPoints.of(scan_of(walls, pose, laser, np.random.default_rng(seed))), SETTINGS.cloud)
 
 
 @given(MATRIX, st.floats(-4, 4))
@@ -257,7 +257,7 @@ def test_a_real_log_is_mapped():
     for number, record in enumerate(records):
         if number:
             mapper.move(record.step)
-        mapper.see(cloud_of(Sweep.of(record.scan), SETTINGS.cloud), measured=not number or record.step is not None)
+        mapper.see(cloud_of(ScanPoints.of(record.scan), SETTINGS.cloud), measured=not number or record.step is not None)
         mapper.work(10_000)
         places.append((len(mapper.clouds) - 1, mapper.offset))
     mapper.finish()

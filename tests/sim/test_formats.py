@@ -9,11 +9,11 @@ import pytest
 from PIL import Image
 
 from sim.formats import FORMATS, heightmap, micromouse, mms, read_maze, text, write_maze
-from sim.formats.format import Scale, Source
+from sim.formats.format import Choices, Source
 from sim.formats.grid import exit_maze
 from sim.geometry import distances
 from sim.library import shipped_mazes
-from sim.maze import MazeError
+from sim.maze import MazeError, Nothing
 from sim.solvability import shortest_way
 
 MAZES = Path(__file__).parent / "mazes"
@@ -44,15 +44,14 @@ class TestEveryFormat:
         maze = read_maze(example(form))
         assert maze.name
         assert np.isfinite(maze.walls).all()
-        assert len(maze.exits) >= 1
-        assert shortest_way(maze) is not None
+        assert maze.goal == Nothing() or (len(maze.exits) >= 1 and shortest_way(maze) is not None)
         left, bottom, right, top = maze.bounds
         assert left < maze.start.pose.x < right
         assert bottom < maze.start.pose.y < top
 
     def test_it_is_written_in_every_suffix_and_read_again(self, form, tmp_path):
         maze = read_maze(example(form))
-        for suffix in form.suffixes:
+        for suffix in form.suffixes if form.write else ():
             write_maze(maze, tmp_path / f"again{suffix}")
             again = read_maze(tmp_path / f"again{suffix}")
             assert shortest_way(again) == pytest.approx(shortest_way(maze), rel=0.1)
@@ -94,7 +93,7 @@ def test_micromouse_text_is_used_from_the_goal_outwards():
     # The way into the entrance comes from the north, so the opening is in the south, facing south.
     assert maze.exits.tolist() == [[1.0, 0.0, 0.0, 0.0]]
     assert as_set(maze.walls) >= {((1.0, 0.0), (4.0, 0.0)), ((0.0, 4.0), (4.0, 4.0)), ((1.0, 3.0), (1.0, 4.0))}
-    assert read_maze(MAZES / "cells.txt", metres_a_cell=0.5).walls.tolist() == (maze.walls / 2).tolist()
+    assert read_maze(MAZES / "cells.txt", Choices(metres_a_cell=0.5)).walls.tolist() == (maze.walls / 2).tolist()
 
 
 def test_mms_and_micromouse_files_of_one_maze_have_the_same_walls():
@@ -106,7 +105,7 @@ def test_mms_and_micromouse_files_of_one_maze_have_the_same_walls():
 def test_heightmap_walls_are_the_outlines_of_black_pixels_in_the_documented_frame():
     image = np.full((40, 60), 255, dtype=np.uint8)
     image[10:13, 20:40] = 0
-    maze = heightmap.read(Source(Path("one.png"), _png(image)), Scale(metres_a_pixel=0.1)).maze
+    maze = heightmap.read(Source(Path("one.png"), _png(image)), Choices(metres_a_pixel=0.1)).maze
     # Rows 10 to 12 are x from (20 - 13) to (20 - 10) pixels above the centre; columns 20 to 39 y from -10 to 10.
     assert as_set(maze.walls) == {
         ((0.7, -1.0), (0.7, 1.0)),
@@ -164,7 +163,11 @@ def test_cells_survive_being_written(tmp_path):
 
 
 def test_what_a_format_cannot_hold_is_refused(final, tmp_path):
-    for name, reason in (("a.txt", "neither doors nor moving"), ("a.xyz", "no maze format"), ("no/a.maze", "written")):
+    for name, reason in (
+        ("a.txt", "neither doors nor moving"),
+        ("a.xyz", "no maze is written"),
+        ("no/a.maze", "written"),
+    ):
         with pytest.raises(MazeError, match=reason):
             write_maze(final, tmp_path / name)
 
@@ -215,10 +218,9 @@ CELLS = (MAZES / "cells.txt").read_text()
 @pytest.mark.parametrize(
     ("content", "place", "reason"),
     [
-        (CELLS.replace("| S ", "|   "), (None, None), "no cell is marked `S`"),
-        (CELLS.replace("G", "x"), (4, 11), "`x` cannot stand here"),
+        (CELLS.replace("G", "x"), (4, 11), "`x` is not known here"),
         (CELLS.replace("o   o   o---o   o", "o   x   o---o   o", 1), (3, 5), "a post `o` is missing"),
-        (CELLS.replace("o---o   o   o   o", "o-- o   o   o   o", 1), (5, 2), "between two posts stands `-- `"),
+        (CELLS.replace("o---o   o   o   o", "o-- o   o   o   o", 1), (5, 2), "here is `-- ` between two posts"),
         (CELLS + "|   \n", (10, None), "2H.1 lines"),
         (CELLS.replace("| S             |", "| S             |    |"), (8, 18), "longer than the first"),
         (
@@ -240,7 +242,7 @@ def test_a_bad_micromouse_maze_is_refused_with_place_and_reason(content, place, 
     ("content", "line", "reason"),
     [
         ("0 0 1 1 1 1\n0 1 1 1 0 x\n", 2, "a cell is"),
-        ("0 0 1 1 1 1\n0 0 1 1 1 1\n", 2, "told in line 1 already"),
+        ("0 0 1 1 1 1\n0 0 1 1 1 1\n", 2, "given in line 1 already"),
         ("0 0 1 1 1 1\n1 1 1 1 1 1\n", None, r"cell \(0, 1\) is missing"),
         ("0 0 0 1 1 1\n0 1 1 1 1 1\n", 1, "disagree about the wall"),
         ("0 0 1 1 1 1\n0 1 1 1 1 1\n", 2, "no way leads"),
@@ -263,7 +265,6 @@ def test_a_bad_image_is_refused(tmp_path):
     off_centre[10:60, 10] = 0
     for image, reason, place in (
         (white, "no wall", (None, None)),
-        (closed, "no way leads from the start", (41, 41)),
         (off_centre, "lies outside", (101, 101)),
     ):
         path = tmp_path / "bad.png"
@@ -297,7 +298,7 @@ def test_every_key_of_the_text_format_is_read():
         "object post outline 0.1 0 0 0.1 -0.1 0 path 3 3",
         "exit 5 5 5 6",
     ]
-    maze = text.read(Source(Path("yard.maze"), "\n".join(lines).encode()), Scale()).maze
+    maze = text.read(Source(Path("yard.maze"), "\n".join(lines).encode()), Choices()).maze
     assert maze.name == "the yard"
     assert maze.time_limit == math.inf
     assert maze.start.pose.heading == pytest.approx(math.pi)
@@ -310,7 +311,7 @@ def test_every_key_of_the_text_format_is_read():
     assert (cart.speed, cart.near, cart.returns, len(cart.path)) == (0.5, 2.0, True, 2)
     assert cart.outline[0] == (0.2, -0.1)
     assert (post.near, post.returns, len(post.outline)) == (math.inf, False, 3)
-    again = text.read(Source(Path("yard.maze"), text.write(maze)), Scale()).maze
+    again = text.read(Source(Path("yard.maze"), text.write(maze)), Choices()).maze
     assert (again.doors, again.objects, again.starts, again.time_limit) == (
         maze.doors,
         maze.objects,

@@ -36,7 +36,7 @@ def test_the_same_seed_writes_the_same_bytes(tmp_path):
         (["maze", "show", "final_2051"], 3, "did you mean `final_2015`?"),
         (["maze", "show", "final_2015", "--picture", "x.bmp"], 3, "a picture is"),
         (["maze", "convert", "final_2015", "x.txt"], 3, "cannot hold this maze"),
-        (["maze", "convert", "final_2015", "x.doc"], 3, "no maze format has the suffix"),
+        (["maze", "convert", "final_2015", "x.doc"], 3, "no maze is written as `.doc`"),
         (["maze", "generate", "x.maze", "--size", "9"], 2, "`--size` must be columns x rows, not '9'; write 6x5"),
         (["maze", "generate", "x.maze", "--size", "2x2"], 2, "`--size` must be"),
         (["maze", "generate", "x.maze", "--size", "3x3", "--doors", "4"], 3, "ask for more cells"),

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from sim.faults import DoorStuck
-from sim.maze import Door, Maze, Start
-from sim.referee import Outcome
+from sim.maze import Maze, MazeDoor, Start
+from sim.referee import AttemptOutcome
 from sim.robot import SimulatedRobot
 from sim.settings import Rules, SimulatorSettings
 from transport.messages import Command, Pose, Twist
@@ -19,7 +19,7 @@ RING = Command(ring=True)
 def corridor(*, length=6.0, door=None, time_limit=420.0, start=1.0):
     """A corridor along x, one metre wide, with its exit at the far end and perhaps a door across it at some x."""
     walls = np.array([[0, 0, length, 0], [0, 0, 0, 1], [0, 1, length, 1]], dtype=float)
-    doors = () if door is None else (Door("front", ((door, 0.0), (door, 1.0))),)
+    doors = () if door is None else (MazeDoor("front", ((door, 0.0), (door, 1.0))),)
     exits = np.array([[length, 1.0, length, 0.0]])
     return Maze("corridor", walls, Start(Pose(start, 0.5, 0.0)), exits[:, [2, 3, 0, 1]], doors, time_limit=time_limit)
 
@@ -47,7 +47,7 @@ def test_the_whole_robot_must_be_across_the_exit():
         assert robot.truth.x < 3.3
         robot.command(Command(AHEAD))
     # Its rear is 0.1 m behind its origin.
-    assert robot.verdict.outcome is Outcome.ESCAPED
+    assert robot.verdict.outcome is AttemptOutcome.ESCAPED
     assert 3.1 < robot.truth.x <= 3.1 + 0.05 + 1e-9
     assert robot.verdict.escaped
     assert robot.verdict.line().startswith("escaped after 4.")
@@ -65,7 +65,7 @@ def test_going_out_through_an_exit_and_in_again_is_no_escape():
     drive(robot, AHEAD, 42)
     assert 3.0 < robot.truth.x < 3.1
     drive(robot, Twist(-0.5, 0.0, 0.0), 20)
-    assert robot.verdict.outcome is Outcome.RUNNING
+    assert robot.verdict.outcome is AttemptOutcome.RUNNING
 
 
 def test_path_length_time_and_clearance_are_measured():
@@ -82,7 +82,7 @@ def test_path_length_time_and_clearance_are_measured():
 def test_a_touched_wall_fails_the_attempt_with_place_and_speed():
     robot = SimulatedRobot(corridor())
     drive(robot, Twist(0.0, -0.3, 0.0), 30)
-    assert robot.verdict.outcome is Outcome.TOUCHED
+    assert robot.verdict.outcome is AttemptOutcome.TOUCHED
     assert robot.verdict.clearance == 0.0
     (contact,) = robot.verdict.contacts
     assert contact.place[1] == pytest.approx(0.0, abs=5e-3)
@@ -93,7 +93,7 @@ def test_a_touched_wall_fails_the_attempt_with_place_and_speed():
 def test_a_touched_wall_does_not_fail_where_the_rules_allow_it():
     robot = SimulatedRobot(corridor(), settings=SimulatorSettings(rules=Rules(contact_fails=False)))
     drive(robot, Twist(0.0, -0.3, 0.0), 30)
-    assert robot.verdict.outcome is Outcome.RUNNING
+    assert robot.verdict.outcome is AttemptOutcome.RUNNING
     assert len(robot.verdict.contacts) == 1
 
 
@@ -103,7 +103,7 @@ def test_thirty_seconds_of_standing_still_fail_the_attempt(sway):
     drive(robot, AHEAD, 10)
     while not robot.finished:
         robot.command(Command(sway))
-    assert robot.verdict.outcome is Outcome.STOOD_STILL
+    assert robot.verdict.outcome is AttemptOutcome.STOOD_STILL
     # It rolls on a little after the first second.
     assert 31.0 <= robot.verdict.time <= 31.5
 
@@ -111,13 +111,13 @@ def test_thirty_seconds_of_standing_still_fail_the_attempt(sway):
 def test_turning_on_the_spot_is_not_standing_still():
     robot = SimulatedRobot(corridor())
     drive(robot, Twist(0.0, 0.0, 0.5), 400)
-    assert robot.verdict.outcome is Outcome.RUNNING
+    assert robot.verdict.outcome is AttemptOutcome.RUNNING
 
 
 def test_time_runs_out():
     robot = SimulatedRobot(corridor(time_limit=20.0))
     drive(robot, Twist(0.0, 0.0, 0.5), 1000)
-    assert robot.verdict.outcome is Outcome.OUT_OF_TIME
+    assert robot.verdict.outcome is AttemptOutcome.OUT_OF_TIME
     assert robot.verdict.time == pytest.approx(20.0)
 
 
@@ -180,18 +180,21 @@ def test_there_are_two_attempts_within_the_time_limit():
     assert not simulation.try_again()  # the first is still running
     robot.command(RING)
     drive(robot, Twist(0.0, 0.5, 0.0), 30)
-    assert robot.verdict.outcome is Outcome.TOUCHED
+    assert robot.verdict.outcome is AttemptOutcome.TOUCHED
     assert simulation.try_again()
     assert (robot.truth.x, robot.truth.y) == (3.0, 0.5)
-    assert robot.verdict.outcome is Outcome.RUNNING
+    assert robot.verdict.outcome is AttemptOutcome.RUNNING
     assert robot.verdict.attempt == 2
     assert simulation.world.doors[0].shift == 0.0
     began = simulation.time
     drive(robot, Twist(0.0, 0.0, 0.4), 1000)
-    assert robot.verdict.outcome is Outcome.OUT_OF_TIME
+    assert robot.verdict.outcome is AttemptOutcome.OUT_OF_TIME
     assert robot.verdict.time == pytest.approx(60.0 - began)
     assert not simulation.try_again()
-    assert [verdict.outcome for verdict in simulation.verdicts()] == [Outcome.TOUCHED, Outcome.OUT_OF_TIME]
+    assert [verdict.outcome for verdict in simulation.verdicts()] == [
+        AttemptOutcome.TOUCHED,
+        AttemptOutcome.OUT_OF_TIME,
+    ]
 
 
 def test_there_is_no_second_attempt_after_a_success():

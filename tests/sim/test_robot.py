@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sim.referee import Outcome
+from sim.referee import AttemptOutcome
 from sim.robot import SimulatedRobot
 from sim.settings import IDEAL
 from transport.description import Limits, RobotDescription
@@ -65,7 +65,7 @@ def test_a_wall_stops_the_robot_and_the_referee_sees_it(final):
     robot = SimulatedRobot(final)
     for _ in range(60):
         robot.command(Command(Twist(0.0, 0.5, 0.0)))
-    assert robot.verdict.outcome is Outcome.TOUCHED
+    assert robot.verdict.outcome is AttemptOutcome.TOUCHED
     assert not robot.verdict.escaped
     (contact, *_) = robot.verdict.contacts
     assert contact.other == "wall"

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.geometry import edges, outline_distance, placed
-from sim.maze import Door, Maze, MovingObject, Start
+from sim.maze import Maze, MazeDoor, MovingObject, Start
 from sim.odometry import displacement
 from sim.robot import SimulatedRobot
 from sim.settings import IDEAL, Rules, SimulatorSettings
@@ -33,7 +33,7 @@ def ahead(robot):
 
 
 def test_a_door_slides_at_its_speed_by_its_length_and_may_close_again():
-    door = Door("gate", ((2.0, 3.5), (2.0, 4.5)), speed=0.25, stays=3.0)
+    door = MazeDoor("gate", ((2.0, 3.5), (2.0, 4.5)), speed=0.25, stays=3.0)
     robot = SimulatedRobot(room(doors=(door,)), settings=SETTINGS)
     robot.command(Command(ring=True))
     shifts = []
@@ -49,7 +49,7 @@ def test_a_door_slides_at_its_speed_by_its_length_and_may_close_again():
 
 
 def test_the_laser_and_the_physics_agree_about_a_door_for_ten_minutes():
-    door = Door("gate", ((2.0, 3.5), (2.0, 4.5)), speed=0.27, stays=3.0)
+    door = MazeDoor("gate", ((2.0, 3.5), (2.0, 4.5)), speed=0.27, stays=3.0)
     simulation = Simulation(room(doors=(door,)), settings=SETTINGS)
     world = simulation.world
     for tick in range(6000):
@@ -61,7 +61,7 @@ def test_the_laser_and_the_physics_agree_about_a_door_for_ten_minutes():
 
 
 def test_an_open_door_waits_for_whoever_stands_in_the_doorway():
-    door = Door("gate", ((2.0, 3.5), (2.0, 4.5)), speed=1.0, stays=2.0)
+    door = MazeDoor("gate", ((2.0, 3.5), (2.0, 4.5)), speed=1.0, stays=2.0)
     robot = SimulatedRobot(room(doors=(door,)), settings=SETTINGS)
     robot.command(Command(ring=True))
     for _ in range(10):
@@ -76,7 +76,7 @@ def test_an_open_door_waits_for_whoever_stands_in_the_doorway():
 
 
 def test_a_shut_door_stops_the_robot():
-    door = Door("gate", ((2.0, 3.5), (2.0, 4.5)))
+    door = MazeDoor("gate", ((2.0, 3.5), (2.0, 4.5)))
     robot = SimulatedRobot(room(doors=(door,)), settings=SETTINGS)
     for _ in range(60):
         robot.command(Command(Twist(0.5, 0.0, 0.0)))

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from sim.maze import Door
+from sim.maze import MazeDoor
 from skills.activities.advance import Advance
 from skills.activities.align import Align
 from skills.activities.arc import Arc
@@ -233,7 +233,7 @@ def test_there_is_nothing_to_align_to_where_there_is_no_wall(world, drive):
 
 
 def test_the_bell_is_rung_once_and_standing_still(world, corridor, drive):
-    door = Door("front", ((2, -0.5), (2, 0.5)))
+    door = MazeDoor("front", ((2, -0.5), (2, 0.5)))
     walls = [(-2, 0.5, 3, 0.5), (-2, -0.5, 3, -0.5)]
     done = drive(Ring(), world(walls, Pose(1.0, 0), [door]))
     assert done.outcome == "accepted"
@@ -244,7 +244,7 @@ def test_the_bell_is_rung_once_and_standing_still(world, corridor, drive):
 @pytest.mark.parametrize("end", [-0.24, -0.3])
 def test_the_bell_is_rung_standing_still_where_something_is_too_near(world, drive, seed, end):
     """The guard would have the robot move off the end of the wall, and a door opens for no robot that moves."""
-    door = Door("front", ((2, -0.5), (2, 0.5)))
+    door = MazeDoor("front", ((2, -0.5), (2, 0.5)))
     walls = [(-2, 0.5, 3, 0.5), (-2, -0.5, 3, -0.5), (0.95, -0.5, 0.95, end)]
     done = drive(Ring(), world(walls, Pose(1.0, 0), [door]), seed)
     assert done.outcome == "accepted"

@@ -14,12 +14,14 @@ import skills
 from hsm.model.registry import Outcome
 from hsm.model.types import BOOLEAN, INTEGER, Enumeration
 from perception import Perception
+from skills.activities import align, drive_to
 from skills.catalogue import library
 from skills.chain import MotionChain
 from skills.library import LIBRARY as DECLARED
 from skills.settings import SkillSettings
+from tests.perception.scenes import observation_of, scan_of
 from transport.description import Laser, Limits, RobotDescription
-from transport.messages import NANOSECONDS, STOP, Command, DoorReply, Observation, Odometry, Scan
+from transport.messages import NANOSECONDS, STOP, Command, DoorReply, Observation, Odometry, Pose, Scan
 
 LIBRARY = library(SkillSettings())
 TICKS = 12
@@ -169,3 +171,54 @@ def test_everything_that_a_skill_declares_is_in_the_catalogue():
     assert set(DECLARED.activities) == set(LIBRARY.activities)
     assert set(DECLARED.signals) == set(LIBRARY.signals)
     assert set(DECLARED.actions) == set(LIBRARY.actions)
+
+
+HELD = sorted(name for name, one in LIBRARY.activities.items() if one.outcomes and name != "ring")
+"""All that can end by themselves; the bell's answer is another's."""
+SCENES = {
+    "corridor": [(-4, 0.5, 4, 0.5), (-4, -0.5, 4, -0.5)],
+    "dead end": [(-4, 0.5, 0.6, 0.5), (-4, -0.5, 0.6, -0.5), (0.6, -0.5, 0.6, 0.5)],
+    "opening": [
+        (-4, 0.5, 4, 0.5),
+        (-4, -0.5, 0.3, -0.5),
+        (0.3, -0.5, 0.3, -3),
+        (1.3, -3, 1.3, -0.5),
+        (1.3, -0.5, 4, -0.5),
+    ],
+    "hall": [(-4, 3, 4, 3), (-4, -3, 4, -3), (4, -3, 4, 3)],
+}
+
+
+@pytest.mark.parametrize("heading", [0.0, 10.0, -44.0])
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("name", HELD)
+def test_whatever_holds_the_base_every_activity_ends_within_twice_its_patience(name, scene, heading):
+    declared, robot = LIBRARY.activities[name], RobotDescription()
+    required = {one.name: math.pi / 2 if one.name == "angle" else 1.0 for one in declared.parameters if one.required}
+    activity, perception = declared.factory(**required), Perception(robot)
+    pose = Pose(heading=math.radians(heading))
+    scan = scan_of(SCENES[scene], pose, robot.laser)
+    patience = max(SkillSettings().rotate.patience, drive_to.PATIENCE, align.PATIENCE) if name != "rotate" else 4.0
+    for tick in range(round(2 * patience / robot.period) + 1):
+        effect = activity.tick(perception.facts(observation_of(scan, pose, round(tick * robot.period * NANOSECONDS))))
+        if isinstance(effect, Outcome):
+            assert effect.name in declared.outcomes
+            return
+    pytest.fail(f"{name} has no outcome after {2 * patience} s")
+
+
+@pytest.mark.parametrize("angle", [math.pi / 2, -math.pi / 2, math.pi, 0.0])
+def test_a_turn_that_goes_to_and_fro_ends_too(angle):
+    """Something lets the robot turn a little each way, and no farther."""
+    activity, perception = LIBRARY.activities["rotate"].factory(angle), Perception(RobotDescription())
+    turned, limit, seen = 0.0, 0.3, 0
+    for tick in range(600):
+        pose = Pose(heading=math.radians(10) + turned)
+        observation = observation_of(scan_of(SCENES["hall"], pose), pose, round(0.1 * tick * NANOSECONDS))
+        effect = activity.tick(perception.facts(observation))
+        if isinstance(effect, Outcome):
+            break
+        seen += 1
+        turned = min(max(turned + 0.1 * effect.twist.turn, -0.05), limit)
+    assert isinstance(effect, Outcome)
+    assert seen < 350

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skills.outline import Outline
-from skills.safety import Guard
+from skills.safety import CollisionGuard
 from skills.settings import SafetySettings
 from transport.base import integrate
 from transport.description import RobotDescription
@@ -35,7 +35,7 @@ def seen_from(points, pose):
 
 def driven(points, wanted, ticks=80, noise=0.0, seed=0, robot=ROBOT):  # noqa: PLR0917
     """The smallest clearance on a drive with a constant wish, and where it ends."""
-    guard, pose, twist, least = Guard(robot, SETTINGS), Pose(), STOP, math.inf
+    guard, pose, twist, least = CollisionGuard(robot, SETTINGS), Pose(), STOP, math.inf
     rng = np.random.default_rng(seed)
     for _ in range(ticks):
         seen = seen_from(points, pose)
@@ -46,7 +46,7 @@ def driven(points, wanted, ticks=80, noise=0.0, seed=0, robot=ROBOT):  # noqa: P
 
 
 def test_with_room_a_wish_is_granted():
-    guard = Guard(ROBOT, SETTINGS)
+    guard = CollisionGuard(ROBOT, SETTINGS)
     wanted = Twist(0.1, 0.02, 0.3)
     assert guard.admit(Twist(0.1, 0.02, 0.3), wanted, corridor(1.5)) == wanted
 
@@ -75,7 +75,7 @@ def test_a_robot_that_wants_along_a_wall_and_into_it_slides_along_it():
 def test_what_is_within_the_box_is_backed_away_from(at, away, wanted):
     end_of_a_wall = np.array(at) - np.outer(np.arange(0, 1, 0.02), away)
     least, pose = driven(end_of_a_wall, wanted, ticks=30)
-    assert least >= Guard(ROBOT, SETTINGS).clearance(end_of_a_wall, np.zeros((1, 3))) - 1e-9
+    assert least >= CollisionGuard(ROBOT, SETTINGS).clearance(end_of_a_wall, np.zeros((1, 3))) - 1e-9
     assert pose.x * away[0] + pose.y * away[1] > 0.05
 
 
@@ -91,7 +91,7 @@ def test_in_a_corner_the_margin_is_kept_however_long_the_robot_presses(towards, 
 
 def overtaken_by(speed, direction, ticks=40):
     """The smallest clearance of a robot that wants to stand still while a wall comes on from ahead or from a side."""
-    guard, pose, twist, least = Guard(ROBOT, SETTINGS), Pose(), STOP, math.inf
+    guard, pose, twist, least = CollisionGuard(ROBOT, SETTINGS), Pose(), STOP, math.inf
     for tick in range(ticks):
         wall = wall_ahead(0.6 - speed * tick * ROBOT.period)
         seen = seen_from(seen_from(wall, Pose(heading=direction)), pose)
@@ -130,7 +130,7 @@ def test_no_wish_brings_the_outline_into_the_margin(wanted, seed):
 def test_what_the_guard_answers_keeps_the_limits(before, wanted, distance):
     limits = ROBOT.limits
     before = ROBOT.towards(STOP, ROBOT.limited(before), 0.1)
-    got = Guard(ROBOT, SETTINGS).admit(before, wanted, wall_ahead(distance))
+    got = CollisionGuard(ROBOT, SETTINGS).admit(before, wanted, wall_ahead(distance))
     assert got.speed <= limits.speed + 1e-9
     assert abs(got.turn) <= limits.turn_rate + 1e-9
     assert math.hypot(got.forward - before.forward, got.left - before.left) <= limits.acceleration * 0.1 + 1e-9
@@ -138,7 +138,7 @@ def test_what_the_guard_answers_keeps_the_limits(before, wanted, distance):
 
 
 def test_the_margin_is_less_where_there_is_less_room():
-    guard = Guard(ROBOT, SETTINGS)
+    guard = CollisionGuard(ROBOT, SETTINGS)
     assert guard.margin(corridor(1.0)) == SETTINGS.margin
     assert guard.margin(corridor(0.6)) == pytest.approx(0.07, abs=1e-6)
     assert guard.margin(wall_ahead(0.4)) == SETTINGS.margin
@@ -148,7 +148,7 @@ def test_the_margin_is_less_where_there_is_less_room():
 def test_who_turns_in_a_corridor_of_80_cm_is_in_no_narrow_passage(degrees):
     """The wall that the robot turns away from comes near at its side a little farther ahead."""
     seen = seen_from(corridor(0.8), Pose(0, 0, math.radians(degrees)))
-    assert Guard(ROBOT, SETTINGS).margin(seen) >= 0.1
+    assert CollisionGuard(ROBOT, SETTINGS).margin(seen) >= 0.1
 
 
 def on_two_wheels(footprint=ROBOT.footprint):

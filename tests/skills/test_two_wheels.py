@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from sim.maze import Door
+from sim.maze import MazeDoor
 from skills.activities.advance import Advance
 from skills.activities.align import Align
 from skills.activities.arc import Arc
@@ -149,7 +149,7 @@ def test_advancing_goes_the_distance(world, corridor, drive, robot):
 
 def test_the_bell_is_rung_standing_still(world, drive, robot):
     walls = [(-2, 0.5, 3, 0.5), (-2, -0.5, 3, -0.5)]
-    done = drive(Ring(), world(walls, Pose(1.0, 0), [Door("front", ((2, -0.5), (2, 0.5)))]), robot=robot)
+    done = drive(Ring(), world(walls, Pose(1.0, 0), [MazeDoor("front", ((2, -0.5), (2, 0.5)))]), robot=robot)
     assert done.outcome == "accepted"
     assert [command.twist for command in done.commands if command.ring] == [STOP]
 

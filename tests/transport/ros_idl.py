@@ -71,6 +71,12 @@ class PoseWithCovariance(IdlStruct):
 
 
 @dataclass
+class RosTwistStamped(IdlStruct):
+    header: Header
+    twist: RosTwist
+
+
+@dataclass
 class TwistWithCovariance(IdlStruct):
     twist: RosTwist
     covariance: array[float64, 36] = field(default_factory=lambda: [0.0] * 36)

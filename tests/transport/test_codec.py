@@ -18,6 +18,7 @@ from ros_idl import (
     RosPose,
     RosTransform,
     RosTwist,
+    RosTwistStamped,
     TFMessage,
     Time,
     TransformStamped,
@@ -177,3 +178,16 @@ def test_rosbags_reads_what_is_laid_out_here_and_writes_the_same(scan: Scan, odo
     ):
         message = codec.TYPES.deserialize_cdr(payload, kind)
         assert bytes(codec.TYPES.serialize_cdr(message, kind)) == payload
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(twists, stamps)
+def test_a_stamped_velocity_is_the_same_bits_and_the_same_bytes_elsewhere(twist: Twist, stamp: int) -> None:
+    payload = codec.encode_twist_stamped(twist, stamp)
+    assert codec.decode_twist_stamped(payload) == twist
+    assert payload == RosTwistStamped(_header(stamp, "base_link"), _twist(twist)).serialize()
+
+
+@pytest.mark.parametrize("stamp", [-1, 2**31 * 10**9])
+def test_a_stamp_that_ros_cannot_say_is_zero(stamp: int) -> None:
+    assert codec.encode_twist_stamped(Twist(0.1), stamp) == codec.encode_twist_stamped(Twist(0.1), 0)

@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 import typer.main
 
+from maze_machine.catalogue.profile import load_profile
 from maze_machine.cli import app
 from transport.security import Access, read_access
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = [DOCS / "reference" / "link.md", DOCS / "explanation" / "link.md"]
+ROS2 = DOCS / "how-to" / "ros2.md"
+PAGES = [DOCS / "reference" / "link.md", DOCS / "explanation" / "link.md", ROS2, DOCS / "explanation" / "sensors.md"]
 TEXT = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
 
 
@@ -40,7 +42,16 @@ def test_the_access_file_is_one(tmp_path: Path) -> None:
         robots=["pico1", "pico2"],
         controllers={"alice": ["pico1"], "bob": ["pico1", "pico2"]},
         watchers={"eve": ["pico1"]},
+        operators={"olga": ["pico1"]},
     )
+
+
+def test_the_profile_of_a_ros_2_robot_is_one(tmp_path: Path) -> None:
+    (text,) = re.findall(r"```toml file=burger.toml\n(.*?)```", ROS2.read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "burger.toml").write_text(text)
+    profile = load_profile(str(tmp_path / "burger.toml"))
+    assert (profile.robot.topics_below, profile.link.command_type) == ("", "TwistStamped")
+    assert profile.robot.laser.geometry().all_round
 
 
 @pytest.mark.parametrize("setting", re.findall(r"`link\.(\w+)", TEXT))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from transport.description import Limits, RobotDescription
 from transport.envelope import CommandTag
-from transport.guard import Guard
+from transport.guard import CommandGuard
 from transport.messages import STOP, Twist
 from transport.session import Open
 from transport.settings import LinkSettings
@@ -34,7 +34,7 @@ class Driven:
     def __init__(self, base: str = "holonomic", **limits: object) -> None:
         self.clock = Hand()
         robot = RobotDescription.model_validate({"limits": limits, "base": base})
-        self.guard = Guard(robot, LinkSettings(), self.clock)
+        self.guard = CommandGuard(robot, LinkSettings(), self.clock)
         self.stamp = 0
         self.sequence = 0
         self.take()

@@ -35,15 +35,16 @@ def test_rmw_zenoh_adds_domain_type_and_hash() -> None:
     )
 
 
-@pytest.mark.parametrize("name", ["", "/pico", "pico/", "a//b", "1pico", "pico*", "pi co", "@x", "pico$1"])
+@pytest.mark.parametrize("name", ["/pico", "pico/", "a//b", "1pico", "pico*", "pi co", "@x", "pico$1"])
 def test_a_name_that_is_no_key_is_refused(name: str) -> None:
     with pytest.raises(ValueError, match="cannot be a robot's name"):
         RobotKeys(name)
 
 
 def test_rmw_zenoh_goes_with_bare_drivers_only() -> None:
-    with pytest.raises(ValidationError, match="bare drivers"):
-        LinkSettings(keys="rmw_zenoh")
+    assert not LinkSettings(keys="rmw_zenoh").gate
+    with pytest.raises(ValidationError, match="`gate = false`"):
+        LinkSettings(keys="rmw_zenoh", gate=True)
 
 
 def test_the_door_is_a_service_under_the_hash_that_ros_computes_for_it() -> None:

@@ -25,14 +25,14 @@ from transport.memory_bus import MemoryNetwork
 from transport.messages import Command, Observation, Twist
 from transport.robot import LinkError
 from transport.session import (
-    Again,
     Ask,
     Close,
     Granted,
     Lease,
     Open,
     Refused,
-    State,
+    Retry,
+    SessionState,
     Unread,
     read_answer,
     respond,
@@ -63,15 +63,15 @@ class StrictDesk:
         self.asked.append(question)
         return Granted(epoch=1, secret=SECRET, robot="toy", mode="lockstep", period=0.1)
 
-    def close(self, question: Close) -> State:
+    def close(self, question: Close) -> SessionState:
         return self.state(Ask(secret=question.secret))
 
-    def state(self, question: Ask) -> State:
+    def state(self, question: Ask) -> SessionState:
         assert len(question.secret) <= 64
         self.asked.append(question)
-        return State(held=False)
+        return SessionState(held=False)
 
-    def again(self, question: Again) -> State:
+    def again(self, question: Retry) -> SessionState:
         assert 0 <= question.attempt < 2**31
         return self.state(Ask(secret=question.secret))
 
@@ -146,8 +146,8 @@ def test_escape_codes_in_a_name_reach_no_terminal() -> None:
     desk = StrictDesk()
     respond(desk, sealed({"kind": "open", "protocol": 2, **GOOD["open"], "controller": "\x1b[2Jme\x07\u202e"}))
     assert desk.asked[0].controller == "?[2Jme??"
-    state = read_answer(written(State(held=True, report={"line": "\x1b[31mout", "list": ["\x9b1m"]})))
-    assert isinstance(state, State)
+    state = read_answer(written(SessionState(held=True, report={"line": "\x1b[31mout", "list": ["\x9b1m"]})))
+    assert isinstance(state, SessionState)
     assert state.report == {"line": "?[31mout", "list": ["?1m"]}
 
 
@@ -260,12 +260,12 @@ def test_whoever_has_read_observations_and_commands_can_neither_take_nor_give_ba
             for question in (
                 Open(request="b", controller="stranger", previous=guess),
                 Close(secret=guess),
-                Again(secret=guess, attempt=2),
+                Retry(secret=guess, attempt=2),
             ):
                 answer = stranger.ask("toy/session", written(question), 5.0)
                 assert answer is not None
                 read = read_answer(answer)
-                assert isinstance(read, Refused) or (isinstance(read, State) and not read.held)
+                assert isinstance(read, Refused) or (isinstance(read, SessionState) and not read.held)
         payload = encode_twist(Twist(0.5))
         forged = CommandTag(tag.epoch, tag.sequence + 100, tag.stamp).encode(payload, "0" * 32)
         stranger.publisher("toy/cmd_vel").put(payload, forged)

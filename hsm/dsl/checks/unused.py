@@ -1,4 +1,4 @@
-"""What is declared and never used."""
+"""What is declared and never used, and events that only somebody outside can send."""
 
 from __future__ import annotations
 
@@ -8,17 +8,27 @@ from hsm.dsl.semantics.analysis import AnalysisInput
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic
 
-_CODES = {"import": "W0601", "parameter": "W0602", "variable": "W0603", "event": "W0604", "raised event": "W0604"}
+_CODES = {
+    "import": "W0601",
+    "parameter": "W0602",
+    "variable": "W0603",
+    "event": "W0604",
+    "raised event": "W0604",
+    "outside event": "N0601",
+}
 _WORDS = {
     "import": "machine `{}` is imported, and no state is an instance of it",
     "parameter": "nothing reads parameter `{}`",
     "variable": "nothing reads variable `{}`",
     "event": "event `{}` is declared, and no transition is on it",
     "raised event": "event `{}` is raised, and neither declared nor is any transition on it",
+    "outside event": "nothing in this file raises event `{}`",
 }
+_SENDERS = "an operator (`maze-machine send {0}`), a script (`run --event-at 1:{0}`) or a scenario can send it"
 
 
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
-    """One finding for each unused import, parameter, variable and event."""
-    for kind, name, place in subject.unused:
-        yield finding(_CODES[kind], place, _WORDS[kind].format(name))
+    """One finding for each unused import, parameter, variable and event, and each event that comes from outside."""
+    for one in subject.unused:
+        senders = _SENDERS.format(one.name) if one.kind == "outside event" else None
+        yield finding(_CODES[one.kind], one.place, _WORDS[one.kind].format(one.name), senders)

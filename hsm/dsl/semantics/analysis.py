@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from hsm.model.chart import Model, State, StateKind
 from hsm.model.diagnostics import Place
@@ -28,6 +29,20 @@ class Stay:
     always: bool
 
 
+class Unused(NamedTuple):
+    """Something that is declared and never used.
+
+    Attributes:
+        kind: ``import``, ``parameter``, ``variable``, ``event``, ``outside event`` or ``raised event``.
+        name: its name.
+        place: where it is declared.
+    """
+
+    kind: str
+    name: str
+    place: Place
+
+
 @dataclass(frozen=True, slots=True)
 class AnalysisInput:
     """One file's machine for the checks; only what is written in this file is reported.
@@ -42,7 +57,7 @@ class AnalysisInput:
         awaiting_unknown: states that may wait for more than is known, by index.
         erroneous: states whose own line is at fault.
         reporting_unknown: states in which something reports outcomes that are not known.
-        unused: kind, name and place of what is declared and never used.
+        unused: what is declared and never used.
     """
 
     file: str
@@ -54,7 +69,7 @@ class AnalysisInput:
     awaiting_unknown: frozenset[int] = frozenset()
     erroneous: frozenset[int] = frozenset()
     reporting_unknown: frozenset[int] = frozenset()
-    unused: tuple[tuple[str, str, Place], ...] = ()
+    unused: tuple[Unused, ...] = ()
 
     def own_states(self) -> Iterator[State]:
         """The states that are written in this file, without the machine itself and history states."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from lark import Token
 
+from hsm.dsl.semantics.analysis import Unused
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import StateSymbol
@@ -173,26 +174,28 @@ class Declarations:
             f"it is an outcome of {' and of '.join(f'`{name}`' for name in names)}, which a state does: `do {names[0]}`"
         )
 
-    def unused(self, imports: Iterable[str]) -> list[tuple[str, str, Place]]:
-        """Kind, name and place of everything that is declared and never used.
+    def unused(self, imports: Iterable[str]) -> list[Unused]:
+        """Everything that is declared and never used.
 
         Args:
             imports: the imported machines that no state is an instance of.
         """
-        found: list[tuple[str, str, Place]] = []
+        found: list[Unused] = []
         if self.heard.unknown:
             return found
         for name in imports:
-            found.append(("import", name, self.context.place(self.context.symbols.imports[name])))
+            found.append(Unused("import", name, self.context.place(self.context.symbols.imports[name])))
         for name, declared in self.context.scope.variables.items():
             if name not in self.context.scope.used:
-                found.append(("parameter" if declared.constant else "variable", name, declared.place))
+                found.append(Unused("parameter" if declared.constant else "variable", name, declared.place))
         for name, place in self.events.items():
             if place is not None and name not in self.heard and name not in self.raised:
-                found.append(("event", name, place))
+                found.append(Unused("event", name, place))
+            elif place is not None and name not in self.raised and name not in self.context.library.events:
+                found.append(Unused("outside event", name, place))
         for name, token in self.raised.items():
             if name not in self.heard and self.events[name] is None and name not in self.context.library.events:
-                found.append(("raised event", name, self.context.place(token)))
+                found.append(Unused("raised event", name, self.context.place(token)))
         return found
 
 

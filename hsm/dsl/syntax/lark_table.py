@@ -10,11 +10,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from sys import intern
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from lark import Lark, Token
 
-Reduction: TypeAlias = tuple[int, str, Callable[[list[Any]], Any] | None]
+
+class Reduction(NamedTuple):
+    """What ends a rule.
+
+    Attributes:
+        size: of how many parts the rule is made.
+        rule: its name.
+        build: makes one value of its parts; None where the single part becomes that rule as it is.
+    """
+
+    size: int
+    rule: str
+    build: Callable[[list[Any]], Any] | None
+
+
 TableRow: TypeAlias = dict[str, int | Reduction]
 
 
@@ -23,8 +37,7 @@ class ParseTable:
     """A parse table.
 
     Attributes:
-        rows: for each state, what to do at each kind of token: a number is the state to go to, a triple reduces so many
-            parts to a rule of that name by that function; without one the single part becomes that rule as it is.
+        rows: for each state, what to do at each kind of token: the number of the state to go to, or a reduction.
         start: the state to begin in.
         end: the state of a whole text.
     """
@@ -51,7 +64,9 @@ class ParseTable:
                     continue
                 size = len(target.expansion)
                 renames = target.options.expand1 and size == 1 and target.alias is None
-                row[kind] = (size, intern(str(target.origin.name)), None if renames else conf.callbacks[target])
+                row[kind] = Reduction(
+                    size, intern(str(target.origin.name)), None if renames else conf.callbacks[target]
+                )
             rows.append(row)
         return cls(tuple(rows), conf.start_state, conf.end_state)
 

@@ -9,7 +9,9 @@ from hsm.testing.exploration.exploring import Edge, Explorer, Moment
 from hsm.testing.mutation.mutating import Mutant
 
 
-def telling(explorer: Explorer, changed: Explorer, mutant: Mutant, moment: Moment) -> Iterator[tuple[Edge, bool]]:
+def distinguishing_steps(
+    explorer: Explorer, changed: Explorer, mutant: Mutant, moment: Moment
+) -> Iterator[tuple[Edge, bool]]:
     """Steps that come by a change, each with whether it leads elsewhere on the changed machine.
 
     A signal that only one of the two machines asks for is free for the other. So each step of the one is taken by the

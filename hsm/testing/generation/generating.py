@@ -15,7 +15,7 @@ from hsm.model.rewriting import parts_of
 from hsm.model.unparse import expression_text
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.exploring import Edge, Explorer, Moment, Regions
-from hsm.testing.generation.distinguishing import telling
+from hsm.testing.generation.distinguishing import distinguishing_steps
 from hsm.testing.generation.goals import Goal, goals_of, goals_on, impossible_goals, short, title_of
 from hsm.testing.mutation.mutating import Mutant, survivors
 from hsm.testing.scenarios.driver import TICK
@@ -178,7 +178,7 @@ class _Search:
         steps = 0
         for key in self._near(mutant):
             way = self.way(*self.parents[key])
-            for edge, elsewhere in telling(self.explorer, changed, mutant, way[-1].target):
+            for edge, elsewhere in distinguishing_steps(self.explorer, changed, mutant, way[-1].target):
                 steps += 1
                 if elsewhere:
                     yield [*way, edge]

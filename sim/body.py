@@ -14,7 +14,7 @@ from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist, wrap_angle
 
 
-class Base:
+class Body:
     """A robot's body in a world of solid things."""
 
     def __init__(self, description: RobotDescription, pose: Pose) -> None:

@@ -25,16 +25,16 @@ from sim.lidar import Lidar
 from sim.maze import Maze
 from sim.noise import disturbed
 from sim.odometry import WheelOdometry, displacement
-from sim.referee import Referee, Verdict, may_open
+from sim.referee import Referee, RefereeReport, may_open
 from sim.settings import SimulatorSettings
 from sim.track import Track
-from sim.world import World
+from sim.world import PhysicalWorld
 from transport.description import RobotDescription
 from transport.messages import STOP, Command, DoorReply, Observation, Pose, Scan, Twist, wrap_angle
 from transport.sanity import observed
 
 
-class Member:
+class RobotInstance:
     """One robot in a world; every random number that concerns it comes from streams of its own."""
 
     def __init__(
@@ -55,7 +55,7 @@ class Member:
         self.pose = self._drawn_start()
         self.path = Track()
         self.path.append(self.pose)
-        self.verdicts: list[Verdict] = []
+        self.verdicts: list[RefereeReport] = []
         self.referee = Referee(maze, settings.rules, self.pose)
 
     def _drawn_start(self) -> Pose:
@@ -71,7 +71,7 @@ class Member:
         """The faults in force now."""
         return [watch.fault for watch in self._watches if watch.holds(time, self.pose)] if self._watches else []
 
-    def obey(self, command: Command, time: float, world: World) -> Twist:
+    def obey(self, command: Command, time: float, world: PhysicalWorld) -> Twist:
         """Take a command, unless it is lost or late, ring if it says so, and say which velocity to strive for."""
         faults = self.faults(time)
         late = next((fault.ticks for fault in faults if isinstance(fault, CommandLate)), 0)
@@ -86,7 +86,7 @@ class Member:
                 self._door = self._ring(heard, world)
         return self._obeyed.twist
 
-    def _ring(self, command: Command, world: World) -> DoorReply:
+    def _ring(self, command: Command, world: PhysicalWorld) -> DoorReply:
         pose = self.pose
         corners = placed(world.bases[self.description.name].outline, pose)
         refusals = {
@@ -100,7 +100,7 @@ class Member:
             return DoorReply(accepted=True)
         return DoorReply(accepted=False, reason=min(refusals.values(), default="the maze has no door"))
 
-    def advance(self, time: float, duration: float, world: World, contacts_before: int) -> None:
+    def advance(self, time: float, duration: float, world: PhysicalWorld, contacts_before: int) -> None:
         """Take note of where a tick has led."""
         name = self.description.name
         pose = world.bases[name].pose
@@ -113,7 +113,7 @@ class Member:
             if isinstance(watch.fault, OdometryJump) and watch.begins(time, pose):
                 self._odometry.jump(Twist(*watch.fault.by))
 
-    def observe(self, time: float, stamp: int, world: World) -> Observation:
+    def observe(self, time: float, stamp: int, world: PhysicalWorld) -> Observation:
         """What the robot's sensors say now."""
         faults = self.faults(time)
         scan, odometry = self._measured(faults, stamp, world), self._odometry.reading(stamp)
@@ -124,7 +124,7 @@ class Member:
         self._last = observed(stamp, scan, odometry, self._door)
         return self._last
 
-    def _measured(self, faults: Sequence[Fault], stamp: int, world: World) -> Scan:
+    def _measured(self, faults: Sequence[Fault], stamp: int, world: PhysicalWorld) -> Scan:
         """The scan of the present place; its noise is drawn whether or not the scan comes through."""
         geometry = self._lidar.geometry
         exact = self._lidar.ranges(world.around(self.description.name), self.pose)
@@ -142,7 +142,7 @@ class Member:
         ranges.flags.writeable = False
         return Scan(stamp, geometry, ranges)
 
-    def try_again(self, time: float, world: World) -> None:
+    def try_again(self, time: float, world: PhysicalWorld) -> None:
         """Begin the next attempt at the start."""
         self.verdicts.append(self.referee.verdict)
         self.pose = pose = self._drawn_start()

@@ -1,0 +1,175 @@
+"""The names of the shipped library without its code, so that checking a machine imports no perception and no skills.
+
+``names.json`` holds what ``robot_library`` declares: names, types, defaults, documentation, and where each thing lies
+in Python. ``python -m maze_machine.catalogue`` writes it anew; a test holds it to the library. What a name
+stands for is imported when somebody asks for it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cache
+from importlib import import_module
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from hsm.model.registry import (
+    ActionDeclaration,
+    ActivityDeclaration,
+    EventDeclaration,
+    Library,
+    Parameter,
+    SignalDeclaration,
+)
+from hsm.model.types import BOOLEAN, INTEGER, QUANTITY_NAMES, Enumeration, Type
+
+FILE = "names.json"
+_SIMPLE: dict[str, Type] = {"bool": BOOLEAN, "int": INTEGER}
+_SIMPLE.update((name, quantity) for quantity, name in QUANTITY_NAMES.items())
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A function or class in Python that is imported when it is needed.
+
+    Attributes:
+        module: where it lies.
+        name: its name there.
+    """
+
+    module: str
+    name: str
+
+    @property
+    def __wrapped__(self) -> Any:
+        """What is there; ``inspect.unwrap`` finds it, so that an editor can show it."""
+        found: Any = import_module(self.module)
+        for part in self.name.split("."):
+            found = getattr(found, part)
+        return found
+
+    def __call__(self, *arguments: object) -> Any:
+        """Call it."""
+        return self.__wrapped__(*arguments)
+
+
+@cache
+def shipped_names(folder: Path) -> Library[Any, Any]:
+    """The shipped library as it is declared: for checks, editors and tests, not for driving.
+
+    Args:
+        folder: where the shipped machines lie.
+    """
+    text = (files("maze_machine.catalogue") / FILE).read_text(encoding="utf-8")
+    return library_of(json.loads(text), folder)
+
+
+def manifest_of(library: Library[Any, Any]) -> dict[str, Any]:
+    """What a library declares, as JSON values."""
+    return {
+        "name": library.name,
+        "enumerations": {
+            name: {"doc": kind.__doc__ or "", "members": {member.name: member.value for member in kind}}
+            for name, kind in library.enumerations.items()
+        },
+        "signals": {
+            one.name: {"type": str(one.type), **_callable(one.function, one.parameters, one.doc)}
+            for one in library.signals.values()
+        },
+        "activities": {
+            one.name: {
+                "outcomes": list(one.outcomes),
+                "holds": list(one.holds),
+                **_callable(one.factory, one.parameters, one.doc),
+            }
+            for one in library.activities.values()
+        },
+        "actions": {one.name: _callable(one.function, one.parameters, one.doc) for one in library.actions.values()},
+        "events": {one.name: one.doc for one in library.events.values()},
+    }
+
+
+def library_of(manifest: Mapping[str, Any], folder: Path) -> Library[Any, Any]:
+    """The library that a manifest describes.
+
+    Args:
+        manifest: as ``manifest_of`` makes it.
+        folder: where machines lie that any machine may import by name.
+    """
+    library: Library[Any, Any] = Library(manifest["name"], folders=[folder])
+    for name, entry in manifest["enumerations"].items():
+        kind: type[StrEnum] = StrEnum(str(name), entry["members"])  # type: ignore[misc]  # the names are data
+        kind.__doc__ = entry["doc"]
+        library.enumerations[name] = kind
+    kinds = library.enumerations
+    for name, entry in manifest["signals"].items():
+        parameters = _parameters(entry["parameters"], kinds)
+        library.signals[name] = SignalDeclaration(
+            name, _type(entry["type"], kinds), _source(entry), parameters, entry["doc"]
+        )
+    for name, entry in manifest["activities"].items():
+        library.activities[name] = ActivityDeclaration(
+            name,
+            _source(entry),
+            tuple(entry["outcomes"]),
+            tuple(entry["holds"]),
+            _parameters(entry["parameters"], kinds),
+            entry["doc"],
+        )
+    for name, entry in manifest["actions"].items():
+        parameters = _parameters(entry["parameters"], kinds)
+        library.actions[name] = ActionDeclaration(name, _source(entry), parameters, entry["doc"])
+    for name, doc in manifest["events"].items():
+        library.events[name] = EventDeclaration(name, doc)
+    return library
+
+
+def text_of(manifest: Mapping[str, Any]) -> str:
+    """A manifest as the file holds it: a declaration a line."""
+    sections = []
+    for section, entries in manifest.items():
+        if not isinstance(entries, dict):
+            sections.append(f"{json.dumps(section)}: {json.dumps(entries)}")
+            continue
+        lines = [f"  {json.dumps(name)}: {json.dumps(entry)}" for name, entry in entries.items()]
+        sections.append(f"{json.dumps(section)}: {{\n" + ",\n".join(lines) + "\n}")
+    return "{\n" + ",\n".join(sections) + "\n}\n"
+
+
+def _callable(function: Any, parameters: Sequence[Parameter], doc: str) -> dict[str, Any]:
+    # An activity with a robot's gains is made from the class that ticks.
+    classes = function.__mro__ if isinstance(function, type) else ()
+    source = next((one for one in classes if "tick" in vars(one)), function)
+    listed = [
+        {"name": one.name, "type": str(one.type), **({} if one.required else {"default": one.default})}
+        for one in parameters
+    ]
+    return {"source": f"{source.__module__}:{source.__qualname__}", "parameters": listed, "doc": doc}
+
+
+def _source(entry: Mapping[str, Any]) -> Source:
+    module, _, name = entry["source"].partition(":")
+    return Source(module, name)
+
+
+def _parameters(entries: Sequence[Mapping[str, Any]], kinds: Mapping[str, type[StrEnum]]) -> tuple[Parameter, ...]:
+    made: list[Parameter] = []
+    for entry in entries:
+        kind = _type(entry["type"], kinds)
+        if "default" not in entry:
+            made.append(Parameter(entry["name"], kind))
+            continue
+        default = entry["default"]
+        made.append(
+            Parameter(entry["name"], kind, kinds[kind.name](default) if isinstance(kind, Enumeration) else default)
+        )
+    return tuple(made)
+
+
+def _type(name: str, kinds: Mapping[str, type[StrEnum]]) -> Type:
+    simple = _SIMPLE.get(name)
+    return Enumeration(name, tuple(member.value for member in kinds[name])) if simple is None else simple

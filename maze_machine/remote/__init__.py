@@ -1,0 +1,1 @@
+"""A running machine that people and programs elsewhere look at and send events to, over the network."""

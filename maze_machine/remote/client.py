@@ -1,0 +1,112 @@
+"""The other side: looks at a running machine and operates it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import ValidationError
+
+from maze_machine.errors import CommandError, ExitStatus
+from maze_machine.remote.messages import Answer, Operation
+from transport.bus import Bus, ask_until
+from transport.clock import Clock, MonotonicClock
+from transport.keys import MachineKeys
+
+_LOOK = 0.02
+"""Between two looks for a tick, s."""
+
+
+class NoMachineError(CommandError):
+    """Nobody drives a robot of that name where one looks."""
+
+    status = ExitStatus.UNREACHABLE
+
+
+class RemoteMachine:
+    """A machine that runs elsewhere.
+
+    Args:
+        bus: the network.
+        robot: the name of the robot that it drives.
+        patience: how long to wait for an answer, s.
+        clock: what time is measured on.
+    """
+
+    def __init__(self, bus: Bus, robot: str, *, patience: float = 3.0, clock: Clock | None = None) -> None:
+        self._bus = bus
+        self._keys = MachineKeys(robot)
+        self._patience = patience
+        self._clock = clock or MonotonicClock()
+
+    def model(self) -> dict[str, Any]:
+        """What does not change during the run.
+
+        Raises:
+            NoMachineError: nobody answers.
+        """
+        return self._asked(self._keys.model, b"")
+
+    def why(self, state: str) -> dict[str, Any]:
+        """What became of a state's transitions in the newest tick.
+
+        Raises:
+            NoMachineError: nobody answers.
+        """
+        return self._asked(self._keys.why, state.encode())
+
+    def operate(self, operation: Operation) -> Answer:
+        """Have something done.
+
+        An operation that nobody answered may have been done or not; it is not repeated, since an event counts twice.
+
+        Raises:
+            NoMachineError: nobody answers.
+        """
+        self.model()  # whoever is not discovered yet hears nothing: this question may be repeated
+        answer = self._bus.ask(self._keys.operate, operation.model_dump_json().encode(), self._patience)
+        if answer is None:
+            raise self._nobody()
+        try:
+            return Answer.model_validate_json(answer)
+        except ValidationError:
+            return Answer(done=False, reason="the answer cannot be read")
+
+    def steps(self, silence: float) -> Iterator[dict[str, Any]]:
+        """The ticks of the run, as they are published, until none has come for a while.
+
+        Args:
+            silence: for how long, s.
+        """
+        newest = self._bus.newest(self._keys.step)
+        heard = self._clock.now()
+        while self._clock.now() - heard < silence:
+            message = newest.take()
+            if message is None:
+                self._clock.wait(_LOOK)
+                continue
+            heard = self._clock.now()
+            step = _object(message.payload)
+            if step is not None:
+                yield step
+
+    def _asked(self, key: str, payload: bytes) -> dict[str, Any]:
+        answer = ask_until(self._bus, key, payload, self._patience, self._clock)
+        found = None if answer is None else _object(answer)
+        if found is None:
+            raise self._nobody()
+        return found
+
+    def _nobody(self) -> NoMachineError:
+        return NoMachineError(
+            f"no machine that drives `{self._keys.robot}` answers", "start it with `maze-machine run --open ENDPOINT`"
+        )
+
+
+def _object(payload: bytes) -> dict[str, Any] | None:
+    try:
+        found = json.loads(payload)
+    except (ValueError, RecursionError):
+        return None
+    return found if isinstance(found, dict) else None

@@ -1,0 +1,229 @@
+"""A running machine that is open to others: what they see, what they may do, and that the loop waits for nobody."""
+
+import json
+import socket
+import threading
+from contextlib import contextmanager
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from maze_machine.catalogue.profile import load_profile
+from maze_machine.cli import app
+from maze_machine.drive.mission import drive, prepare
+from maze_machine.drive.operation import Schedule
+from maze_machine.errors import UsageError
+from maze_machine.remote.client import NoMachineError, RemoteMachine
+from maze_machine.remote.messages import (
+    Advance,
+    End,
+    OperationError,
+    Pause,
+    Resume,
+    SendEvent,
+    encoded,
+    read_operation,
+)
+from maze_machine.remote.opened import BACKLOG, OpenRun
+from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport.connect import dialling, listening
+from transport.memory_bus import MemoryNetwork
+from transport.security import Access, Identity, make_certificates
+from transport.world import LockstepRobot
+
+MACHINE = """machine waiting
+
+event go, halt
+
+var heard : int = 0
+
+initial idle
+
+state idle
+    do stop()
+    on go -> moving    / heard += 1
+
+state moving
+    do drive(speed = 0.2 m/s)
+    on halt    -> idle
+    on blocked -> idle
+"""
+
+
+@pytest.fixture
+def mission(tmp_path):
+    path = tmp_path / "waiting.maze-machine"
+    path.write_text(MACHINE, encoding="utf-8")
+    return prepare(str(path), load_profile("pico"), time_limit=20.0)
+
+
+@contextmanager
+def running(mission, *, pausable=True):
+    """The mission in the corridor, in a thread of its own; its ticks, its run and a client of it."""
+    network = MemoryNetwork()
+    seen = []
+    with OpenRun(network.bus(), mission, pausable=pausable) as opened:
+        client = RemoteMachine(network.bus(), mission.profile.robot.name)
+        assert client.operate(Pause()).done == pausable
+        world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
+        robot = LockstepRobot(world)
+        work = threading.Thread(target=lambda: drive(mission, robot, robot, [seen.append, opened], operator=opened))
+        work.start()
+        try:
+            yield seen, client, work
+        finally:
+            client.operate(End())
+            work.join(60)
+            assert not work.is_alive()
+
+
+def until(condition, seconds=30.0):
+    event = threading.Event()
+    for _ in range(int(seconds / 0.01)):
+        if condition():
+            return
+        event.wait(0.01)
+    raise AssertionError("it did not come to that")
+
+
+def test_an_operator_sends_events_and_steps_through_the_run(mission):
+    with running(mission) as (seen, client, _):
+        until(lambda: len(seen) == 1)
+        assert client.operate(SendEvent(name="go")).done
+        assert client.operate(Advance(ticks=1)).done
+        until(lambda: len(seen) == 2)
+        assert seen[1].events == ("go",)
+        assert seen[1].configuration == ("moving",)
+        assert seen[1].variables["heard"] == 1
+        assert client.operate(Advance(ticks=3)).done
+        until(lambda: len(seen) == 5)
+        assert client.operate(SendEvent(name="halt")).done
+        assert client.operate(Advance()).done
+        until(lambda: len(seen) == 6)
+        assert seen[5].configuration == ("idle",)
+
+
+def test_a_viewer_sees_the_machine_and_asks_why(mission):
+    with running(mission) as (seen, client, _):
+        until(lambda: len(seen) == 1)
+        model = client.model()
+        assert model["machine"] == "waiting"
+        assert {"go", "halt"} <= set(model["events"])
+        assert [one["name"] for one in model["states"]] == ["idle", "moving"]
+        steps = client.steps(10.0)
+        client.operate(Advance())
+        step = next(steps)
+        assert step["states"] == ["idle"]
+        assert step["doing"] == {"idle": "stop"}
+        assert step["variables"] == {"heard": 0}
+        client.operate(SendEvent(name="halt"))
+        client.operate(Advance())
+        until(lambda: seen[-1].events == ("halt",))
+        why = client.why("idle")
+        assert why["active"] is True
+        assert client.why("nowhere")["reason"] == "machine waiting has no state `nowhere`"
+
+
+def test_an_operator_ends_the_run(mission):
+    with running(mission) as (_, client, work):
+        assert client.operate(Resume()).done
+        assert client.operate(End()).done
+        work.join(60)
+        assert not work.is_alive()
+
+
+@pytest.mark.parametrize("event", ["gone", "", "x" * 300])
+def test_an_event_that_the_machine_does_not_know_is_refused(mission, event):
+    with running(mission) as (seen, client, _):
+        answer = client._bus.ask("pico/machine/operate", encoded({"kind": "event", "name": event}), 5.0)
+        assert json.loads(answer)["done"] is False
+        client.operate(Advance(ticks=2))
+        until(lambda: len(seen) >= 2)
+        assert all(tick.events == () for tick in seen)
+
+
+def test_more_events_than_can_wait_are_refused(mission):
+    with running(mission) as (_, client, _work):
+        answers = [client.operate(SendEvent(name="go")).done for _ in range(BACKLOG + 1)]
+        assert answers == [True] * BACKLOG + [False]
+
+
+def test_a_robot_that_does_not_wait_cannot_be_paused(mission):
+    with running(mission, pausable=False) as (_, client, _work):
+        assert "only a simulation" in client.operate(Pause()).reason
+
+
+def test_nobody_there_is_one_message():
+    client = RemoteMachine(MemoryNetwork().bus(), "pico", patience=0.05)
+    with pytest.raises(NoMachineError, match="no machine that drives `pico` answers"):
+        client.operate(End())
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(st.binary(max_size=200) | st.recursive(st.none() | st.integers() | st.text(max_size=9), st.lists).map(encoded))
+def test_any_question_is_an_operation_or_refused(payload):
+    try:
+        operation = read_operation(payload)
+    except OperationError:
+        return
+    assert operation.kind in ("event", "pause", "resume", "advance", "end")
+
+
+def test_a_schedule_sends_each_event_once_at_its_tick():
+    schedule = Schedule([(0.2, "b"), (0.0, "a"), (0.2, "c")])
+    assert [list(schedule.events(index, 5.0 + index / 10)) for index in range(4)] == [["a"], [], ["b", "c"], []]
+
+
+def run(*arguments):
+    done = CliRunner().invoke(app, ["run", *map(str, arguments), "--no-picture"])
+    return done.exit_code, done.stdout, done.stderr
+
+
+def test_a_scripted_event_is_in_the_trace_and_in_the_replay(tmp_path):
+    machine, trace, recording = (tmp_path / name for name in ("waiting.maze-machine", "t.jsonl", "r.mcap"))
+    machine.write_text(MACHINE, encoding="utf-8")
+    at = ("--event-at", "1:go", "--event-at", "2.5:halt", "--time-limit", 4, "--maze", "corridor")
+    run(machine, *at, "--trace", trace, "--record", recording)
+    lines = [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()[1:]]
+    heard = {line["tick"]: line["events"] for line in lines if "events" in line}
+    assert heard == {10: ["go"], 25: ["halt"]}
+    assert (lines[10]["states"], lines[25]["states"]) == (["moving"], ["idle"])
+    again = tmp_path / "again.jsonl"
+    done = CliRunner().invoke(app, ["replay", str(recording), "--trace", str(again)])
+    assert done.exit_code == 0, done.output
+    assert again.read_bytes() == trace.read_bytes()
+
+
+@pytest.mark.parametrize("entry", ["go", "x:go", "-1:go", "nan:go", "1:", "1:gone", "1e400:go"])
+def test_a_wrong_script_is_refused(tmp_path, entry):
+    machine = tmp_path / "waiting.maze-machine"
+    machine.write_text(MACHINE, encoding="utf-8")
+    status, _, told = run(machine, "--event-at", entry)
+    assert status == UsageError.status
+    assert len(told.strip().splitlines()) == 1
+
+
+def test_a_watcher_looks_on_and_an_operator_operates(tmp_path, mission):
+    pytest.importorskip("trustme")
+    access = Access(controllers={"alice": ["pico"]}, watchers={"eve": ["pico"]}, operators={"olga": ["pico"]})
+    make_certificates(tmp_path / "ca", access)
+    alice, eve, olga = (Identity.at(tmp_path / "ca" / name) for name in ("alice", "eve", "olga"))
+    endpoint = f"tls/localhost:{free_port()}"
+    with listening(endpoint, security=alice.listening()) as bus, OpenRun(bus, mission, pausable=True) as opened:
+        with dialling(endpoint, security=eve.dialling()) as theirs:
+            watcher = RemoteMachine(theirs, "pico", patience=5.0)
+            assert watcher.model()["machine"] == "waiting"
+            with pytest.raises(NoMachineError):
+                RemoteMachine(theirs, "pico", patience=0.5).operate(End())
+        assert opened.ended == ""
+        with dialling(endpoint, security=olga.dialling()) as theirs:
+            assert RemoteMachine(theirs, "pico", patience=5.0).operate(SendEvent(name="go")).done
+        assert list(opened.events(0, 0.0)) == ["go"]
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]

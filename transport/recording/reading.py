@@ -1,0 +1,273 @@
+"""Recordings put together from messages: our own tick by tick, and anybody else's at the robot's beat.
+
+In a recording of ours every tick is a message, with what the machine did; its observations come out bit for bit,
+whether or not the file still says what run it was. In any other one a tick is what a controller would have had at each
+beat: the newest scan and odometry received by then, with their ages. Its stamps begin at one period.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import Field, TypeAdapter, ValidationError
+
+from transport import codec
+from transport.messages import (
+    NANOSECONDS,
+    STOP,
+    Command,
+    DoorReply,
+    LinkStatus,
+    Observation,
+    Odometry,
+    Scan,
+    Twist,
+)
+from transport.recording.frames import mount_in
+from transport.recording.messages import Message, Messages, messages_of
+from transport.recording.values import RecordedTick, Recording, RecordingError, Topics
+from transport.wording import in_words
+
+MOST_BYTES = 1_000_000_000
+"""The messages that are wanted are not longer than this together."""
+MOST_TICKS = 1_000_000
+"""A recording has no more ticks, more than a day at 10 Hz."""
+DEEPEST = 8
+"""What a recorded step says is not nested deeper."""
+PERIOD = 0.1
+"""The robot's beat where nobody says it, s."""
+
+T = TypeVar("T")
+Stamp = Annotated[int, Field(ge=0, lt=2**63)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """What the text of a tick says."""
+
+    stamp: Stamp
+    link: LinkStatus
+    ring: bool
+    answers: Annotated[int, Field(ge=0, lt=2**63)]
+    step: dict[str, Any]
+    door: DoorReply | None = None
+
+
+_TOLD = TypeAdapter(_Told)
+_WORDS = TypeAdapter(list[str])
+
+
+def read_recording(path: Path, topics: Topics = Topics(), *, period: float = PERIOD) -> Recording:  # noqa: B008 - frozen
+    """Read a recorded run.
+
+    Args:
+        path: an MCAP file, a rosbag2 database or a rosbag2 folder.
+        topics: which topics to read; what is None there is found.
+        period: the beat of the ticks of a recording that is not ours, s.
+
+    Raises:
+        RecordingError: the file cannot be read or is no recording, or scan or odometry are missing in it.
+    """
+    try:
+        source = messages_of(path)
+        wanted = _Wanted(source)
+        return _own(wanted) if wanted.ticks and topics == Topics() else _foreign(wanted, topics, period)
+    except OSError as error:
+        raise RecordingError(f"cannot read the recording {path}: {error.strerror or error}") from None
+    except RecordingError as error:
+        raise RecordingError(f"{path} {error}") from None
+
+
+class _Wanted:
+    """The messages of a file that may be scans, odometry, commands, ticks or static transforms, in their order."""
+
+    def __init__(self, source: Messages) -> None:
+        self.messages: list[Message] = []
+        self.heard: dict[str, str] = {}
+        left = MOST_BYTES
+        for message in source:
+            self.heard.setdefault(message.topic, message.kind)
+            if message.kind in _KINDS and (message.kind != codec.TRANSFORMS or message.topic.endswith("tf_static")):
+                left -= len(message.data)
+                if left < 0:
+                    raise RecordingError(f"has more than {MOST_BYTES // 1_000_000} MB of scans and odometry")
+                self.messages.append(message)
+        self.run, self.complete = source.run, source.complete
+        if not self.heard:
+            cut = "" if self.complete else ": it was cut off before the first chunk was written"
+            raise RecordingError(f"holds no message{cut}")
+        self.ticks = self._ticks()
+
+    def of(self, *kinds: str) -> list[str]:
+        """The topics with messages of these kinds."""
+        return sorted(topic for topic, kind in self.heard.items() if kind in kinds)
+
+    def _ticks(self) -> str:
+        """The topic of our own ticks, or nothing."""
+        beside = [topic for topic in self.of(codec.STRING) if topic.rpartition("/")[2] == "tick"]
+        return next((topic for topic in beside if f"{topic.removesuffix('tick')}scan" in self.heard), "")
+
+
+_KINDS = (codec.LASER_SCAN, codec.ODOMETRY, codec.TWIST, codec.TWIST_STAMPED, codec.STRING, codec.TRANSFORMS)
+
+
+def _own(wanted: _Wanted) -> Recording:
+    prefix = wanted.ticks.removesuffix("tick")
+    ticks = tuple(_own_ticks(wanted, prefix))
+    if not ticks:
+        raise RecordingError("holds no tick")
+    robot = wanted.run.get("robot") or prefix.strip("/") or "robot"
+    topics = Topics(f"{prefix}scan", f"{prefix}odom", f"{prefix}cmd_vel")
+    laser = ticks[0].observation.scan.geometry
+    return Recording(robot, wanted.run, ticks, wanted.complete, own=True, topics=topics, laser=laser)
+
+
+def _own_ticks(wanted: _Wanted, prefix: str) -> Iterator[RecordedTick]:
+    scan: Scan | None = None
+    odometry: Odometry | None = None
+    twist = STOP
+    for message in wanted.messages:
+        try:
+            match message.topic.removeprefix(prefix):
+                case "scan":
+                    scan = codec.decode_scan(message.data)
+                case "odom":
+                    odometry = codec.decode_odometry(message.data)
+                case "cmd_vel":
+                    twist = codec.decode_twist(message.data)
+                case "tick" if scan is not None and odometry is not None:
+                    told = _told(codec.decode_text(message.data))
+                    # A recording that begins at the time of day has all its stamps later by the same time.
+                    later = message.stamp - told.stamp
+                    seen = replace(scan, stamp=scan.stamp - later), replace(odometry, stamp=odometry.stamp - later)
+                    observation = Observation(told.stamp, *seen, told.door, told.link)
+                    yield RecordedTick(observation, Command(twist, told.ring, told.answers), told.step)
+        except codec.CodecError as error:
+            raise RecordingError(f"is spoilt: {error}") from None
+
+
+def _told(text: str) -> _Told:
+    try:
+        told = _TOLD.validate_python(json.loads(text))
+        for name in ("states", "taken", "reasons"):
+            _WORDS.validate_python(told.step.get(name, []))
+    except ValidationError as error:
+        raise RecordingError(f"has a tick that is none: {in_words(error.errors()[0])}") from None
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(f"has a tick that is no JSON: {type(error).__name__}") from None
+    if _is_deeper(told.step, DEEPEST):
+        raise RecordingError(f"has a tick that is nested deeper than {DEEPEST}")
+    return told
+
+
+def _is_deeper(value: object, levels: int) -> bool:
+    if not isinstance(value, dict | list):
+        return False
+    inner = value.values() if isinstance(value, dict) else value
+    return levels == 0 or any(_is_deeper(one, levels - 1) for one in inner)
+
+
+@dataclass(slots=True)
+class _Sensed:
+    """The newest of each as the messages go by, with when it came, ns."""
+
+    scan: tuple[int, Scan] | None = None
+    odometry: tuple[int, Odometry] | None = None
+    twist: Twist = STOP
+    skipped: int = 0
+    ticks: list[RecordedTick] = field(default_factory=list)
+
+
+def _foreign(wanted: _Wanted, asked: Topics, period: float) -> Recording:
+    topics = Topics(
+        _chosen(wanted, "scan", asked.scan, codec.LASER_SCAN),
+        _chosen(wanted, "odometry", asked.odometry, codec.ODOMETRY),
+        asked.command or next(iter(wanted.of(codec.TWIST, codec.TWIST_STAMPED)), None),
+    )
+    sensed = _Sensed()
+    _tick_through(wanted, topics, sensed, round(period * NANOSECONDS))
+    if sensed.scan is None or sensed.odometry is None or not sensed.ticks:
+        lacks = "scan" if sensed.scan is None else "odometry"
+        raise RecordingError(f"has no {lacks} that can be decoded" if sensed.skipped else f"has no {lacks} in time")
+    first = sensed.ticks[0].observation.scan.geometry
+    robot = wanted.run.get("robot") or str(topics.scan).strip("/").rpartition("/")[0] or "robot"
+    mount = mount_in(wanted.messages, str(topics.scan), str(topics.odometry))
+    return Recording(
+        robot, {}, sensed.ticks, wanted.complete, own=False, topics=topics, laser=first, mount=mount,
+        skipped=sensed.skipped,
+    )  # fmt: skip
+
+
+def _chosen(wanted: _Wanted, what: str, asked: str | None, kind: str) -> str:
+    """The topic for something: the one that is asked for, or the only one, or the one with the usual name."""
+    found = wanted.of(kind)
+    if asked is not None:
+        if asked in found:
+            return asked
+        raise RecordingError(f"has no {kind} on `{asked}`; {_listed(wanted, found)}")
+    usual = [topic for topic in found if topic.rpartition("/")[2] in ("scan", "odom")]
+    for topics in (found, usual):
+        if len(topics) == 1:
+            return topics[0]
+    if found:
+        option = {"scan": "--scan", "odometry": "--odometry"}[what]
+        raise RecordingError(f"has several topics for the {what}: name one with {option}; {_listed(wanted, found)}")
+    raise RecordingError(f"has no {what} ({kind}); {_listed(wanted, found)}")
+
+
+def _listed(wanted: _Wanted, found: Sequence[str]) -> str:
+    shown = list(found) or sorted(wanted.heard)
+    names = ", ".join(f"{topic[:80]} ({wanted.heard[topic][:60]})" for topic in shown[:12])
+    return f"it has {names}{' and more' if len(shown) > 12 else ''}"
+
+
+def _tick_through(wanted: _Wanted, topics: Topics, sensed: _Sensed, period: int) -> None:
+    """Go through the messages, one beat after the other from where scan and odometry are both there."""
+    decoders: Mapping[str | None, Callable[[Message], None]] = {
+        topics.command: lambda message: setattr(sensed, "twist", _twist(message)),
+        topics.odometry: lambda message: setattr(
+            sensed, "odometry", (message.stamp, codec.decode_odometry(message.data))
+        ),
+        topics.scan: lambda message: setattr(sensed, "scan", (message.stamp, codec.decode_scan(message.data))),
+    }
+    began = beat = last = -1
+    for message in sorted(wanted.messages, key=lambda message: message.stamp):
+        if message.topic not in decoders:
+            continue
+        last = message.stamp
+        if beat >= 0 and last - began > MOST_TICKS * period:
+            raise RecordingError(f"is longer than {MOST_TICKS} beats of {period / NANOSECONDS:g} s")
+        while 0 <= beat < last:
+            sensed.ticks.append(_tick(sensed, beat, beat - began + period))
+            beat += period
+        try:
+            decoders[message.topic](message)
+        except codec.CodecError:
+            sensed.skipped += 1
+        if beat < 0 and sensed.scan is not None and sensed.odometry is not None:
+            began = beat = last
+    if 0 <= beat <= last:
+        sensed.ticks.append(_tick(sensed, beat, beat - began + period))
+
+
+def _twist(message: Message) -> Twist:
+    stamped = message.kind == codec.TWIST_STAMPED
+    return codec.decode_twist_stamped(message.data) if stamped else codec.decode_twist(message.data)
+
+
+def _tick(sensed: _Sensed, beat: int, stamp: int) -> RecordedTick:
+    assert sensed.scan is not None
+    assert sensed.odometry is not None
+    (heard, scan), (felt, odometry) = sensed.scan, sensed.odometry
+    ages = (beat - heard) / NANOSECONDS, (beat - felt) / NANOSECONDS
+    observation = Observation(
+        stamp,
+        replace(scan, stamp=max(stamp - (beat - heard), 0)),
+        replace(odometry, stamp=max(stamp - (beat - felt), 0)),
+        link=LinkStatus(*ages),
+    )
+    return RecordedTick(observation, Command(sensed.twist))

@@ -112,7 +112,8 @@ def one_proof(name):
     zones = max(one.states for one in verdicts)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"{name:18}{count[Status.PROVED]:8}{count[Status.BOUNDED]:9}{count[Status.VIOLATED]:10}"
-          f"{count[Status.UNDECIDED]:11}{zones:7}{verdicts[0].states:8}{seconds:7.1f}{memory:6.0f}", flush=True)  # fmt: skip
+          f"{count[Status.UNDECIDED]:11}{zones:7}{verdicts[0].states:8}{seconds:7.1f}{memory:6.0f}",
+          flush=True)  # fmt: skip
 
 
 def tests(names):

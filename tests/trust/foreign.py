@@ -106,8 +106,10 @@ state idle
 state cooking
     do heat()
     when lid.open                      -> opened
-    on stop                            -> idle    / minutes = 0
-    after 60 s                         -> idle    / minutes = 0
+    on stop                            -> rest    / minutes = 0
+    after 60 s                         -> rest    / minutes = 0
+state rest
+    after 0.5 s                        -> idle
 state opened
     when not lid.open                  -> idle
 """,
@@ -115,7 +117,7 @@ state opened
 machine lock
 event key
 var tries : int = 0
-property closed : after in(locked), in(checked) before in(unlocked)
+property closed : after in(locked), code.right before in(unlocked)
 property thrice : always tries <= 3
 property again  : after in(unlocked), in(locked) within 10.2 s
 initial locked
@@ -159,7 +161,7 @@ event up, down
 var gear : int = 1
 property gears   : always gear >= 1 and gear <= 5
 property coasts  : never in(shifting) and doing(drive)
-property settles : always eventually in(engaged) within 2.2 s
+property settles : always eventually not in(shifting) within 2.3 s
 initial engaged
 state engaged
     do drive()
@@ -167,20 +169,23 @@ state engaged
     on down if gear > 1 -> shifting / gear -= 1
 state shifting
     do shift()
-    on done, failed     -> engaged
-    after 2 s           -> engaged
+    on done, failed     -> settled
+    after 2 s           -> settled
+state settled
+    do drive()
+    after 0.3 s         -> engaged
 """,
     "vacuum": """
 machine vacuum
 event home
 param low : number = 0.2
 property quiet    : never doing(suck) and in(returning)
-property charged  : after in(docked), in(full) before in(cleaning)
-property returns  : after in(returning), in(docked) or in(stuck) within 91 s
+property charged  : after in(docked), charge > 0.9 before in(cleaning)
+property returns  : after in(returning), not in(returning) within 91 s
 initial docked
 state docked
     do dock()
-    when charge > 0.9 -> full
+    after 1 s if charge > 0.9 -> full
 state full
     do wait()
     when dirty        -> cleaning
@@ -196,15 +201,15 @@ state returning
     after 90 s   -> stuck
 state stuck
     do wait()
-    on home      -> returning
+    after 5 s    -> returning
 """,
     "coffee": """
 machine coffee
 event press
 var served : int = 0
 property cup    : never doing(brew) and not in(brewing)
-property ground : after in(grinding), in(filled) before in(brewing)
-property ends   : always eventually in(ready) within 60.5 s
+property ground : after in(ready), in(grinding) before in(brewing)
+property ends   : after in(brewing), not in(brewing) within 39.2 s
 property counts : always served <= 8
 initial ready
 state ready
@@ -234,7 +239,7 @@ var high : length = 2 m
 property dry     : never doing(pump) and in(empty)
 property limit   : always high <= 2 m
 property stops   : always eventually not in(filling) within 120.5 s
-property drained : after in(spilling), in(emptying) or in(empty) within 1.2 s
+property drained : after in(spilling), not in(spilling) within 1.2 s
 initial empty
 state empty
     do hold()
@@ -280,7 +285,7 @@ state suspended
 machine crossing
 property shut   : never in(passing) and in(open)
 property warned : after in(open), in(warning) before in(lowering)
-property closes : after in(near), in(closed) or in(broken) within 16.5 s
+property closes : after in(near) and in(warning), in(closed) or in(broken) within 16.5 s
 initial both
 parallel both
     state gate
@@ -317,8 +322,8 @@ parallel both
 }
 
 MISTAKES = (
-    Mistake("elevator", "one floor too many", "when above and floor < 3 -> rising", "when above and floor <= 3 -> rising",
-            "range"),
+    Mistake("elevator", "one floor too many", "when above and floor < 3 -> rising",
+            "when above and floor <= 3 -> rising", "range"),
     Mistake("elevator", "patience of the door", "after 5 s                -> open", "after 50 s               -> open",
             "served"),
     Mistake("microwave", "heating with an open door", "state opened\n", "state opened\n    do heat()\n", "safe"),
@@ -330,12 +335,12 @@ MISTAKES = (
     Mistake("traffic_light", "a light that stays", "after 8 s                 -> side_yellow\n",
             "after 8 s if car.waiting and not car.waiting -> side_yellow\n", "waits"),
     Mistake("gear_box", "a sixth gear", "on up if gear < 5 ", "on up if gear <= 5", "gears"),
-    Mistake("gear_box", "a shift without end", "    after 2 s           -> engaged\n", "", "settles"),
-    Mistake("vacuum", "no wait for the charge", "when charge > 0.9 -> full", "when charge > 0.9 -> cleaning", "charged"),
+    Mistake("gear_box", "a shift without end", "    after 2 s           -> settled\n", "", "settles"),
+    Mistake("vacuum", "no wait for the charge", "if charge > 0.9 -> full", "if charge > 0.09 -> full",
+            "charged"),
     Mistake("vacuum", "lost on the way", "    after 90 s   -> stuck\n", "", "returns"),
-    Mistake("coffee", "not ground", "on press if cup.there and served < 8 -> grinding",
-            "on press if cup.there and served < 8 -> grinding\n    on press if not cup.there -> grinding\n"
-            "    on press -> brewing", "counts"),
+    Mistake("coffee", "not ground", "on press if served >= 8              -> emptying",
+            "on press                             -> brewing", "ground"),
     Mistake("coffee", "never emptied", "and served < 8 -> grinding", "-> grinding", "counts"),
     Mistake("pump", "any level is remembered", "when level < 1 m and level >= 0 m -> full", "when level > 1 m -> full",
             "limit"),

@@ -13,6 +13,7 @@ from hsm.testing.scenarios.script import Script, scripted_machine
 from hsm.testing.scenarios.writing import Writer
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
+from tests.trust.foreign import MACHINES, MISTAKES, foreign_machine
 from tests.trust.random_machines import cross_checked, replays
 
 NAMES = sorted(shipped_machines().keys() - {"tremaux", "pledge", "pledge_smooth"})
@@ -338,6 +339,19 @@ def test_all_properties_of_shipped_machines_are_proved(name):
 def test_proofs_of_random_machines_are_not_contradicted_by_random_runs(seed):
     found = cross_checked(seed, runs=30)
     assert not found.contradicted
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_properties_of_other_machines_are_proved(name):
+    assert [str(one) for one in check(foreign_machine(name)) if not one.proved] == []
+
+
+@pytest.mark.parametrize("mistake", MISTAKES, ids=lambda one: f"{one.machine}: {one.what}")
+def test_a_mistake_in_one_of_them_is_found(mistake):
+    machine = foreign_machine(mistake.machine, mistake)
+    (verdict,) = check(machine, only={mistake.broken})
+    assert verdict.violated
+    assert replays(machine, verdict)
 
 
 def test_random_runs_do_find_violations():

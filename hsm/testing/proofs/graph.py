@@ -15,7 +15,7 @@ from typing import Any
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.machine import Machine
 from hsm.model.chart import After, Always, Assign, Model, On, When
-from hsm.model.expressions import Expression, VariableValue
+from hsm.model.expressions import Expression, Literal, VariableValue
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
 from hsm.testing.proofs.conditions import Evaluator
@@ -158,7 +158,7 @@ class Graph:
         self.evaluator = Evaluator(
             self.symbols, machine.generator.variables, machine.indices, values, compared=self.regions.compared
         )
-        self.regions.look_ahead(self.evaluator, [*expressions_of(model), *stated], values)
+        self.regions.look_ahead(self.evaluator, [*expressions_of(model), *stated], _constants(model), values)
         self._selections = Selections(machine, self.evaluator)
         microsteps = Microsteps(machine, self.evaluator, frozenset(scopes), self._duration)
         self.stepper = Stepper(machine, self._selections, microsteps, events, self.regions.settled)
@@ -279,6 +279,14 @@ def events_of(model: Model) -> list[str]:
     """The names that may come from outside, of those that some transition waits for; raised ones among them."""
     waited = (name for one in model.transitions if isinstance(one.trigger, On) for name in one.trigger.names)
     return [name for name in dict.fromkeys(waited) if model.events is None or name in model.events]
+
+
+def _constants(model: Model) -> Iterator[tuple[str, Any]]:
+    """The constants that variables are given, each with the variable's name."""
+    assigned = ((one.variable, one.value) for one in actions_of(model) if isinstance(one, Assign))
+    for name, value in (*((one.name, one.initial) for one in model.variables), *assigned):
+        if isinstance(value, Literal):
+            yield name, value.value
 
 
 def _deciding(model: Model) -> Iterator[Expression]:

@@ -8,7 +8,7 @@ what is proved of it is proved of the machine.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -99,14 +99,30 @@ class Regions:
                 self._thresholds[slot] |= new
                 self._cuts[slot] = None
 
-    def look_ahead(self, evaluator: Evaluator, expressions: Sequence[Expression], known: Sequence[Value]) -> None:
-        """Take down the thresholds that are written in expressions, whatever value the variable has when it is met."""
+    def look_ahead(
+        self,
+        evaluator: Evaluator,
+        expressions: Sequence[Expression],
+        constants: Iterable[tuple[str, Any]],
+        known: Sequence[Value],
+    ) -> None:
+        """Take down where variables may meet known values, whatever they are then.
+
+        Args:
+            evaluator: evaluates expressions.
+            expressions: all in which variables may be compared.
+            constants: that are assigned, each with the variable's name.
+            known: the values of parameters.
+        """
         comparisons = [
             part
             for one in expressions
             for part in parts_of(one)
             if isinstance(part, Binary) and part.operator in COMPARISONS and not isinstance(part.left.type, Boolean)
         ]
+        for name, given in constants:
+            if isinstance(self._types[evaluator.slots[name]], Integer) and isinstance(given, int):
+                self._thresholds[evaluator.slots[name]].update((given, given + 1))
         for part in comparisons:
             for name in {one.name for one in parts_of(part) if isinstance(one, VariableValue)}:
                 slot = evaluator.slots[name]

@@ -24,7 +24,7 @@ from perception.sweep import Floats, ScanPoints
 from perception.walls import Centre, Wall, centre_of, clearance_of, nearest_wall, without_own_body
 from perception.world import WorldModel, to_robot
 from transport.arithmetic import norm
-from transport.description import RobotDescription
+from transport.description import RobotDescription, fitted
 from transport.messages import Observation, Pose
 
 
@@ -219,9 +219,9 @@ class Perception:
     def __init__(
         self, robot: RobotDescription, settings: PerceptionSettings | None = None, world: WorldModel | None = None
     ) -> None:
-        """Args: the robot, the thresholds, and what it shall know before the run; by default nothing."""
+        """Args: the robot, the thresholds, by default of its size, and what it knows beforehand, by default nothing."""
         self.robot = robot
-        self.settings = settings or PerceptionSettings()
+        self.settings = settings or fitted(PerceptionSettings(), robot)
         self.world = world or WorldModel(self.settings)
 
     def facts(self, observation: Observation) -> Facts:

@@ -1,4 +1,8 @@
-"""Perception's section of a robot profile: thresholds and sizes."""
+"""Perception's section of a robot profile: thresholds and sizes.
+
+Lengths are given for the default robot and grow with the robot's radius, unless a profile says them. What is measured
+against the laser's noise does not grow, nor do the odometry's steps.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +12,18 @@ from typing import Annotated
 from pydantic import Field
 
 from perception.mapping.settings import MappingSettings
-from transport.section import Positive, Settings
+from transport.section import Grows, Length, NotNegative, Positive, Settings
 
 Share = Annotated[float, Field(ge=0, le=1)]
-Count = Annotated[int, Field(ge=1)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=1, le=100_000)]
+Step = Annotated[float, Field(ge=0.002, le=1.6, allow_inf_nan=False)]
+"""Of a grid, m or rad: a finer one would take more memory than there is."""
+Cell = Annotated[Step, Grows(size=1)]
+"""A step, m, that grows with the radius of the robot."""
+Reach = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False), Grows(size=1)]
+"""How far a grid goes, m; it grows with the radius of the robot."""
+LengthOrZero = Annotated[NotNegative, Grows(size=1)]
+"""A length, m, that may be zero and grows with the radius of the robot."""
 
 
 class LineSettings(Settings):
@@ -23,7 +34,7 @@ class LineSettings(Settings):
     merge: Positive = 0.001
     """Neighbours are put together again if their hits deviate from one line by at most so much more than from two, m
     (root mean square)."""
-    nearest: Positive = 0.2
+    nearest: Length = 0.2
     """Walls are at least so far from the sensor, m: neighbouring hits too far apart for that belong to two walls."""
     jump: Positive = 0.05
     """So much farther apart than that, m."""
@@ -31,7 +42,7 @@ class LineSettings(Settings):
     """So many beams without a hit do not interrupt a wall."""
     min_hits: Annotated[int, Field(ge=3)] = 5
     """A wall has at least so many hits."""
-    min_length: Positive = 0.1
+    min_length: Length = 0.1
     """A wall is at least so long, m."""
     max_residual: Positive = 0.03
     """Root mean square distance of a wall's hits from its line, at most, m."""
@@ -44,7 +55,7 @@ class CompassSettings(Settings):
     """Walls meet at multiples of this angle, rad."""
     spread: Positive = math.radians(6)
     """Walls within this angle of each other agree, rad."""
-    min_length: Positive = 0.4
+    min_length: Length = 0.4
     """Total length of the walls that must agree before anything is said, m."""
     min_confidence: Share = 0.4
     """Share of the walls' weight that must agree before anything is said."""
@@ -55,15 +66,15 @@ class CompassSettings(Settings):
 class HoughSettings(Settings):
     """The Hough transform of 2015."""
 
-    area: Positive = 2.0
+    area: Reach = 2.0
     """Half the width of the trust area, m."""
-    step: Positive = math.radians(1)
+    step: Step = math.radians(1)
     """Angle between two columns of the grid, rad."""
-    cell: Positive = 0.02
+    cell: Step = 0.02
     """Distance between two lines of the grid, m."""
     min_share: Share = 0.08
     """A wall has at least this share of the hits in the trust area."""
-    apart: Positive = 0.2
+    apart: Length = 0.2
     """Parallel walls are at least so far apart, m."""
 
 
@@ -72,7 +83,7 @@ class LandmarkSettings(Settings):
 
     min_hits: Count = 20
     """A landmark has at least so many hits; 2015 asked for 100 of 1000."""
-    max_gap: Positive = 0.3
+    max_gap: Length = 0.3
     """A longer gap ends a wall, m: less than what a robot fits through."""
     same_angle: Positive = math.radians(4)
     """Pieces turned less than this from each other may be one wall, rad."""
@@ -83,11 +94,11 @@ class LandmarkSettings(Settings):
 class NodeSettings(Settings):
     """Ends and corners of walls (2017)."""
 
-    arm: Positive = 0.15
+    arm: Length = 0.15
     """Distance of the two neighbours for the right-angle test, m."""
     pythagoras: Positive = 0.15
     """How far the neighbours' distance may be from what Pythagoras gives, as a share of it."""
-    apart: Positive = 0.1
+    apart: Length = 0.1
     """Connected nodes are at least so far apart, m."""
     min_hits: Count = 5
     """A run of fewer hits has no nodes."""
@@ -96,9 +107,9 @@ class NodeSettings(Settings):
 class MinimapSettings(Settings):
     """The map around the robot."""
 
-    half_size: Positive = 1.5
+    half_size: Reach = 1.5
     """From the robot to the map's border, m."""
-    cell: Positive = 0.05
+    cell: Cell = 0.05
     """Width of a cell, m."""
 
 
@@ -107,9 +118,9 @@ class SpaceSettings(Settings):
 
     width: Positive = math.radians(10)
     """Angle over which a beam looks, rad."""
-    side: Positive = 0.9
+    side: Length = 0.9
     """There is space to a side when nothing is nearer than this, m from the robot's origin."""
-    front: Positive = 0.55
+    front: Length = 0.55
     """There is space ahead when nothing is nearer than this, m from the robot's origin."""
     bad_share: Share = 0.05
     """Share of a beam's readings that may be bad: so many of the shortest are passed over."""
@@ -118,13 +129,13 @@ class SpaceSettings(Settings):
 class ExitSettings(Settings):
     """Whether the robot has left the maze."""
 
-    range: Positive = 10.0
+    range: Length = 10.0
     """Nothing may stand in the robot's lane within this distance, m; more than the largest open space's length."""
-    beside: Positive = 0.35
+    beside: Length = 0.35
     """What bounds the lane stands at most so far before or behind the robot's origin, m."""
-    max_half_width: Positive = 1.5
+    max_half_width: Length = 1.5
     """And at most so far to a side, m."""
-    widening: NotNegative = 0.1
+    widening: LengthOrZero = 0.1
     """The lane reaches so far into the walls, m; more than the noise and an offset of the walls."""
     margin: NotNegative = 0.02
     """How far the robot's rear must be past the end of the walls, m; more than the noise."""
@@ -139,33 +150,33 @@ class WallSettings(Settings):
 
     half_angle: Positive = math.radians(60)
     """The wall's nearest point is within this angle of straight left or right, rad."""
-    min_length: Positive = 0.2
+    min_length: Length = 0.2
     """Shorter pieces are not followed, m."""
 
 
 class CentreSettings(Settings):
     """The middle of the corridor."""
 
-    behind: NotNegative = 0.1
+    behind: LengthOrZero = 0.1
     """The walls are sought from so far behind the robot's origin, m."""
-    ahead: Positive = 1.0
+    ahead: Length = 1.0
     """To so far ahead of it, m: a limited depth, so that a bend behind an opening does not pull."""
-    min_overlap: Positive = 0.15
+    min_overlap: Length = 0.15
     """So much of a wall must lie within that stretch, m."""
     parallel: Positive = math.radians(12)
     """How far a wall of the corridor may be from parallel, rad."""
-    max_half_width: Positive = 1.0
+    max_half_width: Length = 1.0
     """A wall farther than this to a side is not a wall of the corridor, m."""
 
 
 class RepulsionSettings(Settings):
     """The artificial potential field (2017)."""
 
-    gain: Positive = 0.02
+    gain: Annotated[Positive, Grows(size=2, speed=1)] = 0.02
     """Scale of the force, m^3/s: with it the force reads as a velocity in m/s."""
-    width_correction: NotNegative = 0.15
+    width_correction: LengthOrZero = 0.15
     """Taken off every distance for the robot's own size, m."""
-    influence: Positive = 1.5
+    influence: Length = 1.5
     """Hits farther than this do not repel, m."""
     front: Positive = math.radians(60)
     """The whole angle ahead that makes the force along x, rad; the other beams make the force along y."""
@@ -174,79 +185,79 @@ class RepulsionSettings(Settings):
 class DoorSettings(Settings):
     """Door areas by the rules: a dead end between side walls."""
 
-    min_width: Positive = 0.5
+    min_width: Length = 0.5
     """Shortest dead-end wall, m."""
-    max_width: Positive = 1.5
+    max_width: Length = 1.5
     """Longest dead-end wall, m."""
-    min_side: Positive = 0.3
+    min_side: Length = 0.3
     """Shortest side wall, m."""
-    margin: NotNegative = 0.06
+    margin: LengthOrZero = 0.06
     """Tolerance on these sizes, m."""
-    corner_gap: Positive = 0.1
+    corner_gap: Length = 0.1
     """The end of a wall and the beginning of the next within this distance are one corner, m."""
     square: Positive = math.radians(15)
     """How far a corner may be from a right angle, rad."""
-    range: Positive = 1.3
+    range: Length = 1.3
     """The door opens for a robot of which no part is farther from it than this, m."""
     range_margin: NotNegative = 0.01
     """How far inside the rule's area the robot shall be before it counts as near, m."""
     ahead: Positive = math.radians(30)
     """A door is ahead when its direction is within this angle of straight on, rad."""
-    depth_margin: Positive = 0.15
+    depth_margin: Length = 0.15
     """On the minimap the way to a door ends at most so far before or behind it, m."""
-    same_place: Positive = 0.5
+    same_place: Length = 0.5
     """Two doors nearer than this are the same one, m; more than dead reckoning drifts in a run."""
-    passage_margin: NotNegative = 0.05
+    passage_margin: LengthOrZero = 0.05
     """Free space wanted at each side of the robot for passing an open door, m."""
     inner_share: Share = 0.8
     """The inner share of a door's width is looked at for its opening; beams at its edges meet the walls behind it."""
-    seen_depth: Positive = 0.08
+    seen_depth: Length = 0.08
     """A beam that goes so far beyond the door's place goes through it, m."""
-    opened_depth: Positive = 0.3
+    opened_depth: Length = 0.3
     """Free space wanted beyond an open door, m."""
 
 
 class JunctionSettings(Settings):
     """Junctions: into which ways the robot's box fits."""
 
-    clearance: NotNegative = 0.05
+    clearance: LengthOrZero = 0.05
     """The box is wider than the robot by this on each side, m; more than the noise."""
-    depth: Positive = 0.25
+    depth: Length = 0.25
     """How deep the box must fit beyond the wall, m: less than a door area's side walls, more than an offset."""
-    edge: Positive = 0.08
+    edge: Length = 0.08
     """What is nearer than this beyond the wall's line belongs to the wall, m."""
-    ahead: Positive = 0.9
+    ahead: Length = 0.9
     """A way to a side that begins farther ahead than this belongs to a later junction, m."""
-    behind: NotNegative = 0.3
+    behind: LengthOrZero = 0.3
     """Walls that end farther behind the robot than this are past, m."""
-    beside: Positive = 0.2
+    beside: Length = 0.2
     """The end of a wall across is beside the robot up to here, m; farther ahead the corridor becomes narrow there."""
-    assumed_wall: Positive = 0.75
+    assumed_wall: Length = 0.75
     """Where no wall is seen at a side, it is taken to be this far away, m."""
-    max_wall: Positive = 1.6
+    max_wall: Length = 1.6
     """A wall farther than this to a side does not bound the corridor, m."""
-    max_offset: Positive = 0.25
+    max_offset: Length = 0.25
     """Two walls of a side may be offset by this, m."""
-    box_reach: Positive = 0.15
+    box_reach: Length = 0.15
     """The ends of a gap's walls are this near to it, m."""
-    max_width: Positive = 2.2
+    max_width: Length = 2.2
     """A way wider than this is an open space, m."""
-    recess: Positive = 0.6
+    recess: Length = 0.6
     """A way that ends within this depth is a recess, m."""
-    max_recess_width: Positive = 1.7
+    max_recess_width: Length = 1.7
     """A recess wider than this is no way but a wall that stands back, m: wider than any door."""
     open_half_angle: Positive = math.radians(40)
     """Half of the angle ahead that is empty in an open space, rad."""
-    open_range: Positive = 3.0
+    open_range: Length = 3.0
     """To this distance, m."""
-    door_depth: Positive = 1.3
+    door_depth: Length = 1.3
     """A way that ends within this depth may be a door, m."""
 
 
 class MarkSettings(Settings):
     """Marks at junctions."""
 
-    same_place: Positive = 0.35
+    same_place: Length = 0.35
     """Two junctions nearer than this are the same one, m; more than dead reckoning drifts in a run."""
 
 

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from hsm.model.registry import Activity, Library
+from hsm.model.registry import Activity, Library, Parameter
+from hsm.model.types import QUANTITY_NAMES, Quantity
 from perception.facts import Facts
 from skills.activities.advance import Advance
 from skills.activities.align import Align
@@ -26,6 +27,7 @@ from skills.chance import chance
 from skills.library import LIBRARY
 from skills.settings import SkillSettings
 from skills.strategies import marks
+from transport.description import RobotDescription
 from transport.messages import Command
 
 ACTIVITIES: tuple[type[Activity[Facts, Command]], ...] = (
@@ -59,18 +61,40 @@ ACTIONS: tuple[Callable[..., Any], ...] = (marks.junction_arrive, marks.junction
 """What it may note."""
 
 
-def library(settings: SkillSettings) -> Library[Facts, Command]:
-    """What is listed here with a robot's gains.
+def library(settings: SkillSettings, robot: RobotDescription | None = None) -> Library[Facts, Command]:
+    """What is listed here, for a robot.
 
-    An activity's class has its gains as the class attribute ``settings``; here each is bound to those of the robot.
+    An activity's class has its robot and the robot's gains as the class attributes ``robot`` and ``settings``; here
+    each is bound to them. Lengths and speeds that are left out of a call are given for the default robot and grow with
+    the robot.
+
+    Args:
+        settings: the gains of the robot's motion skills.
+        robot: the robot; by default PICO.
     """
+    robot = robot or RobotDescription()
     activities = {one.factory: one for one in LIBRARY.activities.values()}
     signals = {one.function: one for one in LIBRARY.signals.values()}
     actions = {one.function: one for one in LIBRARY.actions.values()}
     configured: Library[Facts, Command] = Library(LIBRARY.name, enumerations=dict(LIBRARY.enumerations))
     for factory in ACTIVITIES:
-        bound = type(factory.__name__, (factory,), {"settings": settings})
-        configured.activities[activities[factory].name] = replace(activities[factory], factory=bound)
+        bound = type(factory.__name__, (factory,), {"settings": settings, "robot": robot})
+        declared = activities[factory]
+        parameters = tuple(_fitted(parameter, robot) for parameter in declared.parameters)
+        configured.activities[declared.name] = replace(declared, factory=bound, parameters=parameters)
     configured.signals.update((signals[one].name, signals[one]) for one in SIGNALS)
     configured.actions.update((actions[one].name, actions[one]) for one in ACTIONS)
     return configured
+
+
+def _fitted(parameter: Parameter, robot: RobotDescription) -> Parameter:
+    """A parameter whose default is that of a robot."""
+    if parameter.required:
+        return parameter
+    match QUANTITY_NAMES.get(parameter.type) if isinstance(parameter.type, Quantity) else None:
+        case "length":
+            return replace(parameter, default=parameter.default * robot.relative_size)
+        case "speed":
+            return replace(parameter, default=parameter.default * robot.relative_speed)
+        case _:
+            return parameter

@@ -10,6 +10,7 @@ from perception.facts import Facts
 from skills.settings import SkillSettings
 from skills.steering import Steering, steering_of
 from transport.arithmetic import norm
+from transport.description import RobotDescription
 from transport.messages import Pose
 
 DONE, BLOCKED = Outcome("done"), Outcome("blocked")
@@ -20,9 +21,10 @@ PAUSE = 4.0
 
 
 class Skill:
-    """An activity with the gains of its robot."""
+    """An activity with its robot and the robot's gains."""
 
     settings: ClassVar[SkillSettings] = SkillSettings()
+    robot: ClassVar[RobotDescription] = RobotDescription()
 
     def steering(self, facts: Facts) -> Steering:
         """The law of the robot's base."""

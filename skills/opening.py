@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from skills.frames import Frame
+from skills.settings import OpeningSettings
 from skills.sides import Side
 from skills.surroundings import Points
 from transport.description import RobotDescription
 from transport.messages import Pose
-
-NEAR_CORNER = 0.15
-"""What lies farther ahead than this belongs to the far side of the opening, m."""
-SMALLEST = 0.45
-"""What is narrower than this is no opening for the robot, m."""
-SAME_WALL = 0.2
-"""How far aside from the wall beside the robot its continuation may lie, m."""
-INTO = 1.0
-"""How far aside the bounds of the opening are looked for, m."""
-BEHIND = 0.5
-"""What lies farther back than this is not the wall beside the robot, m: PICO's laser sees no farther back there."""
 
 
 @dataclass(slots=True)
@@ -33,6 +24,8 @@ class Opening:
         side: at which side it is.
         near: x of the end of the wall before it, m.
         aside: how far to the side that wall was, m.
+        half_width: of the robot, m.
+        settings: what an opening is.
         far: x of the first thing that bounds it at its far side or stands in the robot's way, m.
     """
 
@@ -41,7 +34,8 @@ class Opening:
     near: float
     aside: float
     half_width: float
-    far: float = field(default=2 * INTO)
+    settings: OpeningSettings
+    far: float = math.inf
 
     def driven(self, pose: Pose) -> float:
         """How far the robot has driven since, m."""
@@ -54,32 +48,33 @@ class Opening:
             points: hits in a frame at the robot along the course, m.
             pose: of the robot by odometry.
         """
-        x, y = points[:, 0], points[:, 1] * self.side.sign
-        beyond = max(NEAR_CORNER, self.near - self.driven(pose) + SMALLEST / 2)
-        bounds = x[(y > -self.half_width) & (y < INTO) & (x > beyond)]
-        self.far = self.driven(pose) + (float(bounds.min()) if len(bounds) else 2 * INTO)
+        settings, (x, y) = self.settings, (points[:, 0], points[:, 1] * self.side.sign)
+        beyond = max(settings.near_corner, self.near - self.driven(pose) + settings.smallest / 2)
+        bounds = x[(y > -self.half_width) & (y < settings.into) & (x > beyond)]
+        self.far = self.driven(pose) + (float(bounds.min()) if len(bounds) else 2 * settings.into)
 
     def middle(self, farthest: float) -> float:
         """Where the opening's middle is along the course, at most ``farthest`` (m) past its near corner."""
         return self.near + min(farthest, (self.far - self.near) / 2)
 
 
-def opening_of(points: Points, robot: RobotDescription, side: Side, pose: Pose, error: float) -> Opening:
+def opening_of(points: Points, robot: RobotDescription, side: Side, course: Pose, settings: OpeningSettings) -> Opening:
     """The opening that begins beside the robot, or ahead where the wall beside it ends.
 
     Args:
         points: hits in a frame at the robot along its course, m.
         robot: its width counts.
         side: at which side.
-        pose: of the robot by odometry.
-        error: how far the course is to the left of the robot's heading, rad.
+        course: the robot's place by odometry, with the heading of its course.
+        settings: what an opening is.
     """
     x, y = points[:, 0], points[:, 1] * side.sign
-    beside = (y > robot.half_width / 2) & (y < INTO) & (x < NEAR_CORNER) & (x > -BEHIND)
-    near, aside = 0.0, INTO
+    back = x > -settings.behind
+    beside = (y > robot.half_width / 2) & (y < settings.into) & (x < settings.near_corner) & back
+    near, aside = 0.0, settings.into
     if beside.any():
         aside = float(y[beside].min())
-        wall = np.sort(x[(np.abs(y - aside) < SAME_WALL) & (x > -BEHIND)])
-        ends = wall[:-1][np.diff(wall) > SMALLEST]
+        wall = np.sort(x[(np.abs(y - aside) < settings.same_wall) & back])
+        ends = wall[:-1][np.diff(wall) > settings.smallest]
         near = float(ends[0] if len(ends) else wall[-1])
-    return Opening(Frame(Pose(pose.x, pose.y, pose.heading + error)), side, near, aside, robot.half_width)
+    return Opening(Frame(course), side, near, aside, robot.half_width, settings)

@@ -8,18 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from perception.facts import Facts
-from skills.settings import SkillSettings
+from skills.settings import PassageSettings, SkillSettings
 from skills.surroundings import Points
 from transport.description import RobotDescription
-
-REACH = 1.5
-"""Points farther away than this do not bound the passage, m."""
-ALONGSIDE = 0.15
-"""How far in front of an obstacle the walls at the sides are taken for the passage's, m."""
-ASIDE = 0.3
-"""A gap farther aside than this from the robot's middle is another way, not the robot's passage, m."""
-SPARE = 0.05
-"""A gap must leave this at either side of the robot, m."""
 
 Gap = tuple[float, float]
 NOWHERE: Gap = (-math.inf, math.inf)
@@ -50,16 +41,16 @@ class Passage:
         return self.left - self.right
 
 
-def points_along(facts: Facts, error: float) -> Points:
+def points_along(facts: Facts, error: float, settings: PassageSettings) -> Points:
     """The hits near the robot in a frame at the robot turned by the course's ``error``, m, shape (n, 2)."""
     points = facts.sweep.points[::2]
-    points = points[np.abs(points).max(axis=1) < REACH]
+    points = points[np.abs(points).max(axis=1) < settings.reach]
     cos, sin = math.cos(error), math.sin(error)
     x, y = points[:, 0], points[:, 1]
     return np.column_stack([cos * x + sin * y, cos * y - sin * x])
 
 
-def passage_of(points: Points, robot: RobotDescription, look_ahead: float) -> Passage:
+def passage_of(points: Points, robot: RobotDescription, look_ahead: float, settings: PassageSettings) -> Passage:
     """The passage in which the robot drives.
 
     Of the gaps between what is seen up to ``look_ahead`` in front, the nearest one that the robot can reach and fits
@@ -69,14 +60,16 @@ def passage_of(points: Points, robot: RobotDescription, look_ahead: float) -> Pa
         points: hits in the frame of the course, m, shape (n, 2).
         robot: its width counts.
         look_ahead: m.
+        settings: what bounds a passage.
     """
     x, y = points[:, 0], points[:, 1]
     half = robot.half_width
     faced = x[(np.abs(y) < half) & (x > 0)]
     ahead = float(faced.min()) if len(faced) else math.inf
     beside = x > -half
-    around = _gap(y[beside & (x < min(max(ahead - ALONGSIDE, 0.0), look_ahead))], NOWHERE, 0.0) or NOWHERE
-    farther = _gap(y[beside & (x < look_ahead)], around, 2 * (half + SPARE))
+    here = beside & (x < min(max(ahead - settings.alongside, 0.0), look_ahead))
+    around = _gap(y[here], NOWHERE, 0.0, settings.aside) or NOWHERE
+    farther = _gap(y[beside & (x < look_ahead)], around, 2 * (half + settings.spare), settings.aside)
     return Passage(ahead, *(farther or around))
 
 
@@ -92,8 +85,11 @@ def off_the_walls(passage: Passage, settings: SkillSettings) -> float:
     return min(room_left, 0.0) - min(room_right, 0.0)
 
 
-def _gap(y: np.ndarray[tuple[int, ...], np.dtype[np.float64]], within: Gap, width: float) -> Gap | None:
-    """The gap of at least ``width`` between neighbouring values, cut to a gap around it, that is nearest to zero."""
+def _gap(y: np.ndarray[tuple[int, ...], np.dtype[np.float64]], within: Gap, width: float, aside: float) -> Gap | None:
+    """The gap of at least ``width`` between neighbouring values, cut to a gap around it, that is nearest to zero.
+
+    One farther from zero than ``aside`` is none.
+    """
     low, high = within
     edges = np.concatenate([[low], np.sort(y[(y > low) & (y < high)]), [high]])
     wide = np.flatnonzero(np.diff(edges) >= width)
@@ -101,6 +97,6 @@ def _gap(y: np.ndarray[tuple[int, ...], np.dtype[np.float64]], within: Gap, widt
         return None
     distance = np.maximum(np.maximum(edges[wide], -edges[wide + 1]), 0)
     nearest = int(distance.argmin())
-    if distance[nearest] > ASIDE:
+    if distance[nearest] > aside:
         return None
     return float(edges[wide[nearest]]), float(edges[wide[nearest] + 1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +24,8 @@ HARDEST = 4.0
 OPPOSITE = 0.9
 """Cosine of the angle within which a point is opposite to another; the other wall of a corner is not."""
 
-FORESEEN = 0.35
-"""Up to so far ahead of the robot's centre a passage may be narrower, m: where it can stop, and the margin there.
-
-Much farther ahead a turning robot would take the wall that it turns away from for one side of a narrow passage.
-"""
-
+SHORT = 2 / 7
+"""Share of that way by which a passage ends before what is ahead."""
 BESIDE = 0.7
 """Of the direction to what is beside the robot at least this is sideways."""
 SAME = 1e-9
@@ -47,8 +44,8 @@ class CollisionGuard:
     the robot backs away from.
 
     A round robot turns on the spot wherever it stands, for a turn brings it nearer to nothing. One that cannot move
-    sideways gets away from a wall beside it only by a turn, in which its rear corner comes nearer to that wall. So it
-    may spend a little of its margin on a turn away from what is beside it, and on nothing else.
+    sideways gets away from a wall beside it only by a turn, in which its rear corner comes nearer to that wall; nor can
+    it first make room for a turn on the spot. So it may spend a little of its margin on these two, and on nothing else.
     """
 
     def __init__(self, robot: RobotDescription, settings: SafetySettings) -> None:
@@ -77,15 +74,12 @@ class CollisionGuard:
         away = -apart[nearest] if now > 0 else self._outline.out_of(points)
         x, y = (away / max(norm(*away.tolist()), 1e-9)).tolist()
         keep = min(margin, now if now > 0 else self.clearance(points, STANDING))
-        if self._outline.is_round and not wanted.speed and self.clearance(points, self._stop(reachable)) >= keep - SAME:
-            return reachable
-        if self._turns_away(reachable, y) and self.clearance(points, self._stop(reachable)) >= self._spent(keep):
-            return reachable
         pressed = min(HARDEST, max(0.0, margin - now) / SOFT)
-        for other in alternatives(self._robot.base, wanted, (x, y), self._settings.push, pressed):
+        others = alternatives(self._robot.base, wanted, (x, y), self._settings.push, pressed)
+        as_wanted = wanted.turn and (not self._sideways or (self._outline.is_round and not wanted.speed))
+        for other in chain((wanted,), others) if as_wanted else others:
             reachable = self._reachable(before, other)
-            least = self._spent(keep) if self._turns_away(reachable, y) else keep - SAME
-            if self.clearance(points, self._stop(reachable)) >= least:
+            if self.clearance(points, self._stop(reachable)) >= self._least(reachable, keep, margin, y):
                 return reachable
         return self.brake(before)
 
@@ -97,18 +91,21 @@ class CollisionGuard:
         """The command nearest to a wanted one that is within the robot's limits."""
         return self._robot.towards(before, self._robot.limited(wanted), self._robot.period)
 
-    def _turns_away(self, twist: Twist, away: float) -> bool:
-        """Whether a robot that can only turn away from what is beside it does so.
+    def _least(self, twist: Twist, keep: float, margin: float, away: float) -> float:
+        """The distance that a command must keep, m.
 
         Args:
-            twist: what it may do.
-            away: how much of the direction away from there is to the left.
+            twist: the command.
+            keep: what is kept now, up to the margin, m.
+            margin: m.
+            away: how much of the direction away from what is nearest is to the left.
         """
-        return not self._sideways and abs(away) > BESIDE and twist.turn * away > 0 and twist.forward >= 0
-
-    def _spent(self, keep: float) -> float:
-        """The distance to keep, m, where a robot may spend some of it on a turn away from a wall beside it."""
-        return min(keep, max(keep - self._settings.turn_away, self._settings.least_margin / 2))
+        settings = self._settings
+        if not self._sideways and abs(away) > BESIDE and twist.turn * away > 0 and twist.forward >= 0:
+            return min(keep, max(keep - settings.turn_away, settings.least_margin / 2))
+        if not self._sideways and not twist.forward:
+            return min(keep, max(margin - settings.turn_away, settings.least_margin)) - SAME
+        return keep - SAME
 
     def margin(self, points: Points) -> float:
         """The distance to keep from the walls, m: less where they leave less room."""
@@ -126,7 +123,8 @@ class CollisionGuard:
         rear, front = middle[0] - half[0], middle[0] + half[0]
         side = float(half[1])
         faced = x[(np.abs(y) < side) & (x > front)]
-        ahead = min(FORESEEN, float(faced.min()) - 0.1) if len(faced) else FORESEEN
+        foresee = self._settings.foresee
+        ahead = min(foresee, float(faced.min()) - SHORT * foresee) if len(faced) else foresee
         beside = y[(x > rear) & (x < ahead)]
         left, right = beside[beside > 0], beside[beside < 0]
         room = float(left.min()) - float(right.max()) if len(left) and len(right) else math.inf

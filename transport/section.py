@@ -3,18 +3,70 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated
+from dataclasses import dataclass
+from typing import Annotated, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
-Point = tuple[float, float]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
+"""A measure that makes sense."""
+NotNegative = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
+"""A place on a robot, m from its origin."""
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Angle = Annotated[float, Field(ge=-6.2832, le=6.2832, allow_inf_nan=False)]
+"""A direction, rad, at most a whole turn."""
+Point = tuple[Coordinate, Coordinate]
+Period = Annotated[float, Field(ge=0.001, le=10, allow_inf_nan=False)]
+"""A time from one step to the next, s; shorter or longer ones would never end."""
 
 
 class Settings(BaseModel):
     """A section of a robot profile: immutable, every key documented, an unknown key refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Grows:
+    """Marks a number that is given for the default robot and grows with the robot.
+
+    Attributes:
+        size: with which power of the robot's radius it grows.
+        speed: with which power of its largest speed.
+    """
+
+    size: int = 0
+    speed: int = 0
+
+
+Length = Annotated[Positive, Grows(size=1)]
+"""A length, m, that is given for the default robot and grows with the radius of the robot."""
+Speed = Annotated[Positive, Grows(speed=1)]
+"""A speed, m/s, that is given for the default robot and grows with the largest speed of the robot."""
+
+_Section = TypeVar("_Section", bound=BaseModel)
+
+
+def grown(section: _Section, size: float, speed: float) -> _Section:
+    """A section for a robot of another size and speed: what is marked to grow does, all else stays.
+
+    Nor does a value grow that was given, not left at its default.
+
+    Args:
+        section: as it is for the default robot.
+        size: radius of the robot, as a multiple of the default robot's.
+        speed: its largest speed, as a multiple.
+    """
+    changed: dict[str, object] = {}
+    for name, field in type(section).model_fields.items():
+        value = getattr(section, name)
+        if isinstance(value, BaseModel):
+            changed[name] = grown(value, size, speed)
+        for mark in field.metadata:
+            if isinstance(mark, Grows) and name not in section.model_fields_set:
+                changed[name] = value * size**mark.size * speed**mark.speed
+    return section.model_copy(update=changed)
 
 
 ROBOT_NAME = r"^[A-Za-z][A-Za-z0-9_-]*(/[A-Za-z][A-Za-z0-9_-]*)*$"

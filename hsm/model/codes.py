@@ -45,6 +45,7 @@ CODES: dict[str, Code] = {
         "E0211": "a name that cannot be declared",
         "E0212": "a missing argument",
         "E0213": "an argument given twice or too many",
+        "E0214": "an argument that the robot cannot follow",
         # types and units
         "E0301": "a value of the wrong type or unit",
         "E0302": "operands that do not go together",

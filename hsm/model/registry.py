@@ -83,6 +83,15 @@ class Stoppable(Protocol):
         ...
 
 
+@runtime_checkable
+class Choosy(Protocol):
+    """The class of an activity that cannot do all that its arguments' types allow."""
+
+    def refuses(self, **arguments: Any) -> str:
+        """Why it cannot be done so, or nothing; asked of the class, with the arguments that are known beforehand."""
+        ...
+
+
 class RegistryError(Exception):
     """A declaration in Python that the registry cannot take; the message names it."""
 
@@ -145,6 +154,16 @@ class EventDeclaration:
     doc: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class ConstantDeclaration:
+    """A value that is known before a machine runs, such as a length of the robot."""
+
+    name: str
+    type: Type
+    value: bool | int | float
+    doc: str = ""
+
+
 _A = TypeVar("_A", bound=Callable[..., Activity[Any, Any]])
 
 
@@ -161,6 +180,7 @@ class Library(Generic[F, E]):
         activities: the activities, by name.
         actions: the one-shot actions, by name.
         events: the events that may come from outside, by name.
+        constants: the values that are known beforehand, by name.
         enumerations: the enumerations that any of them uses, by name.
         folders: where machines lie that any machine may import by name, if there is none beside it.
     """
@@ -170,6 +190,7 @@ class Library(Generic[F, E]):
     activities: dict[str, ActivityDeclaration] = field(default_factory=dict)
     actions: dict[str, ActionDeclaration] = field(default_factory=dict)
     events: dict[str, EventDeclaration] = field(default_factory=dict)
+    constants: dict[str, ConstantDeclaration] = field(default_factory=dict)
     enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
     folders: list[Path] = field(default_factory=list)
 
@@ -242,6 +263,10 @@ class Library(Generic[F, E]):
         """
         self._add(self.events, name, EventDeclaration(name, doc))
 
+    def constant(self, name: str, kind: Type, value: bool | float, doc: str = "") -> None:  # noqa: FBT001
+        """Declare a value in SI units that is known before a machine runs."""
+        self._add(self.constants, name, ConstantDeclaration(name, kind, value, doc))
+
     def include(self, other: Library[F, E]) -> None:
         """Take over all declarations of another library.
 
@@ -253,6 +278,7 @@ class Library(Generic[F, E]):
             (self.activities, other.activities),
             (self.actions, other.actions),
             (self.events, other.events),
+            (self.constants, other.constants),
             (self.enumerations, other.enumerations),
         )
         for mine, theirs in tables:

@@ -21,28 +21,34 @@ from maze_machine.installation import HiddenPackageError, require_packages
 if TYPE_CHECKING:
     from perception.facts import Facts
     from skills.settings import SkillSettings
+    from transport.description import RobotDescription
     from transport.messages import Command
 
 RobotLibrary: TypeAlias = "Library[Facts, Command]"
 """What the machines of a maze robot may name: signals of its facts, activities that give commands."""
 
 
-def robot_library(settings: SkillSettings | None = None) -> RobotLibrary:
-    """Everything that a maze robot's machine may name: perception's signals, motion skills, the door bell, events.
+def robot_library(settings: SkillSettings | None = None, robot: RobotDescription | None = None) -> RobotLibrary:
+    """Everything that a maze robot's machine may name: perception's signals, motion skills, the robot's constants.
 
     What a machine imports is looked for among the shipped machines, too.
 
     Args:
         settings: the gains of the robot's motion skills; by default those of PICO.
+        robot: the robot; by default PICO.
     """
     # Whoever only checks a machine needs none of this, and it takes half a second to import.
     import perception.signals  # noqa: PLC0415
     import skills.catalogue  # noqa: PLC0415
+    from maze_machine.catalogue.constants import robot_constants  # noqa: PLC0415
     from skills.settings import SkillSettings  # noqa: PLC0415
+    from transport.description import RobotDescription  # noqa: PLC0415
 
+    settings, robot = settings or SkillSettings(), robot or RobotDescription()
     library: RobotLibrary = Library("maze robot", folders=[SHIPPED])
     library.include(perception.signals.LIBRARY)
-    library.include(skills.catalogue.library(settings or SkillSettings()))
+    library.include(skills.catalogue.library(settings, robot))
+    library.include(robot_constants(robot, settings))
     return library
 
 
@@ -97,7 +103,7 @@ def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
         UsageError: there is no such library.
     """
     module, _, attribute = name.partition(":")
-    if not module or not attribute:
+    if not all(part.isidentifier() for part in (*module.split("."), attribute)):
         raise UsageError(f"`{name}` names no library", "give a module and a function, such as `my_robot:library`")
     place = str((folder or Path.cwd()).resolve())
     if place not in sys.path:

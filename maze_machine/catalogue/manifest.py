@@ -20,6 +20,7 @@ from typing import Any
 from hsm.model.registry import (
     ActionDeclaration,
     ActivityDeclaration,
+    ConstantDeclaration,
     EventDeclaration,
     Library,
     Parameter,
@@ -90,6 +91,9 @@ def manifest_of(library: Library[Any, Any]) -> dict[str, Any]:
         },
         "actions": {one.name: _callable(one.function, one.parameters, one.doc) for one in library.actions.values()},
         "events": {one.name: one.doc for one in library.events.values()},
+        "constants": {
+            one.name: {"type": str(one.type), "value": one.value, "doc": one.doc} for one in library.constants.values()
+        },
     }
 
 
@@ -125,6 +129,9 @@ def library_of(manifest: Mapping[str, Any], folder: Path) -> Library[Any, Any]:
         library.actions[name] = ActionDeclaration(name, _source(entry), parameters, entry["doc"])
     for name, doc in manifest["events"].items():
         library.events[name] = EventDeclaration(name, doc)
+    for name, entry in manifest["constants"].items():
+        kind_of_value = _type(entry["type"], kinds)
+        library.constants[name] = ConstantDeclaration(name, kind_of_value, entry["value"], entry["doc"])
     return library
 
 

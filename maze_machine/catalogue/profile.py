@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -15,9 +14,10 @@ from maze_machine.catalogue.shipped import find_file
 from maze_machine.errors import CommandError, FileError, UsageError
 from perception.settings import PerceptionSettings
 from skills.settings import SkillSettings
-from transport.description import RobotDescription
-from transport.section import Settings
+from transport.description import RobotDescription, fitted
+from transport.section import Grows, Settings
 from transport.settings import LinkSettings
+from transport.toml import TomlError, read_toml, toml_value
 from transport.wording import in_words, key_of
 
 Location = tuple[int | str, ...]
@@ -38,9 +38,9 @@ class Profile(Settings):
     link: LinkSettings = LinkSettings()
     """How the robot is reached, and how patient either side is with the other."""
     perception: PerceptionSettings = PerceptionSettings()
-    """Thresholds and sizes of perception."""
+    """Thresholds and sizes of perception; those left out grow with the robot."""
     skills: SkillSettings = SkillSettings()
-    """Gains and limits of the motion skills."""
+    """Gains and limits of the motion skills; those left out grow with the robot."""
     machines: dict[str, dict[str, bool | int | float | str]] = Field(default_factory=dict)
     """Parameters of machines, by the machine's name: ``[machines.pledge]``, ``cruise = "0.4 m/s"``."""
 
@@ -64,8 +64,8 @@ def load_profile(name: str = "pico", overrides: Iterable[str] = ()) -> Profile:
     """
     path = find_file("profile", name, shipped_profiles(), ProfileError)
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        table = read_toml(path)
+    except (OSError, TomlError) as error:
         raise ProfileError(f"{path}: {error}") from None
     profile, settings = _validated(table, lambda _: str(path), ProfileError), list(overrides)
     for override in settings:
@@ -93,25 +93,23 @@ def _set(table: dict[str, Any], override: str) -> None:
         table = table.setdefault(section, {})
         if not isinstance(table, dict):
             raise UsageError(f"--set {override}: `{section}` is a value, not a section")
-    table[last] = _toml_value(text.strip())
-
-
-def _toml_value(text: str) -> Any:
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text  # a bare word is a string: quotes would need quoting in a shell
+        table[last] = toml_value(text.strip())
+    except TomlError as error:
+        raise UsageError(f"--set {key}: the value cannot be read: {error}") from None
 
 
 def _validated(table: Mapping[str, Any], source: Callable[[Location], str], kind: type[CommandError]) -> Profile:
     try:
-        return Profile.model_validate(table)
+        profile = Profile.model_validate(table)
     except ValidationError as error:
         first = error.errors()[0]
         where = source(first["loc"])
         if first["type"] == "extra_forbidden":
             raise kind(f"{where}: unknown key `{key_of(first['loc'])}`", _nearest_key(first["loc"])) from None
         raise kind(f"{where}: {in_words(first)}") from None
+    robot, perception, skills = profile.robot, profile.perception, profile.skills
+    return profile.model_copy(update={"perception": fitted(perception, robot), "skills": fitted(skills, robot)})
 
 
 def _nearest_key(location: Location) -> str:
@@ -141,6 +139,9 @@ def _section(section: BaseModel, path: tuple[str, ...]) -> Iterator[str]:
         yield from ("", f"[{'.'.join(path)}]")
     for name in plain:
         yield from (f"# {line}" for line in (fields[name].description or "").splitlines())
+        grows = next((mark for mark in fields[name].metadata if isinstance(mark, Grows)), None)
+        if grows is not None:
+            yield f"# Left out, it grows with the robot's {'size' if grows.size else 'speed'}."
         yield f"{name} = {_toml(values[name])}"
     for name, value in values.items():
         if isinstance(value, BaseModel):

@@ -23,6 +23,7 @@ class Subject(StrEnum):
     ACTIVITIES = "activities"
     ACTIONS = "actions"
     EVENTS = "events"
+    CONSTANTS = "constants"
     TYPES = "types"
     UNITS = "units"
     CODES = "codes"
@@ -76,6 +77,7 @@ def _rows(subject: Subject, library: str | None) -> Iterable[dict[str, str]]:
 def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
     """What the registry declares."""
     from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
+    from hsm.model.unparse import value_text
 
     match subject:
         case Subject.SIGNALS:
@@ -92,6 +94,10 @@ def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
         case Subject.EVENTS:
             for event in library.events.values():
                 yield {"name": event.name, "about": first_line(event.doc)}
+        case Subject.CONSTANTS:
+            for constant in library.constants.values():
+                row = {"name": constant.name, "type": type_text(constant.type)}
+                yield {**row, "value": value_text(constant.value, constant.type), "about": first_line(constant.doc)}
         case _:
             yield from _types(library)
 

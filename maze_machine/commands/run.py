@@ -269,7 +269,7 @@ def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -
 
 def has_picture(file: Path, world: SimulatedWorld | None, attempt: Attempt, title: str, losses: list[str]) -> bool:
     """Save the picture of an attempt; whether the disk took it. If not, a sentence is added to the losses."""
-    from maze_machine.report.picture import save_run
+    from maze_machine.report.run_picture import save_run
 
     try:
         save_run(file, world, attempt.trail, title)

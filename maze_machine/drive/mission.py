@@ -91,7 +91,7 @@ def prepare(
         UsageError: a parameter is unknown or has a value that is not of its type.
     """
     path = find_machine(name)
-    names = chosen_library(library, path, lambda: robot_library(profile.skills))
+    names = chosen_library(library, path, lambda: robot_library(profile.skills, profile.robot))
     machine = hsm.load(path, names)
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
     values = parameter_values(machine.model.parameters, written, names.enumerations)

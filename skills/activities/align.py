@@ -37,7 +37,8 @@ class Align(Skill):
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
         error, steering = self._course.error(facts), self.steering(facts)
-        passage = passage_of(points_along(facts, error), facts.robot, facts.robot.radius)
+        points = points_along(facts, error, self.settings.passage)
+        passage = passage_of(points, facts.robot, facts.robot.radius, self.settings.passage)
         wall = passage.bound(self._side.sign)
         known = wall < self.settings.wall.reach
         aside = self._side.sign * (wall - min(self._distance, passage.width / 2)) if known else 0.0

@@ -16,8 +16,6 @@ from skills.passage import Passage
 from skills.sides import Side
 
 LOST = Outcome("lost")
-BEYOND = 0.4
-"""There is no wall any more where nothing is nearer than the distance to keep and this, m."""
 
 
 @LIBRARY.activity("cross_space", outcomes=("done", "lost", "blocked"), holds=("base",))
@@ -34,7 +32,7 @@ class CrossSpace(FollowWall):
 
     def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:
         settings = facts.settings.space
-        threshold = self._distance + BEYOND
+        threshold = self._distance + self.settings.wall.beyond
         direction = quantised(facts.misalignment) + self._side.sign * math.pi / 2
         beside = look(facts.sweep, direction, settings.width, threshold, settings.bad_share)
         if beside.free:

@@ -27,7 +27,8 @@ class Drive(Skill):
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
         error = self._course.error(facts)
-        passage = passage_of(points_along(facts, error), facts.robot, self.settings.motion.look_ahead)
+        points = points_along(facts, error, self.settings.passage)
+        passage = passage_of(points, facts.robot, self.settings.motion.look_ahead, self.settings.passage)
         ended = self._ended(facts, passage)
         if ended is None and self._headway.lost(facts):
             return BLOCKED

@@ -10,9 +10,6 @@ from skills.motion import BLOCKED, DONE, Skill, not_negative
 from transport.arithmetic import norm, norms
 from transport.messages import Command
 
-CLEAR = 0.2
-"""Distance from the robot's outline that is room enough, m."""
-
 
 @LIBRARY.activity("make_room", outcomes=("done", "blocked"), holds=("base",))
 class MakeRoom(Skill):
@@ -29,14 +26,15 @@ class MakeRoom(Skill):
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
+        clear = self.settings.safety.clear
         if self._began is None:
             self._began = facts.time
-        if facts.clearance > CLEAR:
+        if facts.clearance > clear:
             return DONE
         if facts.time - self._began > self._timeout:
             return BLOCKED
         distance = norms(facts.points[:, 0], facts.points[:, 1])
-        near = facts.points[distance < facts.robot.radius + 2 * CLEAR]
+        near = facts.points[distance < facts.robot.radius + 2 * clear]
         push = -(near / (near**2).sum(axis=1, keepdims=True)).sum(axis=0)
         size = norm(*push.tolist()) or 1.0
         direction = float(push[0]) / size, float(push[1]) / size

@@ -9,26 +9,36 @@ from skills.frames import Frame
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, PATIENCE, Progress, Skill, above_zero, finite, not_negative
 from transport.arithmetic import norm
+from transport.base import Differential
 from transport.messages import Command, Pose
 
 THERE = 0.02
 """The robot has arrived when it is this near, m."""
-SLOWEST = 0.05
-"""The robot arrives at this speed, m/s."""
 
 
 @LIBRARY.activity("move", outcomes=("done", "blocked"), holds=("base",))
 class Move(Skill):
-    """Move in a straight line, without turning, and come to rest.
+    """Move in a straight line and come to rest, without turning where the base can move so.
 
     The way is given as the robot stands at first: so far forward and so far to the left, negative to the right. Not
     back: what is behind the laser does not see; turn first. Odometry measures the way; walls do not guide the robot,
-    only the guard keeps it off them. Outcomes: `done` within 2 cm; `blocked` when the robot gets no nearer.
+    only the guard keeps it off them. A base on two wheels moves forward only. Outcomes: `done` within 2 cm; `blocked`
+    when the robot gets no nearer.
     """
+
+    @classmethod
+    def refuses(cls, *, left: float = 0.0, **_: object) -> str:
+        """Why it cannot move so far to the left (m): the base cannot, or nothing."""
+        if left and isinstance(cls.robot.base, Differential):
+            return f"`left` must be 0 m, not {left:g}: a base on two wheels cannot move sideways; rotate first"
+        return ""
 
     def __init__(self, forward: Length = 0.0, left: Length = 0.0, speed: Speed = 0.3) -> None:
         self._way = Pose(not_negative("forward", forward), finite("left", left))
         self._speed = above_zero("speed", speed)
+        reason = self.refuses(left=left)
+        if reason:
+            raise ValueError(reason)
         self._progress = Progress(PATIENCE, speed)
         self._goal: Frame | None = None
 
@@ -43,5 +53,5 @@ class Move(Skill):
             return DONE
         if self._progress.lost(left, facts):
             return BLOCKED
-        speed = min(self._speed, max(SLOWEST, self.settings.arc.gain * left))
+        speed = min(self._speed, max(self.settings.motion.arrival, self.settings.arc.gain * left))
         return Command(self.steering(facts).to_point(Frame(pose).local(self._goal.origin), speed))

@@ -38,4 +38,6 @@ class PassCorner(ToOpening):
             if abs(approach.error) < PARALLEL:
                 return DONE
             return Command(self.steering(facts).along(approach.error, 0.0, 0.0, approach.passage.ahead))
-        return self._straight_on(facts, approach, max(0.1, min(self._speed, 2.0 * approach.left)))
+        return self._straight_on(
+            facts, approach, max(self.settings.opening.least_speed, min(self._speed, 2.0 * approach.left))
+        )

@@ -8,18 +8,25 @@ from skills.activities.advance import Advance
 from skills.library import LIBRARY
 from skills.passage import points_along
 from skills.sides import Side
-from skills.surroundings import Points
 
-JUST_PASSED = 0.1
-"""The corner is reached when it is beside the robot's origin, or this much behind, m: two ticks at full speed."""
-BESIDE = 0.1
-"""What is nearer to the robot's line than this is not beside it, m."""
-ASIDE = 0.7
-"""What is farther from the robot's line than this is not the corner about which it has turned, m."""
+JUST_PASSED = 2.0
+"""The corner is reached when it is beside the robot's origin, or so many periods at full speed behind it."""
+
+
+class ToCorner(Advance):
+    """Drives on until something stands beside the robot."""
+
+    def _stands_beside(self, facts: Facts, side: Side, farthest: float) -> bool:
+        """Whether something no farther than that stands beside the robot, along the walls."""
+        points = points_along(facts, facts.misalignment, self.settings.passage)
+        x, y = points[:, 0], points[:, 1] * side.sign
+        behind = JUST_PASSED * facts.robot.limits.speed * facts.robot.period
+        near = (x > -behind) & (x <= 0) & (y > self.settings.opening.beside) & (y < farthest)
+        return bool(near.sum() >= 2)
 
 
 @LIBRARY.activity("reach_corner", outcomes=("done", "blocked"), holds=("base",))
-class ReachCorner(Advance):
+class ReachCorner(ToCorner):
     """Drive straight on until a wall or its end stands beside the robot.
 
     After a turn into an opening the corner is still ahead; to look for space at that side before it is reached would
@@ -32,11 +39,11 @@ class ReachCorner(Advance):
         self._side = side
 
     def _arrived(self, facts: Facts) -> bool:
-        return _stands_beside(points_along(facts, facts.misalignment), self._side, ASIDE)
+        return self._stands_beside(facts, self._side, self.settings.opening.aside)
 
 
 @LIBRARY.activity("leave_junction", outcomes=("done", "blocked"), holds=("base",))
-class LeaveJunction(Advance):
+class LeaveJunction(ToCorner):
     """Drive straight on until a wall or its end stands at both sides of the robot.
 
     Outcomes: `done` when the robot is in the way beyond the junction, or has driven the distance, as in open space;
@@ -47,12 +54,4 @@ class LeaveJunction(Advance):
         super().__init__(distance, speed)
 
     def _arrived(self, facts: Facts) -> bool:
-        points, farthest = points_along(facts, facts.misalignment), facts.settings.space.side
-        return all(_stands_beside(points, side, farthest) for side in Side)
-
-
-def _stands_beside(points: Points, side: Side, farthest: float) -> bool:
-    """Whether something no farther than that stands beside the robot, by points in a frame along its course."""
-    x, y = points[:, 0], points[:, 1] * side.sign
-    near = (x > -JUST_PASSED) & (x <= 0) & (y > BESIDE) & (y < farthest)
-    return bool(near.sum() >= 2)
+        return all(self._stands_beside(facts, side, facts.settings.space.side) for side in Side)

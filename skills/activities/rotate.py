@@ -89,7 +89,8 @@ class Rotate(Skill):
         """Where to turn: here, or as far off the walls as the robot's corners need."""
         error = self._error
         room = facts.robot.radius + self.settings.safety.margin + self.settings.rotate.room
-        passage = passage_of(points_along(facts, error), facts.robot, room)
+        points = points_along(facts, error, self.settings.passage)
+        passage = passage_of(points, facts.robot, room, self.settings.passage)
         aside = _aside(passage, room, facts.robot.half_width) if self.steering(facts).sideways else 0.0
         back = min(0.0, passage.ahead - room)
         x, y = rotated(back, aside, error)

@@ -11,7 +11,7 @@ from skills.motion import Headway, Skill, above_zero
 from skills.opening import Opening, opening_of
 from skills.passage import Passage, off_the_walls, passage_of, points_along
 from skills.sides import Side
-from transport.messages import Command
+from transport.messages import Command, Pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +44,13 @@ class ToOpening(Skill):
     def _approach(self, facts: Facts, past: Length) -> Approach:
         """Measure the opening again; the robot turns in its middle, or so far past its near corner."""
         error = self._course.error(facts)
-        points = points_along(facts, error)
+        points = points_along(facts, error, self.settings.passage)
         pose = facts.observation.odometry.pose
         if self._opening is None:
-            self._opening = opening_of(points, facts.robot, self._side, pose, error)
+            course = Pose(pose.x, pose.y, pose.heading + error)
+            self._opening = opening_of(points, facts.robot, self._side, course, self.settings.opening)
         self._opening.update(points, pose)
-        passage = passage_of(points, facts.robot, self.settings.motion.look_ahead)
+        passage = passage_of(points, facts.robot, self.settings.motion.look_ahead, self.settings.passage)
         return Approach(error, self._opening.middle(past) - self._opening.driven(pose), self._opening.aside, passage)
 
     def _straight_on(self, facts: Facts, approach: Approach, speed: float) -> Command:

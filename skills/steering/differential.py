@@ -19,8 +19,6 @@ SLANT = math.radians(20)
 """The robot slants at most so much to its course to get aside, rad."""
 STEEPEST = math.radians(80)
 """The same where something ahead holds it up, rad."""
-NEEDED = 0.1
-"""What is ahead holds it up only where it should be at least so far aside, m."""
 SIDEWAYS = 0.5
 """A direction of which less than this is along the robot's axis is one to its side."""
 
@@ -48,7 +46,7 @@ class DifferentialSteering:
         forward = speed_ahead(speed, ahead, motion)
         left = max(-motion.lateral_speed, min(motion.lateral_speed, aside / motion.settle)) if speed > 0 else 0.0
         # Held up by what is ahead, it turns as far as it takes to get by.
-        held_up = forward < speed and abs(aside) > NEEDED
+        held_up = forward < speed and abs(aside) > motion.needed
         steepest = STEEPEST if held_up else SLANT
         slant = max(-steepest, min(steepest, math.atan2(left, forward))) if forward > 0 or held_up else 0.0
         error += slant

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from perception.facts import Facts, turned
-from skills.passage import SPARE, off_the_walls, passage_of
+from skills.passage import off_the_walls, passage_of
 from skills.settings import SkillSettings
 from skills.surroundings import Points
 from transport.arithmetic import cosines, norm, norms, sines
@@ -17,8 +17,6 @@ from transport.description import RobotDescription
 from transport.messages import Twist
 from transport.section import Point
 
-HORIZON = 1.2
-"""How far a direction is looked along, m."""
 DIRECTIONS = np.radians(np.arange(-130, 131, 5))
 """The directions that are compared, from that to the target, rad."""
 SHUT = 3.0
@@ -27,10 +25,6 @@ TIGHT = 0.5
 """The same of one where the robot fits but cannot keep its distance from the walls, rad."""
 OTHER_SIDE = 2.0
 """The same of one that rounds something by the other side than before, rad."""
-SLOWEST = 0.08
-"""The robot arrives at this speed, m/s."""
-NEAR = 0.5
-"""Within this of the target the robot keeps off the walls the less the nearer it is, m."""
 
 
 class Along(Protocol):
@@ -55,18 +49,19 @@ class GapSeeker:
     def towards(self, facts: Facts, target: Point) -> Twist:
         """The next velocity on the way to a target in the robot's frame, m."""
         distance, bearing = norm(*target), math.atan2(target[1], target[0])
-        horizon = min(distance, HORIZON)
-        points = facts.points[norms(*facts.points.T) < HORIZON + self._robot.radius]
+        settings, target_settings = self._settings, self._settings.target
+        horizon = min(distance, target_settings.horizon)
+        points = facts.points[norms(*facts.points.T) < target_settings.horizon + self._robot.radius]
         course = bearing + self._detour(turned(points, -bearing), horizon)
-        passage = passage_of(turned(points, -course), self._robot, self._settings.motion.look_ahead)
-        aside = min(1.0, distance / NEAR) * off_the_walls(passage, self._settings)
-        speed = min(self._speed, max(SLOWEST, self._settings.motion.lateral_gain * distance))
+        passage = passage_of(turned(points, -course), self._robot, settings.motion.look_ahead, settings.passage)
+        aside = min(1.0, distance / target_settings.near) * off_the_walls(passage, settings)
+        speed = min(self._speed, max(target_settings.arrival, settings.motion.lateral_gain * distance))
         return self._law.along(math.remainder(course, math.tau), speed, aside, passage.ahead)
 
     def _detour(self, points: Points, horizon: float) -> float:
         """How far off the target to drive, rad, by points in a frame with x to the target."""
         half, margin = self._robot.half_width, self._settings.safety.margin
-        free = free_ways(points, half + SPARE, horizon)
+        free = free_ways(points, half + self._settings.passage.spare, horizon)
         roomy = free_ways(points, half + margin, horizon)
         cost = np.abs(DIRECTIONS) + SHUT * (1 - free / horizon) + TIGHT * (1 - roomy / horizon)
         cost = cost + OTHER_SIDE * (np.sign(DIRECTIONS) * self._side < 0)

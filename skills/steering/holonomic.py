@@ -69,4 +69,4 @@ class HolonomicSteering:
 
     def seeker(self, speed: float) -> FieldSeeker:
         """Through a potential field."""
-        return FieldSeeker(self.robot, self.settings.motion, speed)
+        return FieldSeeker(self.robot, self.settings, speed)

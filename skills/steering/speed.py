@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from skills.settings import MotionSettings
 
-STANDOFF = 0.2
-"""Free way ahead of the robot's centre at which it has no speed left, m."""
-
 
 def speed_ahead(speed: float, ahead: float, motion: MotionSettings) -> float:
     """A wanted speed (m/s), less where the way ahead is not free for far (m)."""
-    return max(0.0, min(speed, motion.slow_gain * (ahead - STANDOFF)))
+    return max(0.0, min(speed, motion.slow_gain * (ahead - motion.standoff)))

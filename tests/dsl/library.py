@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from hsm.model.registry import Library
-from hsm.model.types import Angle, Duration, Length, Speed, TurnRate
+from hsm.model.types import Angle, Duration, Length, Quantity, Speed, TurnRate
 
 
 class Side(StrEnum):
@@ -91,6 +91,10 @@ def make_library() -> Library:
     class Wait(Skill):
         """Stand still."""
 
+        @classmethod
+        def refuses(cls, *, times: int = 1, **_: object) -> str:
+            return "" if times > 0 else f"`times` must be above zero, not {times}"
+
         def __init__(self, duration: Duration = 1.0, times: int = 1) -> None: ...
 
     @library.action("door.remember")
@@ -101,5 +105,6 @@ def make_library() -> Library:
     def beep(facts: object, times: int = 1) -> None:
         """Make a sound."""
 
+    library.constant("robot.radius", Quantity(length=1), 0.25, "As far as the robot reaches.")
     library.event("bumped", "the robot touched something")
     return library

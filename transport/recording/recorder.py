@@ -16,6 +16,7 @@ import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from threading import Thread
 from types import TracebackType
@@ -26,8 +27,9 @@ from mcap.writer import CompressionType, Writer
 from numpy.typing import NDArray
 
 from transport import codec
+from transport.arithmetic import cosines, sines
 from transport.files import Stream
-from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose, Scan
+from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose, Scan, ScanGeometry
 from transport.recording.frames import inverse, placed
 from transport.recording.messages import RUN
 from transport.recording.values import RecordedTick, RecordingError
@@ -281,9 +283,14 @@ def _transform(stamp: int, parent: str, child: str, pose: Pose) -> codec.Transfo
 
 def _points(scan: Scan) -> NDArray[np.float32]:
     """Some of a scan's hits in the laser's frame, shape (n, 3)."""
-    ranges, angles = scan.ranges[::POINTS_STRIDE].astype(np.float64), scan.geometry.angles()[::POINTS_STRIDE]
+    ranges = scan.ranges[::POINTS_STRIDE].astype(np.float64)
     hit = np.isfinite(ranges)
-    ranges, angles = ranges[hit], angles[hit]
-    return np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros_like(ranges)], axis=1).astype(
-        np.float32
-    )
+    x, y = (ranges[hit] * one[hit] for one in _directions(scan.geometry))
+    return np.stack([x, y, np.zeros_like(x)], axis=1).astype(np.float32)
+
+
+@lru_cache(maxsize=4)
+def _directions(beams: ScanGeometry) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Cosines and sines of the directions of the beams that are written as points."""
+    angles = beams.angles()[::POINTS_STRIDE]
+    return cosines(angles), sines(angles)

@@ -314,6 +314,8 @@ class Document:
                 one.doc,
                 _call_snippet(one.name, one.parameters) if one.parameters else "",
             )
+        for constant in self.library.constants.values():
+            yield Entry(constant.name, SymbolKind.VALUE, type_text(constant.type), constant.doc)
         for name, enumeration in self.library.enumerations.items():
             yield from (Entry(member.value, SymbolKind.VALUE, name) for member in enumeration)
         yield from (Entry(name, SymbolKind.FUNCTION) for name in FUNCTIONS)

@@ -27,6 +27,8 @@ from hsm.model.chart import (
     When,
 )
 from hsm.model.diagnostics import Related
+from hsm.model.expressions import Literal
+from hsm.model.registry import Choosy
 
 
 @dataclass(slots=True)
@@ -65,7 +67,14 @@ class Behaviour:
         arguments = self.context.scope.arguments(call, declared.parameters, f"activity `{call.name}`")
         if arguments is None:
             return None
-        return ActivityCall(declared, arguments, self.context.place(call.name, call.closing))
+        place = self.context.place(call.name, call.closing)
+        if isinstance(declared.factory, Choosy):
+            named = zip(declared.parameters, arguments, strict=True)
+            known = {one.name: value.value for one, value in named if isinstance(value, Literal)}
+            reason = declared.factory.refuses(**known)
+            if reason:
+                self.context.report.add("E0214", place, f"activity `{call.name}`: {reason}")
+        return ActivityCall(declared, arguments, place)
 
     def _unknown_activity(self, call: ast.CallSyntax) -> None:
         """Report an unknown activity; its arguments are looked at as those of the one that was probably meant."""

@@ -231,6 +231,9 @@ class Scope:
         if declared is not None:
             self.used.add(name)
             return VariableValue(name, declared.type, self._place(token))
+        constant = self.library.constants.get(name)
+        if constant is not None:
+            return Literal(constant.value, constant.type, self._place(token))
         signal = self.library.signals.get(name)
         if signal is not None:
             call = ast.CallSyntax(token, (), token, 1)
@@ -261,7 +264,7 @@ class Scope:
             hint = close.text or f"the values are {', '.join(expected.members)}"
         else:
             message = f"there is no variable, parameter or signal `{token}`"
-            close = self.report.guess(token, [*self.variables, *self.library.signals])
+            close = self.report.guess(token, [*self.variables, *self.library.signals, *self.library.constants])
             hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` shows what there is"
         self.used.add(close.name or "")
         if close.name is None:

@@ -22,6 +22,7 @@ _SILENT = ("log",)
 """Elements without an effect on the states: they are read over."""
 
 _DELAY = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*(ms|s|m|h|d)?\s*")
+_LARGEST = 32 * 2**20
 _SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
 
@@ -32,10 +33,13 @@ def read_file(path: str | Path) -> Model:
         MachineError: the file cannot be read or is no chart that is supported; all findings are in it.
     """
     try:
-        text = Path(path).read_bytes()
+        with Path(path).open("rb") as file:  # not to its end, which a device may not have
+            text = file.read(_LARGEST + 1)
     except OSError as error:
         reason = f"{path} cannot be read: {error.strerror or error}"
         raise MachineError([finding("E0902", None, reason)]) from None
+    if len(text) > _LARGEST:
+        raise MachineError([finding("E0902", None, f"{path} cannot be read: it is larger than 32 MiB")])
     return read_text(text, str(path))
 
 

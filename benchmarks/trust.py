@@ -34,7 +34,7 @@ from hsm.testing.proofs.verdicts import Status
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.running import run_suite
 from hsm.testing.scenarios.script import Script, scripted
-from hsm.testing.scenarios.trial import load_trial
+from hsm.testing.scenarios.tested_machine import load_tested_machine
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 
@@ -122,7 +122,7 @@ def tests(names):
           f"{'states %':>10}{'trans %':>9}{'guards %':>10}{'mutants %':>11}")  # fmt: skip
     for name in names:
         path = shipped_machines()[name]
-        trial = load_trial(path, robot_library())
+        trial = load_tested_machine(path, robot_library())
         model = trial.machine.model
         micro, share = coverage_share(model)
         begin = process_time()

@@ -270,8 +270,8 @@ def unsupported(model: Model) -> str | None:
     for one in model.transitions:
         if not isinstance(one.trigger, On | When | After | Always):
             return f"a trigger of a kind that proofs do not know ({one.place})"
-        if isinstance(one.trigger, On) and one.trigger.prefix:
-            return "events that are matched by the beginning of their names"
+        if isinstance(one.trigger, On) and (one.trigger.prefix or "*" in one.trigger.names):
+            return "events that are matched by a pattern"
     return None
 
 

@@ -26,6 +26,7 @@ from maze_machine.commands import (
     router,
     run,
     sim,
+    simulate,
     sweep,
     test,
     trust,
@@ -89,6 +90,7 @@ app.command("new", rich_help_panel=WRITE)(new.new)
 app.command("check", rich_help_panel=WRITE)(check.check)
 app.command("fmt", rich_help_panel=WRITE)(fmt.fmt)
 app.command("test", rich_help_panel=WRITE)(test.test)
+app.command("simulate", rich_help_panel=WRITE)(simulate.simulate)
 app.command("diagram", rich_help_panel=WRITE)(diagram.diagram)
 app.command("import", rich_help_panel=WRITE)(exchange.import_chart)
 app.command("export", rich_help_panel=WRITE)(exchange.export)

@@ -26,6 +26,7 @@ SUFFIX = ".maze-machine"
 """What the name of a machine's file ends with."""
 
 _LARGEST = 2**25
+_DEEPEST = 100  # files, each imported by the one before
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +84,8 @@ def read_text(path: str | Path) -> str:
         MachineError: it cannot be read, or is no text.
     """
     try:
-        content = Path(path).read_bytes()
+        with Path(path).open("rb") as file:  # not to its end, which a device may not have
+            content = file.read(_LARGEST + 1)
         if len(content) > _LARGEST:
             raise _unreadable(path, "it is larger than 32 MiB", "make parts of it machines that it imports")
         return content.decode("utf-8-sig")
@@ -189,6 +191,10 @@ class _Loader:
             return None
         if key in self.units:
             return self.units[key]
+        if len(self.open_files) > _DEEPEST:
+            message = f"imports are more than {_DEEPEST} deep here"
+            report.add("E0208", place, message, "import fewer machines from within imported ones")
+            return None
         try:
             text = read_text(path)
         except MachineError as error:

@@ -48,7 +48,8 @@ class On:
     transition's source or of a state inside it, or the completion of the source (``done``, or the final state's name).
 
     Attributes:
-        names: event names; with ``prefix`` an event also matches by its leading dotted parts, and ``*`` matches any.
+        names: event names; ``*`` is any event from outside or raised. With ``prefix`` an event also matches by its
+            leading dotted parts.
         prefix: SCXML's matching of event descriptors; the language itself matches whole names.
     """
 
@@ -64,6 +65,29 @@ class When:
 
 
 @dataclass(frozen=True, slots=True)
+class Else(When):
+    """Fires in a step in which no earlier condition of the source holds; its own condition says so."""
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """Fires once the condition has held at the end of each step for a duration in seconds, evaluated when it begins.
+
+    It is due in the first step after that time in which the condition still holds.
+    """
+
+    condition: Expression
+    duration: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Every:
+    """Fires whenever a duration in seconds has passed since the source was entered, or since it was due last."""
+
+    duration: Expression
+
+
+@dataclass(frozen=True, slots=True)
 class After:
     """Fires once the source has been active for a duration in seconds, evaluated on entry."""
 
@@ -75,7 +99,10 @@ class Always:
     """Fires as soon as its guard holds: SCXML's eventless transition."""
 
 
-Trigger = On | When | After | Always
+Trigger = On | When | After | Every | Held | Always
+
+Timed = After | Every | Held
+"""Triggers with a deadline."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive
 from maze_machine.drive.operation import NOBODY, Operator
-from maze_machine.drive.trail import TrailKeeper
+from maze_machine.drive.path_recorder import PathRecorder
 from perception import Perception
 from transport.robot import Robot
 from transport.world import Refereed
@@ -51,7 +51,7 @@ class Attempt:
     number: int
     robot: RefereedRobot
     ending: Ending
-    trail: TrailKeeper
+    trail: PathRecorder
 
 
 def attempts(
@@ -85,7 +85,7 @@ def attempts(
     """
     perception = Perception(mission.profile.robot, mission.profile.perception)
     for number in range(1, most + 1):
-        trail = TrailKeeper()
+        trail = PathRecorder()
         with watchers(number) as watching:
             driven = robot()
             ending = drive(mission, driven, driven, [trail, *watching], perception, operator=operator)

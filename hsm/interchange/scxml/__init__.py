@@ -10,10 +10,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from hsm.engine.machine import Machine, build
+from hsm.interchange.scxml.differences import differences
 from hsm.interchange.scxml.reader import read_file, read_text
 from hsm.interchange.scxml.writer import write_text
 
-__all__ = ["load", "read_file", "read_text", "write_text"]
+__all__ = ["differences", "load", "read_file", "read_text", "write_text"]
 
 
 def load(path: str | Path) -> Machine:

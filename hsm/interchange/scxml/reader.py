@@ -11,6 +11,7 @@ from pathlib import Path
 
 from hsm.interchange.scxml.conditions import ConditionError, parse_condition
 from hsm.interchange.scxml.elements import Element, parse
+from hsm.interchange.scxml.vocabulary import breaches
 from hsm.model.chart import Action, Always, Cancel, Model, On, Raise, Send, State, StateKind, Transition, TransitionKind
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Related
@@ -21,7 +22,8 @@ _STATES = ("state", "parallel", "final", "history")
 _SILENT = ("log",)
 """Elements without an effect on the states: they are read over."""
 
-_DELAY = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*(ms|s|m|h|d)?\s*")
+_DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
+_LARGEST = 32 * 2**20
 _SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
 
@@ -32,10 +34,13 @@ def read_file(path: str | Path) -> Model:
         MachineError: the file cannot be read or is no chart that is supported; all findings are in it.
     """
     try:
-        text = Path(path).read_bytes()
+        with Path(path).open("rb") as file:  # not to its end, which a device may not have
+            text = file.read(_LARGEST + 1)
     except OSError as error:
         reason = f"{path} cannot be read: {error.strerror or error}"
         raise MachineError([finding("E0902", None, reason)]) from None
+    if len(text) > _LARGEST:
+        raise MachineError([finding("E0902", None, f"{path} cannot be read: it is larger than 32 MiB")])
     return read_text(text, str(path))
 
 
@@ -52,8 +57,11 @@ def read_text(text: str | bytes, file: str = "<text>") -> Model:
     top = parse(text, file)
     reader = _Reader(file)
     model = reader.read(top)
-    if reader.findings:
-        raise MachineError(sorted(reader.findings, key=lambda one: (one.place is not None and one.place, one.code)))
+    found = list(breaches(top))
+    told = {(one.place, one.code) for one in found}
+    found += [one for one in reader.findings if (one.place, one.code) not in told]
+    if found:
+        raise MachineError(sorted(found, key=lambda one: (one.place is not None and one.place, one.code)))
     return model
 
 
@@ -188,9 +196,13 @@ class _Reader:
         if kind in (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY):
             return self._default(index, list(element.of("transition")), draft.parent)
         if kind is not StateKind.COMPOUND:
+            if kind is StateKind.ATOMIC and ("initial" in element.attributes or any(element.of("initial"))):
+                self.find("E0909", f"`{draft.name}` has an `initial` and no state inside", element.place)
             return (), ()
         elements = [one for initial in element.of("initial") for one in initial.of("transition")]
         if any(element.of("initial")):
+            if "initial" in element.attributes or len(list(element.of("initial"))) > 1:
+                self.find("E0909", f"`{draft.name}` says twice where it begins", element.place, "keep one `initial`")
             return self._default(index, elements, index)
         names = element.attributes.get("initial", "").split()
         targets = tuple(self._targets(names, element.place))
@@ -310,10 +322,13 @@ class _Reader:
         return Send(event, delay, attributes.get("id"), element.place)
 
     def _delay(self, text: str, place: Place) -> float:
+        if text.strip() == "0":
+            return 0.0
         found = _DELAY.fullmatch(text)
-        seconds = float(found[1]) * _SECONDS[found[2] or "ms"] if found else -1.0
+        seconds = float(found[1]) * _SECONDS[found[2]] if found else -1.0
         if found is None or not isfinite(seconds):
-            self.find("E0910", f"`{text}` is no delay", place, "write it as in `1.5s` or `200ms`")
+            what = "a delay without a unit" if text.strip().replace(".", "", 1).isdecimal() else "no delay"
+            self.find("E0910", f"`{text}` is {what}", place, "write it as in `1.5s` or `200ms`")
         return seconds
 
     def _required(self, element: Element, name: str) -> str | None:

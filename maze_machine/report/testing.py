@@ -19,7 +19,7 @@ from hsm.testing.mutation.mutating import survey
 from hsm.testing.proofs.proving import check
 from hsm.testing.proofs.verdicts import Assumptions, PropertyVerdict, Status
 from hsm.testing.scenarios.running import Failure, ScenarioResult, run_suite
-from hsm.testing.scenarios.trial import Trial
+from hsm.testing.scenarios.tested_machine import TestedMachine
 from hsm.testing.scenarios.watching import watches
 from hsm.testing.scenarios.writing import Writer
 from maze_machine.errors import UsageError
@@ -77,7 +77,7 @@ class Demand:
     depth: int | None = None
 
 
-def run_trial(trial: Trial, demand: Demand, reports: Reports) -> TrialReport:
+def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialReport:
     """Run all scenarios and decide all properties of a machine.
 
     Raises:
@@ -155,7 +155,7 @@ def generated(machine: Machine, steps: int | None, output: Path | None) -> Trial
     return TrialReport(not unreached, [*unreached, told], as_json, losses)
 
 
-def mutated(trial: Trial) -> TrialReport:
+def mutated(trial: TestedMachine) -> TrialReport:
     """Run all scenarios on machines with small mistakes.
 
     Raises:

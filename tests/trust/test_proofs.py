@@ -415,6 +415,9 @@ def test_gates_do_not_pass_by_accident(run_test):
 
 def test_a_caller_says_what_it_relies_on(run_test):
     claim = DEAD_END.replace("\nstate a\n", "\nproperty p : never in(c)\n\nstate a\n", 1)
+    claim = claim.replace(
+        "-> a\n", "-> d\n\nstate d\n    when space.left -> e\n\nstate e\n    when not space.left -> a\n"
+    )
     assert run_test(claim, None, "--require", "proved")[0] == 0
     status, told = run_test(claim, None, "--require", "proved", "--depth", 1)
     assert status == 1

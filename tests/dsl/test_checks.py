@@ -1,4 +1,4 @@
-"""Flow, outcomes, conflicts, names: what is found, and that one mistake is told once."""
+"""Flow, outcomes, conflicts, names: what is found, and that one mistake is reported once."""
 
 import pytest
 
@@ -173,7 +173,7 @@ MISTAKES = [
     ("state a\n    when space.left && space.right -> b\nfinal b\n", "`and`"),
     ("state a\n    when 1 < steps < 3 -> b\nfinal b\n", "join two comparisons"),
     ("state a\n    when ahead / 2 > 1 m -> b\nfinal b\n", "parentheses"),
-    ("state a\n    on bumped and space.left -> b\nfinal b\n", "behind `if`"),
+    ("state a\n    on bumped and space.left -> b\nfinal b\n", "after `if`"),
     ("state a\n    on bumped goto b\nfinal b\n", "behind `->`"),
     ("state a\n    on bumped --> b\nfinal b\n", "`->`"),
     ("state a\n    on space.left -> b\nfinal b\n", "`when space.left`"),
@@ -194,7 +194,7 @@ MISTAKES = [
     ("var n : bool = True\nstate a\n    on bumped if n -> b\nfinal b\n", "`true`"),
     ("var n : int = 0\nstate a\n    on bumped if n > 1 -> b\n    on fault / n++\nfinal b\n", "`+= 1`"),
     ("state a\n    on bumped -> b\nstate b\n    on bumped -> history\n", "of which state"),
-    ('state a\n    do follow_wall(side = "left")\n    on bumped -> b\nfinal b\n', "without quotes"),
+    ('state a\n    do follow_wall(side = "left")\n    on bumped -> b\nfinal b\n', "remove the quotes"),
 ]
 
 

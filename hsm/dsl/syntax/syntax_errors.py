@@ -132,7 +132,7 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
     if first == "do" and before[1:] == re.findall(r"^[\w.]+$", before[-1]) and "LPAR" in expected:
         return f"an activity is called: `do {before[-1]}()`"
     if first in ("entry", "exit") and len(before) == 1:
-        return f"actions stand behind a slash: `{first} / ...`"
+        return f"write actions after a slash: `{first} / ...`"
     return None
 
 

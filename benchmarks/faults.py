@@ -2,8 +2,8 @@
 
 Four families, each with its promise, which is checked after every fault:
 
-- in real time, behind the gate, on a clock turned by hand: the base moves only by whole answers of the lease's holder to
-  fresh observations, and stands within the dead man's time of the last one; after the fault it is driven again;
+- in real time, behind the gate, on a clock turned by hand: the base moves only by whole answers of the lease's holder
+  to fresh observations, and stands within the dead man's time of the last one; after the fault it is driven again;
 - in lockstep, over a bad network, with threads and real timers: the run is the undisturbed one, bit for bit;
 - the recorder on a bad disk: the run goes on, what the recording holds is as it was, what was there before is kept;
 - a campaign with workers that are killed, stopped or cut off: its results file is the undisturbed one, byte for byte.
@@ -72,9 +72,11 @@ class Hand:
         self.actors: list[Callable[[], object]] = []
 
     def now(self) -> float:
+        """Seconds since some moment."""
         return self.time
 
     def wait(self, seconds: float) -> None:
+        """Turn the clock on; all actors act meanwhile."""
         until = self.time + max(seconds, STEP)
         while self.time < until - 1e-9:
             self.time += STEP
@@ -136,6 +138,7 @@ class WatchedBase(PacedWorld):
         """By how much the robot's clock is ahead of the simulation's, ns."""
 
     def sense(self) -> Observation | None:
+        """What the robot senses, by its own clock."""
         observation = super().sense()
         if observation is None:
             return observation
@@ -148,6 +151,7 @@ class WatchedBase(PacedWorld):
         )
 
     def move(self, twist: Twist) -> None:
+        """Take note of what the base is told."""
         super().move(twist)
         self._told.append((self._clock.now(), twist))
 
@@ -171,16 +175,19 @@ class Scene:
             self.gate.pump()
 
     def serve(self) -> None:
+        """Start the robot's side."""
         self.bus = self.network.bus()
         self.base = WatchedBase(self.clock, self.told)
         self.gate = Gate(self.bus, self.base, TOY, LINK, self.clock)
 
     def kill_gate(self) -> None:
+        """End the robot's side without a word."""
         self.gate = None
         self.bus.close()
         self.told.append((self.clock.now(), STOP))  # a base whose gate is gone has a time-out of its own
 
     def take(self) -> RealtimeRobot:
+        """Take the robot."""
         robot = open_robot(self.network.bus(), TOY, LINK, seed=1, clock=self.clock)
         assert isinstance(robot, RealtimeRobot)
         return robot
@@ -369,6 +376,7 @@ class BadDisk:
         self._file.close()
 
     def write(self, content: bytes) -> int:
+        """Write as slowly as the disk is, and as much as there is room for."""
         time.sleep(self._delay)
         if len(content) > self._room:
             self._file.write(content[: int(self._room)])

@@ -20,10 +20,10 @@ from maze_machine.report.notices import Notices
 from maze_machine.report.progress import ProgressDisplay
 from maze_machine.simulated.world import SimulatedWorld
 from sim.occupancy import occupancy
-from transport.codec import Grid
 from transport.description import RobotDescription
 from transport.files import Stream
 from transport.recording import Recorder, RecordingError, Setting
+from transport.recording.drawings import Grid
 
 
 @dataclass(frozen=True, slots=True)

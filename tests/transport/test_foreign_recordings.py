@@ -21,7 +21,7 @@ from toy_world import ToyWorld, wander
 
 from transport import codec
 from transport.messages import NANOSECONDS, Pose, Scan
-from transport.recording import Recorder, RecordingError, Setting, Topics, read_recording
+from transport.recording import Recorder, RecordingError, Setting, Topics, drawings, read_recording
 from transport.recording import messages as reader
 from transport.recording.frames import inverse, placed, pose_of
 from transport.world import LockstepRobot
@@ -253,7 +253,7 @@ def test_the_transform_tree_leads_from_each_scan_to_the_map(tmp_path):
     def truth(observation):
         return Pose(3.0 + 0.01 * observation.time, -2.0, 0.4 + 0.05 * observation.time)
 
-    grid = codec.Grid(np.zeros((3, 4), dtype=np.int8), 0.5, -1.0, -2.0)
+    grid = drawings.Grid(np.zeros((3, 4), dtype=np.int8), 0.5, -1.0, -2.0)
     setting = Setting(((0.1, 0.1), (-0.1, 0.1), (0.0, -0.1)), MOUNT, grid, LATER)
     record(tmp_path / "run.mcap", 12, setting, truth)
     transforms, seen, kinds = [], [], {}
@@ -264,8 +264,8 @@ def test_the_transform_tree_leads_from_each_scan_to_the_map(tmp_path):
                 transforms += codec.decode_transforms(message.data)
             if channel.topic == "/toy/scan":
                 seen.append((codec.decode_scan(message.data).stamp, codec.frame_of(message.data, codec.LASER_SCAN)))
-    assert kinds["/map"] == codec.GRID
-    assert kinds["/toy/footprint"] == codec.OUTLINE
+    assert kinds["/map"] == drawings.GRID
+    assert kinds["/toy/footprint"] == drawings.OUTLINE
     assert kinds["/toy/state/toy"] == codec.STRING
     assert len(seen) == 12
     for (stamp, frame), (observation, _) in zip(seen, sensed(12), strict=True):
@@ -465,6 +465,19 @@ def test_messages_in_another_encoding_are_named(tmp_path):
         writer.finish()
     with pytest.raises(RecordingError, match=r"has no scan .* /scan \(protobuf"):
         read_recording(path)
+
+
+def test_names_in_a_file_cannot_write_to_the_terminal(tmp_path):
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("evil\x1b[31m/msg/X\n", "ros2msg", b"")
+        writer.add_message(writer.register_channel("/a\x1b]0;x\x07\nb", "cdr", schema), 0, b"1", 0)
+        writer.finish()
+    with pytest.raises(RecordingError, match="has no scan") as caught:
+        read_recording(path)
+    assert str(caught.value).isprintable()
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from toy_world import ToyWorld, wander
 
-from transport.codec import Grid
 from transport.messages import Pose
 from transport.recording import Recorder, Setting
+from transport.recording.drawings import Grid
 from transport.world import LockstepRobot
 
 pytest.importorskip("rerun")

@@ -30,6 +30,7 @@ from transport import codec
 from transport.arithmetic import cosines, sines
 from transport.files import Stream
 from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose, Scan, ScanGeometry
+from transport.recording import drawings
 from transport.recording.frames import inverse, placed
 from transport.recording.messages import RUN
 from transport.recording.values import RecordedTick, RecordingError
@@ -62,7 +63,7 @@ class Setting:
 
     footprint: Sequence[tuple[float, float]] = ()
     mount: Pose = Pose()  # noqa: RUF009 - frozen
-    grid: codec.Grid | None = None
+    grid: drawings.Grid | None = None
     epoch: int = 0
 
 
@@ -211,13 +212,13 @@ class _TickWriter:
             moved = [codec.Transform(odometry.stamp, codec.ODOMETRY_FRAME, codec.BASE_FRAME, *place)]
             if tick.pose is not None:
                 drift = placed(inverse(odometry.pose), tick.pose)
-                moved.append(_transform(odometry.stamp, codec.MAP_FRAME, codec.ODOMETRY_FRAME, drift))
+                moved.append(_transform(odometry.stamp, drawings.MAP_FRAME, codec.ODOMETRY_FRAME, drift))
             self._add("/tf", codec.TRANSFORMS, at, codec.encode_transforms(*moved))
         if observation.scan is not self._scan:
             scan = replace(observation.scan, stamp=observation.scan.stamp + self._setting.epoch)
             self._scan = observation.scan
             self._add(f"/{name}/scan", codec.LASER_SCAN, at, codec.encode_scan(scan))
-            self._add(f"/{name}/points", codec.POINTS, at, codec.encode_points(_points(scan), scan.stamp))
+            self._add(f"/{name}/points", drawings.POINTS, at, drawings.encode_points(_points(scan), scan.stamp))
         self._add(f"/{name}/cmd_vel", codec.TWIST, at, codec.encode_twist(command.twist))
         self._show(tick)
         door = None if observation.door is None else asdict(observation.door)
@@ -241,12 +242,14 @@ class _TickWriter:
         fixed = [_transform(stamp, codec.BASE_FRAME, codec.LASER_FRAME, setting.mount)]
         if pose is None:
             # Where nobody knows better, the map is drawn where the odometry sees it.
-            fixed.append(_transform(stamp, codec.MAP_FRAME, codec.ODOMETRY_FRAME, Pose()))
+            fixed.append(_transform(stamp, drawings.MAP_FRAME, codec.ODOMETRY_FRAME, Pose()))
         self._add("/tf_static", codec.TRANSFORMS, at, codec.encode_transforms(*fixed))
         if setting.footprint:
-            self._add(f"/{self._robot}/footprint", codec.OUTLINE, at, codec.encode_outline(setting.footprint, stamp))
+            self._add(
+                f"/{self._robot}/footprint", drawings.OUTLINE, at, drawings.encode_outline(setting.footprint, stamp)
+            )
         if setting.grid is not None:
-            self._add("/map", codec.GRID, at, codec.encode_grid(setting.grid, stamp))
+            self._add("/map", drawings.GRID, at, drawings.encode_grid(setting.grid, stamp))
 
     def _show(self, tick: RecordedTick) -> None:
         """What is written for viewers only: the states that changed, and now and then the path."""
@@ -259,8 +262,8 @@ class _TickWriter:
         if at - self._path_at >= PATH_EVERY:
             self._path_at = at
             self._path = [*self._path, tick.pose or tick.observation.odometry.pose][-PATH_LONGEST:]
-            path = codec.encode_path(self._path, codec.MAP_FRAME, at + self._setting.epoch)
-            self._add(f"/{self._robot}/path", codec.PATH, at, path)
+            path = drawings.encode_path(self._path, drawings.MAP_FRAME, at + self._setting.epoch)
+            self._add(f"/{self._robot}/path", drawings.PATH, at, path)
 
     def _channel(self, topic: str, kind: str) -> int:
         if topic not in self._channels:

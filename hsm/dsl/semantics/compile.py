@@ -94,6 +94,7 @@ class _Compiler:
             self._request_histories(symbol)
         order = self._number()
         self.context.scope.states = self._names_of_states(order)
+        self.declarations.define()
         if self.instantiated.unknown or any(unit is None or unit.model is None for unit in self.machines.values()):
             table.events.add_unknown()
         events = [name for unit in self.machines.values() if unit is not None for name in unit.events]

@@ -280,7 +280,13 @@ class _Walker:
 
     def _take_declaration(self, symbol: StateSymbol, item: ast.Item) -> None:
         match item:
-            case ast.ImportLine(name) | ast.ParameterLine(name) | ast.VariableLine(name):
+            case (
+                ast.ImportLine(name)
+                | ast.ParameterLine(name)
+                | ast.VariableLine(name)
+                | ast.EnumerationLine(name)
+                | ast.DefinitionLine(name)
+            ):
                 first = name
             case ast.EventLine(names):
                 first = names[0]

@@ -8,6 +8,7 @@ from collections.abc import Set
 from lark import Token
 
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax.characters import advice, described, is_strange
 from hsm.dsl.syntax.lexer import STATEMENTS
 from hsm.model.diagnostics import Place
 
@@ -76,6 +77,11 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
         line: the line that it stands on.
     """
     number, column = token.line or 1, token.column or 1
+    if column <= len(line) and is_strange(line[column - 1]):
+        character = line[column - 1]
+        place = Place(report.file, number, column, number, column + 1)
+        report.add("E0101", place, f"here is {described(character)}", advice(character))
+        return
     before = line[: column - 1]
     match = _WORD.match(line, column - 1) if token.type != "_NL" else None
     word = match.group() if match is not None else ""

@@ -61,6 +61,7 @@ class Moment:
             tuple(sorted((index, _coarse(due - now)) for index, due in state.timers.items())),
             tuple((_coarse(due - now), send.event) for due, send in state.sent),
             tuple(sorted(state.history.items())),
+            state.acted,
             self.over,
         )
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from hsm.engine.coverage import Coverage
 from hsm.engine.decisions import decision_of
-from hsm.model.chart import Action, After, Model, State, Transition, When
+from hsm.model.chart import Action, Model, State, Timed, Transition, When
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression, Literal, Unary
 from hsm.model.rewriting import Rewriter
@@ -107,7 +107,7 @@ def _reaches(coverage: Coverage, mutant: Mutant) -> bool:
 
 def _unmarked(transition: Transition) -> bool:
     """Whether a transition may have been looked at although no path through its guard was marked."""
-    return isinstance(transition.trigger, After) or (
+    return isinstance(transition.trigger, Timed) or (
         guard_of(transition) is not None and not decision_of(transition).conditions
     )
 
@@ -143,7 +143,7 @@ def _dropped(model: Model) -> Iterator[Mutant]:
 def _negated(model: Model) -> Iterator[Mutant]:
     for one in model.transitions:
         if isinstance(one.trigger, When):
-            changed = replace(one, trigger=When(_not(one.trigger.condition)))
+            changed = replace(one, trigger=replace(one.trigger, condition=_not(one.trigger.condition)))
             yield Mutant(
                 "negated condition",
                 transition_text(model, one),

@@ -15,7 +15,7 @@ import pytest
 from maze_machine.catalogue.machines import SHIPPED
 
 ROOT = Path(__file__).parents[2]
-PAGES = ("../README.md", "tutorial.md", "explanation/loop.md", "explanation/skills.md")
+PAGES = ("../README.md", "tutorial.md", "explanation/loop.md", "explanation/skills.md", "how-to/maps-and-recordings.md")
 BLOCK = re.compile(r"^```(\S+)(?: file=(\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LIMIT = 120
 

@@ -467,6 +467,19 @@ def test_messages_in_another_encoding_are_named(tmp_path):
         read_recording(path)
 
 
+def test_names_in_a_file_cannot_write_to_the_terminal(tmp_path):
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("evil\x1b[31m/msg/X\n", "ros2msg", b"")
+        writer.add_message(writer.register_channel("/a\x1b]0;x\x07\nb", "cdr", schema), 0, b"1", 0)
+        writer.finish()
+    with pytest.raises(RecordingError, match="has no scan") as caught:
+        read_recording(path)
+    assert str(caught.value).isprintable()
+
+
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp("written")

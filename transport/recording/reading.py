@@ -33,7 +33,7 @@ from transport.recording.frames import mount_in
 from transport.recording.messages import Message, Messages, messages_of
 from transport.recording.values import RecordedTick, Recording, RecordingError, Topics
 from transport.sanity import ScanError, conformed, odometry_fault
-from transport.wording import in_words
+from transport.wording import in_words, printable
 
 MOST_BYTES = 1_000_000_000
 """The messages that are wanted are not longer than this together."""
@@ -82,7 +82,8 @@ def read_recording(path: Path, topics: Topics = Topics(), *, period: float = PER
     except OSError as error:
         raise RecordingError(f"cannot read the recording {path}: {error.strerror or error}") from None
     except RecordingError as error:
-        raise RecordingError(f"{path} {error}") from None
+        # Topics and types are names from a file of somebody else's.
+        raise RecordingError(printable(f"{path} {error}")) from None
 
 
 class _Wanted:

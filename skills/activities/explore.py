@@ -12,7 +12,7 @@ from perception.mapping.planning import Frontier, Plan, Way
 from perception.world import DoorPlace
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, above_zero
-from skills.way import along_way
+from skills.steering.way import along_way
 from transport.messages import Command, Pose, Twist
 from transport.section import Point
 

@@ -11,8 +11,8 @@ from perception import Perception
 from skills.activities.explore import Explore, GoToDoor
 from skills.settings import SkillSettings
 from skills.steering import steering_of
+from skills.steering.way import ahead_on, along_way
 from skills.strategies import places
-from skills.way import ahead_on, along_way
 from tests.perception.scenes import PICO, cells, observe
 from transport.description import RobotDescription
 from transport.messages import Pose

@@ -6,7 +6,7 @@ import math
 
 from perception.mapping.frames import between
 from perception.mapping.planning import Way
-from skills.steering import Steering
+from skills.steering.law import Steering
 from transport.messages import Pose, Twist
 from transport.section import Point
 

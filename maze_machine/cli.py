@@ -1,7 +1,7 @@
 """The one entry point, ``maze-machine``: the table of subcommands, each a function in a module of its own.
 
 A command's module keeps heavy imports (numpy, zenoh, matplotlib, ...) inside its function, so that ``--help`` and
-completion in a shell answer at once. What goes wrong in a command is told by ``maze_machine.errors``.
+completion in a shell answer at once. Errors of a command are reported by ``maze_machine.errors``.
 """
 
 from __future__ import annotations

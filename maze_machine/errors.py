@@ -1,4 +1,4 @@
-"""What a user is told when something goes wrong: one clear message, and an exit status that programs can read."""
+"""What a user sees when something goes wrong: one clear message, and an exit status that programs can read."""
 
 from __future__ import annotations
 

@@ -296,7 +296,7 @@ class Lease:
         self.epoch, self.secret, self.holder, self._request = 0, "", "", ""
 
     def refusal(self) -> Refused:
-        """What a second controller is told."""
+        """What a second controller hears."""
         return Refused(
             reason=f"the robot is driven by {self.holder}",
             holder=self.holder,

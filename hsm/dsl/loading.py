@@ -142,7 +142,7 @@ def _position(found: Diagnostic) -> tuple[int, int, str]:
 
 @dataclass(slots=True)
 class _Loader:
-    """Compiles each file once; knows which files are being compiled, so that a ring of imports is seen."""
+    """Compiles each file once; knows which files are being compiled, so that an import cycle is seen."""
 
     library: Library
     units: dict[Path, CompilationUnit] = field(default_factory=dict)
@@ -186,8 +186,8 @@ class _Loader:
         place = place_of(report.file, name)
         if key in self.open_files:
             ring = [one.stem for one in self.open_files[self.open_files.index(key) :]]
-            message = f"machines import one another in a ring: {' -> '.join([*ring, ring[0]])}"
-            report.add("E0410", place, message, "let what both need be a machine of its own, which they import")
+            message = f"import cycle: {' -> '.join([*ring, ring[0]])}"
+            report.add("E0410", place, message, "move the shared part into a third machine")
             return None
         if key in self.units:
             return self.units[key]

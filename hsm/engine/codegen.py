@@ -22,9 +22,9 @@ from hsm.engine.decisions import Condition, Connective, Constant, Decision, Nega
 from hsm.engine.evaluation import Evaluation, all_signals, eager_signals
 from hsm.engine.limits import duration, finite, following, interval, whole
 from hsm.engine.probes import Probes
-from hsm.model.chart import Action, After, Assign, Call, Every, Model, Raise, State, Timed, When
+from hsm.model.chart import Action, After, Assign, Call, Every, Execute, Model, Raise, State, Timed, When
 from hsm.model.diagnostics import Place
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import Active, Binary, Computed, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.types import Integer, Quantity, Type
 
 NONE = -1
@@ -312,13 +312,15 @@ class Generator:
                 case Call(declared, arguments, place):
                     given = "".join(f", {self._inline(writer, argument)}" for argument in arguments)
                     writer.add(1, f"{self._object(declared.function)}(f{given})", place)
+                case Execute(run=execute, place=place):
+                    writer.add(1, f"{self._object(execute)}(m, c, q)", place)
                 case Raise(event, place):
                     writer.add(1, f"q.append({event!r})", place)
                 case _:
                     writer.add(1, f"q.append({self._object(action)})", action.place)
         if len(writer.lines) == 1:
             return None
-        watches = any("in c" in line for line in writer.lines)
+        watches = any("in c" in line or "(m, c, q)" in line for line in writer.lines)
         run = self._function(writer, "run")
         return Block(run, actions, state, role, run.__code__, tuple(writer.places), watches)
 
@@ -419,6 +421,8 @@ class Generator:
                 return repr(value) if type(value) in (bool, int) else self._number(value)
             case VariableValue(name):
                 return f"v[{self.variables[name]}]"
+            case Computed():
+                return f"{self._object(expression.compute)}(m, c)"
             case SignalValue():
                 slot = self.slot(expression)
                 if slot in known:

@@ -20,6 +20,7 @@ from hsm.model.diagnostics import Place
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
+from hsm.model.messages import STORE, Message, Store
 from hsm.model.topology import Remembered
 
 SPIN = 1000
@@ -38,6 +39,7 @@ class RunState:
         history: what each history state remembers.
         outcome: how the run ended, or None.
         acted: conditions that have held long enough, by transition: they wait until they are false.
+        store: the data of a chart that has any, between its steps.
     """
 
     configuration: Configuration
@@ -47,6 +49,7 @@ class RunState:
     history: Remembered
     outcome: str | None
     acted: frozenset[int] = frozenset()
+    store: Store | None = None
 
     @property
     def wake(self) -> float:
@@ -60,7 +63,7 @@ class _Work:
 
     values: list[Any]
     timers: dict[int, int]
-    raised: list[Event | Send | Cancel]
+    raised: list[Event | Message | Send | Cancel]
 
     def copy(self) -> _Work:
         """The same, to go on from."""
@@ -88,7 +91,9 @@ def fault_event(state: int) -> StateEvent:
     return StateEvent(("fault",), state, "error.execution")
 
 
-def _event(entry: Event | PendingFault) -> Event:
+def _event(entry: Event | Message | PendingFault) -> Event:
+    if isinstance(entry, Message):
+        return entry.name
     return entry.event if isinstance(entry, PendingFault) else entry
 
 
@@ -122,8 +127,8 @@ class MacrostepExecution:
         self._facts = facts
         self._memo = memo
         self._hits = hits
-        self._queue: deque[Event | PendingFault | Send | Cancel] = deque()
-        self._external: deque[Event | PendingFault] = deque()
+        self._queue: deque[Event | Message | PendingFault | Send | Cancel] = deque()
+        self._external: deque[Event | Message | PendingFault] = deque()
         self._failed: dict[Any, BaseException] = {}
         self._reported: set[Any] = set()
         self._found: list[PendingFault] = []
@@ -133,9 +138,11 @@ class MacrostepExecution:
 
     def start(self, plan: Plan) -> None:
         """Enter the initial configuration."""
+        self._memo.update(self._stored())
         self._take(Phase.START, NOTHING_DUE, plan)
         self._run_to_stability()
         self._drain()
+        self.state.store = self._memo.get(STORE)
 
     def run(self, events: Iterable[Event | PendingFault], error: BaseException | None = None) -> None:
         """Handle events, then time-outs, then conditions.
@@ -146,6 +153,7 @@ class MacrostepExecution:
         """
         self._settled = True
         self._error = error
+        self._memo.update(self._stored())
         if self.state.outcome is not None:
             for entry in events:
                 self._record(_event(entry), NOTHING_DUE, None)
@@ -159,6 +167,26 @@ class MacrostepExecution:
             self._time_outs(due)
         self._conditions()
         self._watch()
+        self.state.store = self._memo.get(STORE)
+
+    def _stored(self) -> dict[str, Store]:
+        """The data of the chart, as the first of the step's signals; without a data model nothing."""
+        store = self.state.store or self.chart.model.store
+        return {} if store is None else {STORE: store}
+
+    def _bind(self, entry: Event | Message | PendingFault) -> None:
+        """Make an event the chart's ``_event``."""
+        store: Store = self._memo[STORE]
+        match entry:
+            case Message():
+                event = entry
+            case str():
+                event = Message(entry)
+            case StateEvent(origin=origin, standard=name):
+                event = Message(name, "platform", store.results.get(origin))
+            case _:
+                event = Message(entry.event.standard, "platform", entry.reason)
+        self._memo[STORE] = replace(store, event=event)
 
     def macrostep(self) -> Macrostep:
         """What was done, once all is done."""
@@ -204,19 +232,21 @@ class MacrostepExecution:
 
     def _send(self, send: Send) -> None:
         if send.delay <= 0:
-            self._external.append(send.event)
+            self._external.append(send.message or send.event)
         else:
             self.state.sent = (*self.state.sent, (self._now + nanoseconds(send.delay), send))
 
-    def _arrived(self) -> list[Event]:
+    def _arrived(self) -> list[Event | Message]:
         """The events on their way that arrive now, the earliest first."""
         arrived = sorted((one for one in self.state.sent if self._reached(one[0])), key=lambda one: one[0])
         if arrived:
             self.state.sent = tuple(one for one in self.state.sent if not self._reached(one[0]))
-        return [send.event for _, send in arrived]
+        return [send.message or send.event for _, send in arrived]
 
-    def _handle(self, entry: Event | PendingFault) -> bool:
+    def _handle(self, entry: Event | Message | PendingFault) -> bool:
         """Let one event fire what it can; whether there was anything."""
+        if STORE in self._memo:
+            self._bind(entry)
         event = _event(entry)
         selector = self.state.configuration.on(event)
         if selector is not None:
@@ -467,7 +497,9 @@ class MacrostepExecution:
             known = (declared.source, self.chart.generator.key(error.call, self.state.values), None)
             place, reason = error.call.place or place, str(error)
             cause = error.__cause__ if isinstance(error.__cause__, Exception) else error
-        if known not in self._reported:
+        if STORE in self._memo:
+            self._queue.append(Message("error.execution", "platform", reason))
+        elif known not in self._reported:
             self._reported.add(known)
             self._found.append(PendingFault(fault_event(declared.source), reason, place, cause))
 

@@ -45,6 +45,8 @@ def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
 
     A time-out goes by its state and its text, and has a deadline in nanoseconds, or none where it has acted already.
     """
+    if machine.model.store is not None:
+        raise SnapshotError(f"the data of the chart {machine.name} cannot be saved")
     state, names = run.state, [one.name for one in machine.model.states]
     events = [(one.event, one.reason) if isinstance(one, PendingFault) else (one, None) for one in run.pending]
     return {

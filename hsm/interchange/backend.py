@@ -181,6 +181,9 @@ def _beyond(machine: CompiledChart) -> Iterator[Diagnostic]:
     if machine.topology.depth > DEPTH:
         yield _refusal(f"states nested more than {DEPTH} deep", machine.model.states[0].place)
         return
+    if machine.model.store is not None:
+        yield _refusal("a data model", machine.model.states[0].place)
+        return
     for state in machine.model.states:
         for reason in _state_beyond(machine, state):
             yield _refusal(f"state `{state.name}`: {reason}", state.place)

@@ -64,7 +64,7 @@ CODES: dict[str, Code] = {
         "E0407": "history of what has no states inside",
         "E0408": "a parallel state with fewer than two regions",
         "E0409": "a machine without a state",
-        "E0410": "a ring of imports",
+        "E0410": "an import cycle",
         "E0411": "two activities that hold the same thing at once",
         # the way through a machine
         "W0501": "a state that nothing enters",

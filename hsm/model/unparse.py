@@ -16,6 +16,7 @@ from hsm.model.chart import (
     Cancel,
     Else,
     Every,
+    Execute,
     Held,
     On,
     Raise,
@@ -153,5 +154,7 @@ def action_text(action: Action) -> str:
             return f"raise {event}"
         case Send(event, delay):
             return f"raise {event} after {value_text(delay, Quantity(time=1))}" if delay else f"send {event}"
+        case Execute(text):
+            return text
         case Cancel(label):
             return f"cancel {label}"

@@ -29,7 +29,7 @@ def view(
     scan: ScanTopicOption = None,
     odometry: OdometryTopicOption = None,
 ) -> None:
-    """Make a page of a recorded run: the robot, what its laser saw, its states and transitions, to be played and wound.
+    """Make a page of a recorded run: robot, laser, states and transitions, with play, pause and seek.
 
     The page is one file that any browser opens. For a page that shows a run while it goes on, see
     `maze-machine run --live`.

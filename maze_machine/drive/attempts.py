@@ -34,7 +34,7 @@ class KeptRobot:
 
 
 WatchersOf = Callable[[int], AbstractContextManager[Sequence[TickWatcher]]]
-"""Who is told of an attempt, given its number, for as long as it lasts."""
+"""Who watches an attempt, given its number, for as long as it lasts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ def attempts(
     Args:
         mission: what to do; an attempt that reaches its time limit is the last one.
         robot: takes hold of the robot for an attempt.
-        watchers: who is told of an attempt.
+        watchers: who watches an attempt.
         most: how many to make at most.
         try_again: puts the robot, which has been stopped, back to the start, if another attempt is granted.
         operator: who sends events to the machine, and may end the run.

@@ -169,7 +169,7 @@ def _finish(recorder: Recorder, losses: list[str]) -> None:
 
 @contextmanager
 def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Iterator[TickWatcher]:
-    """A watcher that shows each tick on a page of its own; its address is told on standard error.
+    """A watcher that shows each tick on a page of its own; its address is printed on standard error.
 
     Raises:
         UsageError: the port is taken.

@@ -1,6 +1,7 @@
 """Proofs: what is called proved is proved, what is called violated is shown, and the rest is neither."""
 
 import pytest
+from typer.testing import CliRunner
 
 from hsm.dsl import load_model
 from hsm.engine.machine import Machine
@@ -13,6 +14,7 @@ from hsm.testing.scenarios.script import Script, scripted_machine
 from hsm.testing.scenarios.writing import Writer
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
+from maze_machine.cli import app
 from tests.trust.foreign import MACHINES, MISTAKES, foreign_machine
 from tests.trust.random_machines import cross_checked, replays
 
@@ -356,3 +358,71 @@ def test_a_mistake_in_one_of_them_is_found(mistake):
 
 def test_random_runs_do_find_violations():
     assert any(cross_checked(seed, runs=30).shown for seed in range(3))
+
+
+# Gates.
+
+DEAD_END = """machine dead
+
+state a
+    when space.left -> b
+    when space.left and space.right -> c
+
+state b
+    when not space.left -> a
+
+state c
+    do stop()
+"""
+
+
+@pytest.fixture
+def run_test(tmp_path, monkeypatch):
+    """Runs ``maze-machine test`` on a machine beside some scenarios; the exit status and what was printed."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(machine, scenarios, *arguments):
+        (tmp_path / "dead.maze-machine").write_text(machine, encoding="utf-8")
+        (tmp_path / "dead.maze-test").unlink(missing_ok=True)
+        if scenarios is not None:
+            (tmp_path / "dead.maze-test").write_text(f"test dead\n{scenarios}", encoding="utf-8")
+        done = CliRunner().invoke(app, ["test", "dead.maze-machine", *map(str, arguments)])
+        return done.exit_code, done.output
+
+    return run
+
+
+def test_what_is_proved_unreachable_is_named_and_does_not_count(run_test, tmp_path):
+    status, told = run_test(DEAD_END, None, "--generate", "--output", tmp_path / "dead.maze-test")
+    assert status == 0, told
+    assert "state c is not entered: it cannot be: proved for all runs" in told
+    scenarios = (tmp_path / "dead.maze-test").read_text(encoding="utf-8").partition("test dead\n")[2]
+    status, told = run_test(DEAD_END, scenarios, "--fail-under", 100)
+    assert status == 0, told
+    assert "c never entered: proved unreachable" in told
+    status, told = run_test(DEAD_END, "scenario short\n    expect a\n", "--fail-under", 100)
+    assert status == 1, told
+
+
+def test_gates_do_not_pass_by_accident(run_test):
+    status, told = run_test(DEAD_END, None, "--coverage", "--fail-under", 1)
+    assert status != 0
+    assert "there are none beside the machine" in told
+    status, told = run_test(DEAD_END, "scenario wrong\n    expect c\n", "--mutate")
+    assert status != 0
+    assert "on the machine itself fails" in told
+
+
+def test_a_caller_says_what_it_relies_on(run_test):
+    claim = DEAD_END.replace("\nstate a\n", "\nproperty p : never in(c)\n\nstate a\n", 1)
+    claim = claim.replace(
+        "-> a\n", "-> d\n\nstate d\n    when space.left -> e\n\nstate e\n    when not space.left -> a\n"
+    )
+    assert run_test(claim, None, "--require", "proved")[0] == 0
+    status, told = run_test(claim, None, "--require", "proved", "--depth", 1)
+    assert status == 1
+    assert "required: proved; it is not so of" in told
+    status, told = run_test(claim, None, "--require", "bounded", "--depth", 1)
+    assert status == 0
+    assert "passed  p" not in told
+    assert "at most 0.1 s after the last" in told

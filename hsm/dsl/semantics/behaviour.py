@@ -90,7 +90,7 @@ class Behaviour:
         if call.name not in self.context.symbols.doubtful.known:
             hint = guess.text
             if call.name.value in self.context.library.actions:
-                hint = f"`{call.name}` is an action: it takes no time, and stands behind a slash"
+                hint = f"`{call.name}` is an action, which takes no time: write it after a slash"
             hint = hint or "`maze-machine list activities` shows what there is"
             self.context.add_once("E0204", call.name, f"there is no activity `{call.name}`", hint)
         if guess.name is None:
@@ -281,7 +281,7 @@ class Behaviour:
         if name not in self.context.symbols.doubtful.known:
             hint = guess.text
             if name.value in self.context.library.activities:
-                hint = f"`{name}` is an activity: it takes time, and stands behind `do`"
+                hint = f"`{name}` is an activity, which takes time: write it after `do`"
             hint = hint or "`maze-machine list actions` shows what there is"
             self.context.add_once("E0205", name, f"there is no action `{name}`", hint)
         if guess.name is None:

@@ -237,9 +237,9 @@ class TransitionLine:
         names: the events of an ``on``.
         operand: the condition of a ``when``, the duration of an ``after`` or ``every``.
         lasting: for how long the condition of a ``when`` must have held.
-        guard: what stands behind ``if``.
+        guard: the condition after ``if``.
         target: where it goes.
-        actions: what stands behind the slash.
+        actions: the actions after the slash.
     """
 
     keyword: Token

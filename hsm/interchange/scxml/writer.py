@@ -33,6 +33,8 @@ from hsm.model.chart import (
     TransitionKind,
     When,
 )
+from hsm.model.codes import finding
+from hsm.model.diagnostics import MachineError
 from hsm.model.expressions import Expression, Literal
 from hsm.model.topology import HISTORY
 from hsm.model.unparse import activity_text, call_text, expression_text
@@ -55,7 +57,16 @@ _TAGS = {
 
 
 def write_text(model: Model) -> str:
-    """The model as an SCXML document."""
+    """The model as an SCXML document.
+
+    Raises:
+        MachineError: it is a chart with a data model, whose document is the only text of it.
+    """
+    if model.store is not None:
+        place = model.states[0].place
+        raise MachineError(
+            [finding("E0905", place, "a chart with a data model is not written again", "keep its document")]
+        )
     root = ElementTree.Element("scxml", {"xmlns": NAMESPACE, "xmlns:maze": OWN, "version": "1.0", "name": model.name})
     root.set("datamodel", "maze-machine" if model.variables or model.parameters else "null")
     elements = [root]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
 from hsm.engine.clock import nanoseconds
 from hsm.engine.machine import Machine
@@ -10,6 +11,7 @@ from hsm.model.chart import Model
 from hsm.model.properties import Property, conditions_of
 from hsm.testing.proofs.deciding import NO_FAULT_TEXT, Decider
 from hsm.testing.proofs.graph import Budget, Graph, events_of, unsupported
+from hsm.testing.proofs.possible import Possible
 from hsm.testing.proofs.regions import COARSE, FINE, MIDDLE, Precision
 from hsm.testing.proofs.values import TooMany, Undecided
 from hsm.testing.proofs.verdicts import NO_FAULT, Assumptions, PropertyVerdict, Status
@@ -20,6 +22,19 @@ SECONDS = 60.0
 """So much time of the processor a machine's graph may take, and as much again all its properties."""
 
 LOCATIONS = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Examination:
+    """What is known of a machine.
+
+    Attributes:
+        verdicts: on its properties.
+        possible: all that steps may exercise; None where not all steps are known.
+    """
+
+    verdicts: list[PropertyVerdict]
+    possible: Possible | None
 
 
 def check(
@@ -39,10 +54,23 @@ def check(
         only: names of properties, ``NO_FAULT`` among them; by default all.
         seconds: so much time of the processor for the graph, and again for the properties.
     """
+    return examine(machine, assumptions, depth=depth, only=only, seconds=seconds).verdicts
+
+
+def examine(
+    machine: Machine | Model,
+    assumptions: Assumptions | None = None,
+    *,
+    depth: int | None = None,
+    only: Collection[str] | None = None,
+    seconds: float = SECONDS,
+) -> Examination:
+    """The same as ``check``, and what of the machine can be reached at all; for the arguments see there."""
     ready = scripted_machine(machine)
     stated = [one for one in ready.model.properties if only is None or one.name in only]
     proof = _Proof(ready, assumptions or Assumptions(), stated, depth, seconds)
-    return proof.verdicts(fault=only is None or NO_FAULT in only)
+    verdicts = proof.verdicts(fault=only is None or NO_FAULT in only)
+    return Examination(verdicts, proof.possible)
 
 
 class _Proof:
@@ -55,6 +83,7 @@ class _Proof:
         self._assumed = assumed
         self._stated = stated
         self._depth = depth
+        self.possible: Possible | None = None
         self._seconds = seconds
         self._longest = nanoseconds(assumed.longest_tick)
         self._parameters = assumed.values(machine.model)
@@ -77,6 +106,8 @@ class _Proof:
             except TooMany as error:
                 obstacle = str(error)
             else:
+                if graph.complete and not graph.failures:
+                    self.possible = graph.stepper.possible
                 self._decide(graph, [one for one in texts if one not in found or _open(found[one])], found)
             if precision is MIDDLE and not (len(found) == len(texts) and not any(map(_open, found.values()))):
                 pending.append(FINE if graph.complete else COARSE)

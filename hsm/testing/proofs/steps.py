@@ -17,6 +17,7 @@ from hsm.model.events import Event, StateEvent
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.points import ENDED, SETTLING, Failure, Label, Place, Point, Stage
+from hsm.testing.proofs.possible import Possible
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.values import TooMany, Value
 from hsm.testing.scenarios.script import FAULT
@@ -40,6 +41,7 @@ class Stepper:
 
     Attributes:
         faults: steps that cannot be done.
+        possible: what some step may exercise.
     """
 
     def __init__(
@@ -58,11 +60,14 @@ class Stepper:
         self._diagrams = selections.diagrams
         self._failed: list[tuple[Diagram, Label]] = []
         self.faults: list[Failure] = []
+        self.possible = Possible(untold=selections.untold)
 
     def start(self, parameters: tuple[Value, ...]) -> list[tuple[Point, Diagram]]:
         """Entering the machine and the first step, which comes at the same time."""
         nowhere = Point((), (), frozenset(), (), parameters)
-        first, queue, possible = self._microsteps.planned(nowhere, self._machine.planner.start())
+        plan = self._machine.planner.start()
+        self.possible.take(plan)
+        first, queue, possible = self._microsteps.planned(nowhere, plan)
         begun: dict[Place, Diagram] = {}
         for point, among in self._run({(SETTLING, first, queue): possible}, heard=()):
             due = frozenset(one.transition for one in point.timers if one.most <= 1)
@@ -220,6 +225,7 @@ class Stepper:
         }
         if self._selections.handled:
             events[FAULT] = fault_event(state)
+        self.possible.outcomes.update((state, outcome) for outcome in events)
         for outcome, event in events.items():
             if outcome != FAULT or configuration.on(event) is not None:
                 yield from self._heard((following, ended, ()), event, among, ("report", declared.name, outcome))
@@ -262,6 +268,7 @@ class Stepper:
         self, selector: Selector, point: Point, among: Diagram, due: frozenset[int] | None = None, label: Label = None
     ) -> Iterator[tuple[Picked | None, Diagram]]:
         """What a selector can pick, None for nothing, each with the signals for which it does."""
+        self.possible.paths(self._selections.paths(selector, point, due), among, self._diagrams.both)
         for picked, condition in self._selections.choices(selector, point, due):
             further = self._diagrams.both(among, condition)
             if further != FALSE:
@@ -275,6 +282,7 @@ class Stepper:
         stage, point, queue = place
         configuration = self._machine.configuration(point.leaves)
         plan = self._machine.planner.plan(configuration, picked, dict(point.history))
+        self.possible.take(plan)
         following, raised, possible = self._microsteps.planned(point, plan)
         further = self._diagrams.both(among, possible)
         if further != among:

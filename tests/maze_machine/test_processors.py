@@ -76,9 +76,6 @@ BY_PROCESSOR = {
 ALLOWED = {
     # Which beams may meet a wall; whether they do is decided by the four operations.
     ("sim/lidar.py", "np.arctan2"),
-    # The points of a scan in a recording, for people to look at.
-    ("transport/recording/recorder.py", "np.cos"),
-    ("transport/recording/recorder.py", "np.sin"),
 }
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, StrEnum
 from typing import Any
 
 from hsm.model.diagnostics import Place
@@ -294,6 +294,7 @@ class Model:
         events: the events that may come from outside: those that the machine, what it imports and its library declare;
             None where nothing is declared and any may come, as in SCXML.
         store: what a chart's data is before it begins; None for a machine without a data model.
+        enumerations: those that its files declare.
     """
 
     name: str
@@ -306,3 +307,4 @@ class Model:
     properties: tuple[Property, ...] = ()
     events: frozenset[str] | None = None
     store: Store | None = None
+    enumerations: tuple[type[StrEnum], ...] = ()

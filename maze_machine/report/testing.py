@@ -102,7 +102,7 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
     verdicts = examined.verdicts
     writer = Writer(model)
     assumed = demand.assumptions.lines(model)
-    lines.append(f"{model.files[0] if model.files else model.name}: properties, assuming")
+    lines.append(f"{model.name}: properties, assuming")
     lines += [f"    {line}" for line in assumed]
     for verdict in verdicts:
         lines.append(f"  {verdict}")
@@ -123,14 +123,14 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
         lines.append(f"required: {_REQUIREMENTS[demand.required]}; it is not so of {', '.join(unmet)}")
     lines.append(
         f"{_count(len(results), 'scenario')}, {failed} failed; {_properties_text(verdicts)}; "
-        f"{share:.1f}% covered{'' if enough else f', which is under {reports.fail_under:g}%'}"
+        f"{_covered_text(share, reports.fail_under) if results else 'nothing covered'}"
     )
     as_json = {
         "machine": model.name,
         "scenarios": [_result_json(one) for one in results],
         "assumptions": assumed,
         "properties": [_verdict_json(one, writer) for one in verdicts],
-        "coverage": round(share, 2),
+        "coverage": round(share, 2) if results else 0.0,
         "unreachable": left_out,
         "missed": [line for one in measured for line in missed_lines(one)],
     }
@@ -266,6 +266,11 @@ def _properties_text(verdicts: Sequence[PropertyVerdict]) -> str:
     }
     counts = [(sum(one.status is status for one in verdicts), word) for status, word in words.items()]
     return f"{_count(len(verdicts), 'property', 'properties')}: " + ", ".join(f"{n} {word}" for n, word in counts if n)
+
+
+def _covered_text(share: float, fail_under: float | None) -> str:
+    under = fail_under is not None and share < fail_under
+    return f"{share:.1f}% covered{f', which is under {fail_under:g}%' if under else ''}"
 
 
 def _count(number: int, one: str, many: str | None = None) -> str:

@@ -18,9 +18,9 @@ def errors(text, library):
 @pytest.mark.parametrize(
     ("character", "words"),
     [
-        ("\u00a0", "a no break space (U+00A0)"),
+        ("\u00a0", "a no-break space (U+00A0)"),
         ("\u200b", "a zero width space (U+200B)"),
-        ("\ufeff", "a zero width no break space (U+FEFF)"),
+        ("\ufeff", "a zero width no-break space (U+FEFF)"),
         ("\u2028", "a line separator (U+2028)"),
         ("\u3000", "an ideographic space (U+3000)"),
         ("\x0c", "a form feed (U+000C)"),

@@ -9,6 +9,7 @@ from hsm.dsl import check_text
 from hsm.dsl.format.formatter import format_text
 from hsm.model.chart import Else, Every, Held
 from hsm.model.unparse import action_text, trigger_text
+from hsm.testing.generation.generating import generate
 
 LIBRARY = hsm.Library("words")
 BROKEN = OSError("no data")
@@ -140,6 +141,18 @@ def test_an_enumeration_of_ones_own():
     other.step(0.2, ["go"])
     assert other.outcome == "b"
     assert start(ENUMERATED, parameters={"first": "fast"}).variables["first"] == "fast"
+
+
+def test_an_enumeration_of_an_imported_machine(tmp_path):
+    inner = (
+        "machine inner\nenum Pace = slow, fast\nparam pace : Pace = slow\nstate i\n    when pace == fast -> f\nfinal f"
+    )
+    (tmp_path / "inner.maze-machine").write_text(inner)
+    outer = "machine m\nimport inner\nstate d = inner(pace = fast)\n    on f -> over\nfinal over"
+    (tmp_path / "outer.maze-machine").write_text(outer)
+    run = hsm.load(tmp_path / "outer.maze-machine", LIBRARY).start()
+    run.step(0.1)
+    assert run.outcome == "over"
 
 
 @pytest.mark.parametrize(
@@ -340,3 +353,13 @@ def test_words_are_keywords_only_where_they_mean_something():
     assert isinstance(
         model("machine m\nvar n : int = 0\nstate a\n    every 1 s / n += 1").transitions[0].trigger, Every
     )
+
+
+def test_they_are_explored_and_tests_are_generated_for_them():
+    text = "machine m\nenum Pace = slow, fast\nevent go, other\nvar pace : Pace = slow\nvar n : int = 0\nstate a\n"
+    text += "    on go -> b / pace = fast\n    on * if n < 1 / n += 1\n    when near for 0.5 s if n > 0 -> c\n"
+    text += "    every 2 s if n < 2 / n += 1\nstate b\n    when near if pace == slow -> a\n    else -> c\nfinal c\n"
+    found = generate(hsm.build(model(text)), steps=4000)
+    missed = [one.text for one in found.unreached]
+    assert not any("is not taken" in one and "when near if" not in one for one in missed), missed
+    assert found.scenarios

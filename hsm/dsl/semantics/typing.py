@@ -145,6 +145,10 @@ class Scope:
         self.report.add_once("E0206", self._place(name), f"there is no type `{name}`", hint)
         return None
 
+    def own_enumerations(self) -> tuple[type[StrEnum], ...]:
+        """The enumerations of the file and of what it imports, in the order of their declaration."""
+        return tuple(one for name, one in self.enumerations.items() if name not in self.library.enumerations)
+
     def value(self, node: ast.Expression, expected: Type) -> Expression | None:
         """A typed expression of a type; None where a fault was reported."""
         found = self.expression(node, expected)
@@ -295,7 +299,7 @@ class Scope:
 
     def _member(self, token: Token, expected: Type | None) -> Literal | None:
         if isinstance(expected, Enumeration):
-            candidates = [self.enumerations[expected.name]]
+            candidates = [one for name, one in self.enumerations.items() if name == expected.name]
         else:
             candidates = list(self.enumerations.values())
         owners = [one for one in candidates if token.value in one._value2member_map_]

@@ -38,7 +38,7 @@ def described(character: str) -> str:
     if character in _CONTROLS:
         return f"{_CONTROLS[character]} ({number})"
     category = unicodedata.category(character)
-    name = unicodedata.name(character, "").lower().replace("-", " ")
+    name = unicodedata.name(character, "").lower()
     if category.startswith(("C", "Z", "M")):
         words = name or "a character without a name"
         article = "" if not name else "an " if name[0] in "aeiou" else "a "

@@ -17,7 +17,8 @@ from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.exploring import Edge, Explorer, Moment, Regions
 from hsm.testing.generation.distinguishing import distinguishing_steps
 from hsm.testing.generation.goals import Goal, goals_of, goals_on, impossible_goals, short, title_of
-from hsm.testing.mutation.mutating import Mutant, survivors
+from hsm.testing.mutation.mutating import survivors
+from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.possible import Possible
 from hsm.testing.proofs.proving import examine
 from hsm.testing.proofs.verdicts import NO_FAULT, Assumptions

@@ -48,7 +48,7 @@ from transport.security import Access, make_certificates  # noqa: E402
 from transport.world import LockstepRobot  # noqa: E402
 
 SCAN, ODOMETRY, TWIST = 4060, 724, 52
-OBSERVATION_TAG, COMMAND_TAG = 48, 32
+OBSERVATION_TAG, COMMAND_TAG = 48, 40
 PING, STEP = bytes(TWIST), b"\1" + bytes(TWIST - 1)
 MAZE, SEED = "final_2015", 1
 STEPS, ENDLESS = 600, 10**6

@@ -1,16 +1,23 @@
-"""What trust costs: coverage's share of a step, generating tests, checking properties on all runs.
+"""What trust costs and what it finds: proofs, tests, coverage, mutants, planted mistakes, and a cross-check of proofs.
 
-Situations and steps are those of the widest search for violations.
+Run as ``python -P benchmarks/trust.py PART``, where PART is one of
 
-Run as ``python benchmarks/trust.py [MACHINE ...]``; without names all shipped machines.
+    proofs [MACHINE ...]       each shipped machine: properties by verdict, method, time, memory, locations
+    tests [MACHINE ...]        each shipped machine: coverage's share of a step, generated tests, mutants
+    planted                    twenty mistakes in ten machines that are no robots in mazes
+    cross-check FROM TO RUNS   random machines, drawn from these seeds: what was proved against so many random runs each
+
+Times are of the processor.
 """
 
 from __future__ import annotations
 
 import argparse
+import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
-from time import perf_counter, process_time
+from time import process_time
 
 # Before the folder of the benchmarks, where a script bears the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -20,13 +27,14 @@ from hsm.engine.coverage import Coverage
 from hsm.engine.machine import Machine
 from hsm.testing.coverage.data import Measured
 from hsm.testing.coverage.items import ItemKind
-from hsm.testing.exploration.checking import check
 from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import survey
+from hsm.testing.proofs.proving import check
+from hsm.testing.proofs.verdicts import Status
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.running import run_suite
 from hsm.testing.scenarios.script import Script, scripted
-from hsm.testing.scenarios.trial import load_trial
+from hsm.testing.scenarios.tested_machine import load_tested_machine
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 
@@ -85,39 +93,106 @@ def coverage_share(model):
     return min(with_marks) * 1e6, 100 * (1 - min(none) / min(with_marks))
 
 
-def main():
-    parser = argparse.ArgumentParser(description="What trust costs.")
-    parser.add_argument("machines", nargs="*", metavar="MACHINE", help="shipped machines; all of them")
-    library = robot_library()
-    known = shipped_machines()
-    names = parser.parse_args().machines or list(known)
-    if unknown := [name for name in names if name not in known]:
-        parser.error(f"there is no shipped machine {', '.join(unknown)}; there are {', '.join(known)}")
-    print(f"{'machine':18}{'step us':>9}{'coverage %':>12}{'generate s':>12}{'tests':>7}{'check s':>9}"
-          f"{'situations':>12}{'steps':>8}{'states %':>10}{'trans %':>9}{'guards %':>10}{'mutants %':>11}")  # fmt: skip
+def proofs(names):
+    """Each machine in a process of its own, for its memory."""
+    print(f"{'machine':18}{'proved':>8}{'bounded':>9}{'violated':>10}{'undecided':>11}{'zones':>7}{'states':>8}"
+          f"{'s':>7}{'MiB':>6}")  # fmt: skip
     for name in names:
-        path = known[name]
-        model = load_model(path, library)
+        subprocess.run([sys.executable, "-P", __file__, "one-proof", name], check=True)
+
+
+def one_proof(name):
+    import resource
+
+    model = load_model(shipped_machines()[name], robot_library())
+    begin = process_time()
+    verdicts = check(model)
+    seconds = process_time() - begin
+    count = Counter(one.status for one in verdicts)
+    zones = max(one.states for one in verdicts)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"{name:18}{count[Status.PROVED]:8}{count[Status.BOUNDED]:9}{count[Status.VIOLATED]:10}"
+          f"{count[Status.UNDECIDED]:11}{zones:7}{verdicts[0].states:8}{seconds:7.1f}{memory:6.0f}",
+          flush=True)  # fmt: skip
+
+
+def tests(names):
+    """What measuring coverage costs, what generated tests cover, what the machine's own tests notice."""
+    print(f"{'machine':18}{'step us':>9}{'coverage %':>12}{'generate s':>12}{'tests':>7}"
+          f"{'states %':>10}{'trans %':>9}{'guards %':>10}{'mutants %':>11}")  # fmt: skip
+    for name in names:
+        path = shipped_machines()[name]
+        trial = load_tested_machine(path, robot_library())
+        model = trial.machine.model
         micro, share = coverage_share(model)
         begin = process_time()
         found = generate(model)
         generating = process_time() - begin
-        begin = process_time()
-        verdicts = check(model, steps=5000)
-        checking = process_time() - begin
-        trial = load_trial(path, library)
-        coverages = [one.coverage for suite in trial.suites for one in run_suite(suite, trial.machine)]
-        measured = Measured(model, coverages[0] if coverages else Coverage())
-        for one in coverages[1:]:
-            measured = Measured(model, measured.coverage.merge(one))
+        coverage = Coverage()
+        for suite in trial.suites:
+            for one in run_suite(suite, trial.machine):
+                coverage = coverage.merge(one.coverage)
+        measured = Measured(model, coverage)
         shares = [measured.share(kind) for kind in (ItemKind.STATE, ItemKind.TRANSITION, ItemKind.GUARD)]
         score = survey(model, trial.suites).score
-        print(f"{name:18}{micro:9.2f}{share:12.1f}{generating:12.1f}{len(found.scenarios):7}{checking:9.1f}"
-              f"{max(one.situations for one in verdicts):12}{max(one.steps for one in verdicts):8}"
+        print(f"{name:18}{micro:9.2f}{share:12.1f}{generating:12.1f}{len(found.scenarios):7}"
               f"{shares[0]:10.1f}{shares[1]:9.1f}{shares[2]:10.1f}{score:11.1f}", flush=True)  # fmt: skip
 
 
+def planted():
+    """Mistakes in machines of other kinds."""
+    from tests.trust.foreign import MACHINES, MISTAKES, foreign_machine
+
+    begin = process_time()
+    sound = [one for name in MACHINES for one in check(foreign_machine(name))]
+    print(f"{len(MACHINES)} machines: {sum(one.proved for one in sound)} of {len(sound)} properties proved")
+    found = 0
+    for mistake in MISTAKES:
+        (verdict,) = check(foreign_machine(mistake.machine, mistake), only={mistake.broken})
+        found += verdict.violated
+        print(f"{mistake.machine:15}{mistake.what:28}{mistake.broken:10}{verdict.status.value}", flush=True)
+    print(f"{found} of {len(MISTAKES)} found; {process_time() - begin:.1f} s")
+
+
+def cross_check(first, last, runs):
+    """Proofs of random machines against random runs."""
+    from tests.trust.random_machines import cross_checked
+
+    begin, total = process_time(), Counter()
+    for seed in range(first, last):
+        found = cross_checked(seed, runs)
+        total.update(proved=len(found.proved), violated=len(found.shown), undecided=len(found.undecided))
+        total.update(contradicted=len(found.contradicted))
+        if found.contradicted:
+            print(f"seed {seed}: proved and violated: {', '.join(found.contradicted)}", flush=True)
+    every = total["proved"] + total["violated"] + total["undecided"]
+    print(f"{last - first} machines, {every} properties: {total['proved']} proved, {total['violated']} violated (all "
+          f"replayed), {total['undecided']} not decided or bounded ({100 * total['undecided'] / every:.1f}%); "
+          f"{total['contradicted']} proved and then violated in {runs} random runs each; "
+          f"{process_time() - begin:.0f} s")  # fmt: skip
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parts = parser.add_subparsers(dest="part", required=True)
+    for part in ("proofs", "tests"):
+        parts.add_parser(part).add_argument("machines", nargs="*", metavar="MACHINE", help="shipped machines; all")
+    parts.add_parser("one-proof").add_argument("machine")
+    parts.add_parser("planted")
+    crossing = parts.add_parser("cross-check")
+    for name in ("first", "last", "runs"):
+        crossing.add_argument(name, type=int)
+    given = parser.parse_args()
+    match given.part:
+        case "proofs" | "tests":
+            {"proofs": proofs, "tests": tests}[given.part](given.machines or list(shipped_machines()))
+        case "one-proof":
+            one_proof(given.machine)
+        case "planted":
+            planted()
+        case _:
+            cross_check(given.first, given.last, given.runs)
+
+
 if __name__ == "__main__":
-    began = perf_counter()
     main()
-    print(f"{perf_counter() - began:.0f} s in all; times are of the processor")

@@ -1,7 +1,7 @@
 """The one entry point, ``maze-machine``: the table of subcommands, each a function in a module of its own.
 
 A command's module keeps heavy imports (numpy, zenoh, matplotlib, ...) inside its function, so that ``--help`` and
-completion in a shell answer at once. What goes wrong in a command is told by ``maze_machine.errors``.
+completion in a shell answer at once. Errors of a command are reported by ``maze_machine.errors``.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from maze_machine.commands import (
     router,
     run,
     sim,
+    simulate,
     sweep,
     test,
     trust,
@@ -89,6 +90,7 @@ app.command("new", rich_help_panel=WRITE)(new.new)
 app.command("check", rich_help_panel=WRITE)(check.check)
 app.command("fmt", rich_help_panel=WRITE)(fmt.fmt)
 app.command("test", rich_help_panel=WRITE)(test.test)
+app.command("simulate", rich_help_panel=WRITE)(simulate.simulate)
 app.command("diagram", rich_help_panel=WRITE)(diagram.diagram)
 app.command("import", rich_help_panel=WRITE)(exchange.import_chart)
 app.command("export", rich_help_panel=WRITE)(exchange.export)

@@ -1,4 +1,4 @@
-"""What a user is told when something goes wrong: one clear message, and an exit status that programs can read."""
+"""What a user sees when something goes wrong: one clear message, and an exit status that programs can read."""
 
 from __future__ import annotations
 
@@ -101,24 +101,29 @@ def reported() -> Iterator[None]:
 def explain(error: Exception) -> tuple[ExitStatus, str] | None:
     """The exit status and the message for an error that a user can act on; None for any other."""
     if isinstance(error, CommandError):
-        return error.status, f"{error}; {error.way_out}" if error.way_out else str(error)
+        return error.status, _readable(f"{error}; {error.way_out}" if error.way_out else str(error))
     for (module, name), status in STATUS_OF.items():
         # An error's module has been imported by whoever raised it; nothing heavy is imported here.
         loaded = sys.modules.get(module)
         if loaded is not None and isinstance(error, getattr(loaded, name)):
-            return status, _underlined(error) if name == "MachineError" else str(error)
+            return status, _underlined(error) if name == "MachineError" else _readable(str(error))
     if isinstance(error, BrokenPipeError):
         return None  # whoever reads the output has seen enough, which the command line's library knows
     if isinstance(error, OSError):
         if error.filename is not None:
-            from transport.wording import printable
-
-            return ExitStatus.BAD_FILE, f"{printable(str(error.filename))}: {error.strerror}"
+            return ExitStatus.BAD_FILE, _readable(f"{error.filename}: {error.strerror}")
         if error.errno in _NO_ROOM:  # files that are written have names
             return ExitStatus.BAD_FILE, f"the output cannot be written: {error.strerror}"
     if isinstance(error, MemoryError):
         return ExitStatus.BAD_FILE, "there is not enough memory for this"
     return None
+
+
+def _readable(message: str) -> str:
+    """A message in which no name steers a terminal."""
+    from transport.wording import printable
+
+    return "\n".join(printable(line) for line in message.split("\n"))
 
 
 def _underlined(error: Any) -> str:

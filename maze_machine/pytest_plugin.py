@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hsm.testing.scenarios.running import Failure
     from hsm.testing.scenarios.scenarios import Scenario
     from hsm.testing.scenarios.script import ScriptedMachine
-    from hsm.testing.scenarios.trial import Trial
+    from hsm.testing.scenarios.tested_machine import TestedMachine
     from maze_machine.drive.mission import Ending
 
 SUFFIX = ".maze-test"
@@ -130,10 +130,10 @@ class ScenarioFile(pytest.File):
             raise self.CollectError(str(error)) from None
         from hsm.model.diagnostics import MachineError
         from hsm.testing.proofs.verdicts import NO_FAULT
-        from hsm.testing.scenarios.trial import load_trial
+        from hsm.testing.scenarios.tested_machine import load_tested_machine
 
         try:
-            trial = load_trial(self.path, _library(self.config))
+            trial = load_tested_machine(self.path, _library(self.config))
         except (MachineError, pytest.UsageError) as error:
             raise self.CollectError(str(error)) from None
         for suite in trial.suites:
@@ -157,7 +157,7 @@ class ScenarioFailed(Exception):  # noqa: N818 - how a test ends
 class ScenarioItem(pytest.Item):
     """One scenario."""
 
-    def __init__(self, *, trial: Trial, scenario: Scenario, tick: float, **arguments: Any) -> None:
+    def __init__(self, *, trial: TestedMachine, scenario: Scenario, tick: float, **arguments: Any) -> None:
         super().__init__(**arguments)
         self.trial = trial
         self.scenario = scenario
@@ -219,7 +219,7 @@ _checked: pytest.StashKey[dict[str, PropertyVerdict]] = pytest.StashKey()
 class PropertyItem(pytest.Item):
     """One property of a machine, decided for all its runs; ``machine_require`` says what is demanded of it."""
 
-    def __init__(self, *, trial: Trial, claim: str, **arguments: Any) -> None:
+    def __init__(self, *, trial: TestedMachine, claim: str, **arguments: Any) -> None:
         super().__init__(**arguments)
         self.trial = trial
         self.claim = claim
@@ -372,7 +372,7 @@ def _report(config: pytest.Config) -> bool:
     from hsm.testing.coverage.data import Measurements, measured_files
     from hsm.testing.coverage.lcov import cobertura, lcov
     from hsm.testing.coverage.table import coverage_table, total_share
-    from maze_machine.report.trials import write_pages
+    from maze_machine.report.testing import write_pages
     from transport.files import write_text
 
     told = config.stash[_summary]

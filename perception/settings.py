@@ -12,13 +12,18 @@ from typing import Annotated
 from pydantic import Field
 
 from perception.mapping.settings import MappingSettings
-from transport.section import Grows, Length, Positive, Settings
+from transport.section import Grows, Length, NotNegative, Positive, Settings
 
 Share = Annotated[float, Field(ge=0, le=1)]
-Count = Annotated[int, Field(ge=1)]
-LengthOrZero = Annotated[float, Field(ge=0, allow_inf_nan=False), Grows(size=1)]
+Count = Annotated[int, Field(ge=1, le=100_000)]
+Step = Annotated[float, Field(ge=0.002, le=1.6, allow_inf_nan=False)]
+"""Of a grid, m or rad: a finer one would take more memory than there is."""
+Cell = Annotated[Step, Grows(size=1)]
+"""A step, m, that grows with the radius of the robot."""
+Reach = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False), Grows(size=1)]
+"""How far a grid goes, m; it grows with the radius of the robot."""
+LengthOrZero = Annotated[NotNegative, Grows(size=1)]
 """A length, m, that may be zero and grows with the radius of the robot."""
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
 class LineSettings(Settings):
@@ -61,11 +66,11 @@ class CompassSettings(Settings):
 class HoughSettings(Settings):
     """The Hough transform of 2015."""
 
-    area: Length = 2.0
+    area: Reach = 2.0
     """Half the width of the trust area, m."""
-    step: Positive = math.radians(1)
+    step: Step = math.radians(1)
     """Angle between two columns of the grid, rad."""
-    cell: Positive = 0.02
+    cell: Step = 0.02
     """Distance between two lines of the grid, m."""
     min_share: Share = 0.08
     """A wall has at least this share of the hits in the trust area."""
@@ -102,9 +107,9 @@ class NodeSettings(Settings):
 class MinimapSettings(Settings):
     """The map around the robot."""
 
-    half_size: Length = 1.5
+    half_size: Reach = 1.5
     """From the robot to the map's border, m."""
-    cell: Length = 0.05
+    cell: Cell = 0.05
     """Width of a cell, m."""
 
 

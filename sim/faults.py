@@ -10,10 +10,11 @@ from pydantic import Field, TypeAdapter, ValidationError
 from sim.maze import Point
 from transport.arithmetic import distance_between
 from transport.messages import Pose
-from transport.section import Settings
+from transport.section import Angle, Positive, Settings
 from transport.wording import in_words
 
 Seconds = Annotated[float, Field(ge=0)]
+Jump = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 
 
 class _Fault(Settings):
@@ -23,7 +24,7 @@ class _Fault(Settings):
     """Time before which it does not begin, s."""
     lasts: Seconds = math.inf
     """How long it lasts, s."""
-    place: tuple[float, float, Annotated[float, Field(gt=0)]] | None = None
+    place: tuple[Jump, Jump, Positive] | None = None
     """Centre and radius of the area where it begins, m; none to begin by time alone."""
     robot: str = ""
     """The robot that it befalls; empty for all."""
@@ -61,7 +62,7 @@ class BeamsMissing(_Fault):
     """The beams between two directions measure nothing: NaN."""
 
     kind: Literal["beams_missing"] = "beams_missing"
-    angles: tuple[float, float]
+    angles: tuple[Angle, Angle]
     """First and last direction in the sensor's frame, rad."""
 
 
@@ -69,7 +70,7 @@ class OdometryJump(_Fault):
     """The odometry's pose jumps, once."""
 
     kind: Literal["odometry_jump"] = "odometry_jump"
-    by: tuple[float, float, float]
+    by: tuple[Jump, Jump, Angle]
     """Metres forward and to the left, radians counter-clockwise."""
 
 
@@ -83,7 +84,7 @@ class CommandLate(_Fault):
     """Commands arrive late."""
 
     kind: Literal["command_late"] = "command_late"
-    ticks: Annotated[int, Field(ge=1)] = 1
+    ticks: Annotated[int, Field(ge=1, le=10_000)] = 1
     """By so many periods."""
 
 

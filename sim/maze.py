@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from transport.arithmetic import distance_between
 from transport.messages import Pose
+from transport.wording import printable
 
 Point = tuple[float, float]
 ORIGIN = Pose()
@@ -23,14 +24,10 @@ MAZE_TIME_LIMIT = 420.0
 """Time for all attempts at the maze challenge together, s."""
 LARGEST_COORDINATE = 10_000.0
 """Points farther from the origin than this along x or y are refused, m."""
+LONGEST = 300
+"""So much is said of what is wrong with a maze, characters."""
 DOOR_SPEED = 0.3
 """How fast a door slides, m/s."""
-
-
-def printable(text: str, longest: int = 300) -> str:
-    """A text that a terminal shows as it is: control characters escaped, and cut off where it is very long."""
-    shown = "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
-    return shown if len(shown) <= longest else f"{shown[:longest]} ..."
 
 
 class MazeError(Exception):
@@ -47,7 +44,7 @@ class MazeError(Exception):
     def __init__(
         self, path: str, reason: str, *, line: int | None = None, column: int | None = None, hint: str = ""
     ) -> None:
-        reason = printable(reason)
+        reason = printable(reason if len(reason) <= LONGEST else f"{reason[:LONGEST]} ...")
         self.path, self.line, self.column, self.reason, self.hint = path, line, column, reason, hint
         place = ":".join(str(part) for part in (printable(path), line, column) if part is not None)
         super().__init__(f"{place}: {self.reason}" + (f" ({hint})" if hint else ""))

@@ -101,7 +101,7 @@ _UNDER_WAY = {
     Leave: "still inside",
     Reach: "not yet at the goal",
     Survive: "the time is not over",
-    Nothing: "nothing is to be done",
+    Nothing: "touched nothing so far",
 }
 """How an attempt stands that goes on, by its goal."""
 

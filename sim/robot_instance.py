@@ -25,9 +25,9 @@ from sim.lidar import Lidar
 from sim.maze import Maze
 from sim.noise import disturbed
 from sim.odometry import WheelOdometry, displacement
+from sim.pose_history import PoseHistory
 from sim.referee import Referee, RefereeReport, may_open
 from sim.settings import SimulatorSettings
-from sim.track import Track
 from sim.world import PhysicalWorld
 from transport.description import RobotDescription
 from transport.messages import STOP, Command, DoorReply, Observation, Pose, Scan, Twist, wrap_angle
@@ -53,7 +53,7 @@ class RobotInstance:
         self._ranges: NDArray[np.float32] | None = None
         self._last: Observation | None = None
         self.pose = self._drawn_start()
-        self.path = Track()
+        self.path = PoseHistory()
         self.path.append(self.pose)
         self.verdicts: list[RefereeReport] = []
         self.referee = Referee(maze, settings.rules, self.pose)

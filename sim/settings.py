@@ -7,9 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from sim.faults import Fault
-from transport.section import Settings
+from transport.section import NotNegative, Period, Positive, Settings
 
-NotNegative = Annotated[float, Field(ge=0)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -31,9 +30,9 @@ class OdometryNoise(Settings):
 
     scale: NotNegative = 0.002
     """Each wheel's speed is multiplied by 1 + U(-scale, scale)."""
-    redraw: Annotated[float, Field(gt=0)] = 6.0
+    redraw: Annotated[float, Field(ge=0.01, le=1e6, allow_inf_nan=False)] = 6.0
     """Time after which the factors are drawn anew, s."""
-    lever: Annotated[float, Field(gt=0)] = 0.1
+    lever: Positive = 0.1
     """Distance of a holonomic base's wheels from the robot's origin, m."""
     start_spread: NotNegative = 2.0
     """Half the width of the uniform distribution of the first position, m; the first heading is any."""
@@ -44,13 +43,13 @@ class OdometryNoise(Settings):
 class Rules(Settings):
     """What the referee holds the robot to."""
 
-    still_limit: Annotated[float, Field(gt=0)] = 30.0
+    still_limit: Positive = 30.0
     """Standing still for this long fails the attempt, s."""
-    door_reach: Annotated[float, Field(gt=0)] = 1.3
+    door_reach: Positive = 1.3
     """No part of the robot may be farther from the door than this when it rings, m."""
     lax_door: bool = False
     """The course simulator's door: it opens when the robot's origin is within a metre, moving or not."""
-    attempts: Annotated[int, Field(ge=1)] = 2
+    attempts: Annotated[int, Field(ge=1, le=1000)] = 2
     """How many attempts there are within the maze's time limit."""
     practice: bool = False
     """Whether there is another attempt after a success too, which the challenge does not grant."""
@@ -69,7 +68,7 @@ class SimulatorSettings(Settings):
     """The challenge's rules."""
     faults: tuple[Fault, ...] = ()
     """What goes wrong."""
-    substep: Annotated[float, Field(gt=0)] = 0.01
+    substep: Period = 0.01
     """Step of the physics, s."""
 
 

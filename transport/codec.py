@@ -12,20 +12,18 @@ Sources: OMG DDSI-RTPS 2.5, section 10 (CDR encapsulation); the message definiti
 
 from __future__ import annotations
 
-import math
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import Typesdict
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from transport.messages import NANOSECONDS, DoorReply, Odometry, Pose, Scan, ScanGeometry, Twist
+from transport.messages import NANOSECONDS, DoorReply, Odometry, Scan, ScanGeometry, Twist
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
@@ -35,10 +33,6 @@ CLOCK = "rosgraph_msgs/msg/Clock"
 EMPTY = "std_msgs/msg/Empty"
 STRING = "std_msgs/msg/String"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
-GRID = "nav_msgs/msg/OccupancyGrid"
-PATH = "nav_msgs/msg/Path"
-OUTLINE = "geometry_msgs/msg/PolygonStamped"
-POINTS = "sensor_msgs/msg/PointCloud2"
 TRIGGER = "std_srvs/srv/Trigger"
 TRIGGER_RESPONSE = "std_srvs/srv/Trigger_Response"
 
@@ -48,7 +42,6 @@ MAX_BEAMS = 100_000
 LASER_FRAME = "laser"
 ODOMETRY_FRAME = "odom"
 BASE_FRAME = "base_link"
-MAP_FRAME = "map"
 
 _MAX_SECONDS = 2**31
 _UPRIGHT = 0.05
@@ -93,7 +86,7 @@ TYPES.register(_trigger())
 TYPES.max_sequence_length = MAX_BEAMS
 
 # rosbags makes its message classes at run time, so their types are not known to a type checker.
-_MESSAGES: Mapping[str, Any] = TYPES.types
+MESSAGES: Mapping[str, Any] = TYPES.types
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +112,8 @@ class Transform:
     qw: float
 
 
-def _encode(message: object, name: str) -> bytes:
+def encode_message(message: object, name: str) -> bytes:
+    """A message of a type in CDR."""
     return bytes(TYPES.serialize_cdr(message, name))
 
 
@@ -138,21 +132,31 @@ def _split(stamp: int) -> tuple[int, int]:
     return seconds, nanoseconds
 
 
-def _time(stamp: int) -> Any:
+def time_of(stamp: int) -> Any:
+    """A stamp in ns as ``builtin_interfaces/Time``.
+
+    Raises:
+        CodecError: it does not fit.
+    """
     seconds, nanoseconds = _split(stamp)
-    return _MESSAGES["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
+    return MESSAGES["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
 
 
 def _stamp(time: Any) -> int:
     return int(time.sec) * NANOSECONDS + int(time.nanosec)
 
 
-def _header(stamp: int, frame: str) -> Any:
-    return _MESSAGES["std_msgs/msg/Header"](stamp=_time(stamp), frame_id=frame)
+def header(stamp: int, frame: str) -> Any:
+    """A ``std_msgs/Header``.
+
+    Raises:
+        CodecError: the stamp does not fit.
+    """
+    return MESSAGES["std_msgs/msg/Header"](stamp=time_of(stamp), frame_id=frame)
 
 
 def _vector(x: float, y: float, z: float) -> Any:
-    return _MESSAGES["geometry_msgs/msg/Vector3"](x=x, y=y, z=z)
+    return MESSAGES["geometry_msgs/msg/Vector3"](x=x, y=y, z=z)
 
 
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"
@@ -266,8 +270,8 @@ def decode_twist(payload: bytes) -> Twist:
 def encode_twist_stamped(twist: Twist, stamp: int) -> bytes:
     """A velocity as ``geometry_msgs/TwistStamped`` in the frame ``base_link``; a stamp that ROS cannot say is 0."""
     said = stamp if 0 <= stamp < _MAX_SECONDS * NANOSECONDS else 0
-    velocity = _MESSAGES[TWIST](_vector(twist.forward, twist.left, 0.0), _vector(0.0, 0.0, twist.turn))
-    return _encode(_MESSAGES[TWIST_STAMPED](_header(said, BASE_FRAME), velocity), TWIST_STAMPED)
+    velocity = MESSAGES[TWIST](_vector(twist.forward, twist.left, 0.0), _vector(0.0, 0.0, twist.turn))
+    return encode_message(MESSAGES[TWIST_STAMPED](header(said, BASE_FRAME), velocity), TWIST_STAMPED)
 
 
 def decode_twist_stamped(payload: bytes) -> Twist:
@@ -296,7 +300,7 @@ def decode_clock(payload: bytes) -> int:
 
 def encode_door_reply(reply: DoorReply) -> bytes:
     """The answer to a ring as the response of ``std_srvs/Trigger``."""
-    return _encode(_MESSAGES[TRIGGER_RESPONSE](success=reply.accepted, message=reply.reason), TRIGGER_RESPONSE)
+    return encode_message(MESSAGES[TRIGGER_RESPONSE](success=reply.accepted, message=reply.reason), TRIGGER_RESPONSE)
 
 
 def decode_door_reply(payload: bytes) -> DoorReply:
@@ -311,7 +315,7 @@ def decode_door_reply(payload: bytes) -> DoorReply:
 
 def encode_text(text: str) -> bytes:
     """A text as ``std_msgs/String``."""
-    return _encode(_MESSAGES[STRING](data=text), STRING)
+    return encode_message(MESSAGES[STRING](data=text), STRING)
 
 
 def decode_text(payload: bytes) -> str:
@@ -325,23 +329,23 @@ def decode_text(payload: bytes) -> str:
 
 def encode_empty() -> bytes:
     """A ``std_msgs/Empty``, which is also the request of ``std_srvs/Trigger``."""
-    return _encode(_MESSAGES[EMPTY](), EMPTY)
+    return encode_message(MESSAGES[EMPTY](), EMPTY)
 
 
 def encode_transforms(*transforms: Transform) -> bytes:
     """Poses of frames as ``tf2_msgs/TFMessage``."""
     stamped = [
-        _MESSAGES["geometry_msgs/msg/TransformStamped"](
-            header=_header(transform.stamp, transform.parent),
+        MESSAGES["geometry_msgs/msg/TransformStamped"](
+            header=header(transform.stamp, transform.parent),
             child_frame_id=transform.child,
-            transform=_MESSAGES["geometry_msgs/msg/Transform"](
+            transform=MESSAGES["geometry_msgs/msg/Transform"](
                 translation=_vector(transform.x, transform.y, 0.0),
-                rotation=_MESSAGES["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=transform.qz, w=transform.qw),
+                rotation=MESSAGES["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=transform.qz, w=transform.qw),
             ),
         )
         for transform in transforms
     ]
-    return _encode(_MESSAGES[TRANSFORMS](transforms=stamped), TRANSFORMS)
+    return encode_message(MESSAGES[TRANSFORMS](transforms=stamped), TRANSFORMS)
 
 
 def decode_transforms(payload: bytes) -> tuple[Transform, ...]:
@@ -375,73 +379,6 @@ def child_frame_of(payload: bytes) -> str:
         CodecError: the payload is not such a message.
     """
     return str(_decode(payload, ODOMETRY).child_frame_id)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Grid:
-    """A map of cells.
-
-    Attributes:
-        cells: 0 free, 100 occupied, -1 unknown; shape (rows, columns), the first row at the lower edge.
-        resolution: edge of a cell, m.
-        x: of the lower left corner, m.
-        y: of the lower left corner, m.
-    """
-
-    cells: NDArray[np.int8]
-    resolution: float
-    x: float
-    y: float
-
-
-def encode_grid(grid: Grid, stamp: int) -> bytes:
-    """A map as ``nav_msgs/OccupancyGrid`` in the frame ``map``."""
-    rows, columns = grid.cells.shape
-    pose = _pose(Pose(grid.x, grid.y, 0.0))
-    info = _MESSAGES["nav_msgs/msg/MapMetaData"](_time(stamp), grid.resolution, columns, rows, pose)
-    return _encode(_MESSAGES[GRID](_header(stamp, MAP_FRAME), info, grid.cells.ravel()), GRID)
-
-
-def encode_path(poses: Sequence[Pose], frame: str, stamp: int) -> bytes:
-    """Where something has been as ``nav_msgs/Path``."""
-    header = _header(stamp, frame)
-    stamped = [_MESSAGES["geometry_msgs/msg/PoseStamped"](header, _pose(pose)) for pose in poses]
-    return _encode(_MESSAGES[PATH](header, stamped), PATH)
-
-
-def encode_outline(corners: Sequence[tuple[float, float]], stamp: int) -> bytes:
-    """A robot's outline as ``geometry_msgs/PolygonStamped`` in the frame ``base_link``."""
-    points = [_MESSAGES["geometry_msgs/msg/Point32"](x, y, 0.0) for x, y in corners]
-    outline = _MESSAGES["geometry_msgs/msg/Polygon"](points)
-    return _encode(_MESSAGES[OUTLINE](_header(stamp, BASE_FRAME), outline), OUTLINE)
-
-
-def encode_points(points: NDArray[np.float32], stamp: int) -> bytes:
-    """Points as ``sensor_msgs/PointCloud2`` in the frame ``laser``.
-
-    Args:
-        points: x, y and z in metres, shape (n, 3).
-        stamp: when they were seen, ns.
-    """
-    fields = [_MESSAGES["sensor_msgs/msg/PointField"](name, 4 * at, 7, 1) for at, name in enumerate("xyz")]
-    data, count = np.frombuffer(points.astype("<f4", copy=False).tobytes(), dtype=np.uint8), len(points)
-    cloud = _MESSAGES[POINTS](
-        header=_header(stamp, LASER_FRAME),
-        height=1,
-        width=count,
-        fields=fields,
-        is_bigendian=False,
-        point_step=12,
-        row_step=12 * count,
-        data=data,
-        is_dense=True,
-    )
-    return _encode(cloud, POINTS)
-
-
-def _pose(pose: Pose) -> Any:
-    turn = _MESSAGES["geometry_msgs/msg/Quaternion"](0.0, 0.0, math.sin(pose.heading / 2), math.cos(pose.heading / 2))
-    return _MESSAGES["geometry_msgs/msg/Pose"](_MESSAGES["geometry_msgs/msg/Point"](pose.x, pose.y, 0.0), turn)
 
 
 def type_hash(name: str) -> str:

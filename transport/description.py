@@ -10,7 +10,8 @@ from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_va
 from transport.arithmetic import norm
 from transport.base import Base, Holonomic, Limits
 from transport.messages import Pose, ScanGeometry, Twist
-from transport.section import Point, Positive, Settings, grown, is_network_name
+from transport.outline import area_of, outline_fault
+from transport.section import Angle, Coordinate, Finite, Period, Point, Positive, Settings, grown, is_network_name
 
 __all__ = ["PICO_FOOTPRINT", "Laser", "Limits", "Point", "RobotDescription", "fitted"]
 
@@ -23,21 +24,21 @@ class Laser(Settings):
     A laser that turns clockwise is described by the same two angles, in either order: its scans are turned round.
     """
 
-    beams: Annotated[int, Field(ge=2)] = 1000
+    beams: Annotated[int, Field(ge=2, le=100_000)] = 1000
     """Number of beams."""
-    angle_min: float = -2.0
+    angle_min: Finite = -2.0
     """Direction of the first beam, rad."""
-    angle_max: float = 2.0
+    angle_max: Finite = 2.0
     """Direction of the last beam, rad."""
     range_min: Positive = 0.01
     """Shortest valid reading, m."""
     range_max: Positive = 10.0
     """Longest valid reading, m."""
-    mount_x: float = 0.0
+    mount_x: Coordinate = 0.0
     """Position of the sensor in the robot's frame, m forward."""
-    mount_y: float = 0.0
+    mount_y: Coordinate = 0.0
     """Position of the sensor in the robot's frame, m to the left."""
-    mount_heading: float = 0.0
+    mount_heading: Angle = 0.0
     """Direction of the sensor's zero angle in the robot's frame, rad."""
 
     @model_validator(mode="before")
@@ -61,8 +62,6 @@ class Laser(Settings):
             raise ValueError(f"cannot look at more than a full turn: it is {math.tau:.4f} rad, not {span:g}")
         if self.range_min >= self.range_max:
             raise ValueError(f"must have `range_min` ({self.range_min:g}) below `range_max` ({self.range_max:g})")
-        if not math.isfinite(self.mount_x + self.mount_y + self.mount_heading):
-            raise ValueError("must be mounted at a finite place")
         return self
 
     def geometry(self) -> ScanGeometry:
@@ -88,10 +87,6 @@ PICO_FOOTPRINT: tuple[Point, ...] = (
 )
 
 
-SMALLEST = 1e-4
-"""A footprint covers at least so much, m^2: a square centimetre."""
-
-
 class RobotDescription(Settings):
     """One robot's body: by default PICO's."""
 
@@ -107,18 +102,16 @@ class RobotDescription(Settings):
     """How it moves: `holonomic`, or `differential` with the wheels' track and speed."""
     laser: Laser = Laser()
     """The laser range finder."""
-    period: Positive = 0.1
+    period: Period = 0.1
     """Time from one command to the next, s."""
 
     @field_validator("footprint")
     @classmethod
-    def _has_an_area(cls, footprint: tuple[Point, ...]) -> tuple[Point, ...]:
+    def _outlines_a_body(cls, footprint: tuple[Point, ...]) -> tuple[Point, ...]:
         """The corners counter-clockwise, whichever way they are given."""
-        after = (*footprint[1:], *footprint[:1])
-        area = math.fsum(x * next_y - next_x * y for (x, y), (next_x, next_y) in zip(footprint, after, strict=True)) / 2
-        if not SMALLEST <= abs(area) < math.inf:
-            raise ValueError(f"must be an outline with an area, not {len(footprint)} corners around {abs(area):g} m^2")
-        return footprint if area > 0 else footprint[::-1]
+        if reason := outline_fault(footprint):
+            raise ValueError(reason)
+        return footprint if area_of(footprint) > 0 else footprint[::-1]
 
     @field_validator("base", mode="before")
     @classmethod

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -65,7 +64,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
                 yield file
             return
         _check_writable(target, before)
-        beside = target.with_name(f".{target.name[:200]}.{secrets.token_hex(4)}{PART}")
+        beside = target.with_name(f".{target.name[:200]}.{os.urandom(4).hex()}{PART}")
         try:
             with beside.open("xb") as file:
                 yield file

@@ -9,6 +9,7 @@ import logging
 import math
 import secrets
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Protocol
 
 from transport.bus import Bus
@@ -18,7 +19,7 @@ from transport.driver import RosDriver
 from transport.envelope import ObservationTag
 from transport.guard import CommandGuard
 from transport.keys import RobotKeys
-from transport.messages import STOP, Command, DoorReply, LinkStatus, Observation, Twist
+from transport.messages import NANOSECONDS, STOP, Command, DoorReply, LinkStatus, Observation, Twist
 from transport.senses import Senses
 from transport.session import Ask, Close, Granted, Lease, Open, Refused, Retry, SessionState
 from transport.settings import LinkSettings
@@ -261,12 +262,16 @@ class Gate:
 class PacedWorld:
     """A simulated base: its world moves on with the clock on the wall, commanded or not.
 
+    Its stamps keep to that clock as a robot's do: where the simulator was held up, the world has lost time, and the
+    stamps go on by it.
+
     Attributes:
         overruns: how many periods the simulator was too slow for.
     """
 
     def __init__(self, make_world: MakeWorld, period: float, clock: Clock | None = None) -> None:
-        self._make_world = make_world
+        self._make_world, self._period = make_world, round(period * NANOSECONDS)
+        self._lost = 0
         self._pace = Pace(period, clock or MonotonicClock())
         self._world: World | None = None
         self._twist, self._ring, self._fresh = STOP, False, False
@@ -281,7 +286,7 @@ class PacedWorld:
         if question.previous and self._world is None:
             return "the simulator was restarted: its episode is lost"
         if not question.previous:
-            self._world, self._fresh = self._make_world(question.seed), True
+            self._world, self._fresh, self._lost = self._make_world(question.seed), True, 0
         return ""
 
     def end(self) -> None:
@@ -296,13 +301,15 @@ class PacedWorld:
         """At the end of a period, what the robot senses then."""
         if self._world is None or self._pace.due() > 0:
             return None
+        missed = self._pace.overruns
         self._pace.beat()
         if self._fresh:
             self._fresh = False
             return self._world.observation
+        self._lost += (self._pace.overruns - missed) * self._period
         observation = self._world.step(Command(self._twist, self._ring))
         self._ring = False
-        return observation
+        return _later(observation, self._lost)
 
     def status(self) -> LinkStatus:
         """What the world's one clock says of its sensors."""
@@ -324,6 +331,19 @@ class PacedWorld:
     def report(self) -> Mapping[str, object] | None:
         """The referee's verdict so far."""
         return None if self._world is None else self._world.report()
+
+
+def _later(observation: Observation, time: int) -> Observation:
+    """An observation whose stamps are later by a time in ns."""
+    if not time:
+        return observation
+    scan, odometry = observation.scan, observation.odometry
+    return replace(
+        observation,
+        stamp=observation.stamp + time,
+        scan=replace(scan, stamp=scan.stamp + time),
+        odometry=replace(odometry, stamp=odometry.stamp + time),
+    )
 
 
 class DriverBase:

@@ -8,8 +8,17 @@ from typing import Annotated, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
-Point = tuple[float, float]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
+"""A measure that makes sense."""
+NotNegative = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
+"""A place on a robot, m from its origin."""
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Angle = Annotated[float, Field(ge=-6.2832, le=6.2832, allow_inf_nan=False)]
+"""A direction, rad, at most a whole turn."""
+Point = tuple[Coordinate, Coordinate]
+Period = Annotated[float, Field(ge=0.001, le=10, allow_inf_nan=False)]
+"""A time from one step to the next, s; shorter or longer ones would never end."""
 
 
 class Settings(BaseModel):

@@ -7,7 +7,6 @@ does not allow is denied.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from transport.files import write_text
 from transport.keys import MachineKeys, RobotKeys
 from transport.settings import LinkSettings
+from transport.toml import TomlError, read_toml
 from transport.wording import in_words
 
 AUTHORITY = "ca.pem"
@@ -108,10 +108,10 @@ def read_access(path: Path) -> Access:
         SecurityError: it is missing or makes no sense.
     """
     try:
-        return Access.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        return Access.model_validate(read_toml(path))
     except OSError as error:
         raise SecurityError(f"{path}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except TomlError as error:
         raise SecurityError(f"{path}: {error}") from None
     except ValidationError as error:
         raise SecurityError(f"{path}: {in_words(error.errors()[0])}") from None

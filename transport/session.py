@@ -62,7 +62,6 @@ Seconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 Label = Annotated[str, Field(max_length=200), AfterValidator(printable)]
 """A short text for people; what would steer a terminal is replaced."""
 Text = Annotated[str, Field(max_length=1000), AfterValidator(printable)]
-RobotName = Annotated[str, Field(max_length=200, pattern=ROBOT_NAME)]
 Secret = Annotated[str, Field(max_length=64, pattern="^[0-9a-f]*$")]
 """What the holder of a lease knows and nobody else; empty where there is none."""
 Report = Annotated[dict[str, JsonValue], AfterValidator(_printable_report)]
@@ -127,7 +126,7 @@ class Granted(_Part):
     """The lease's number, which rides in clear with every observation and every command."""
     secret: Secret
     """Proves that a question comes from the holder, and seals its commands; it never rides with an observation."""
-    robot: RobotName
+    robot: Annotated[str, Field(max_length=200, pattern=ROBOT_NAME)]
     """Name of the robot."""
     mode: Mode
     """Whether time waits for the controller."""
@@ -297,7 +296,7 @@ class Lease:
         self.epoch, self.secret, self.holder, self._request = 0, "", "", ""
 
     def refusal(self) -> Refused:
-        """What a second controller is told."""
+        """What a second controller hears."""
         return Refused(
             reason=f"the robot is driven by {self.holder}",
             holder=self.holder,

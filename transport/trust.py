@@ -45,7 +45,9 @@ class Trust:
     def judged(self, observation: Observation) -> Observation:
         """An observation that says in ``link.blind`` why the robot must stand."""
         reason = self.look(observation.link, observation.time)
-        return replace(observation, link=replace(observation.link, blind=reason)) if reason else observation
+        if observation.link.blind == reason:
+            return observation
+        return replace(observation, link=replace(observation.link, blind=reason))
 
     def _too_old(self, status: LinkStatus) -> str:
         ages = (("scan", status.scan_age), ("odometry", status.odometry_age))

@@ -15,6 +15,12 @@ _BOUNDS = {
     "less_than": ("lt", "less than"),
     "less_than_equal": ("le", "at most"),
 }
+_SIZES = {
+    "string_too_long": ("max_length", "at most {} characters"),
+    "string_too_short": ("min_length", "at least {} characters"),
+    "too_long": ("max_length", "at most {} values"),
+    "too_short": ("min_length", "at least {} values"),
+}
 _LONGEST = 80
 _SHAPES = {
     "float_parsing": "a number",
@@ -76,6 +82,9 @@ def _wanted(kind: str, limits: dict[str, object]) -> str:
     if kind in _BOUNDS:
         limit, words = _BOUNDS[kind]
         return f"{words} {limits[limit]:g}"
+    if kind in _SIZES:
+        limit, words = _SIZES[kind]
+        return f"{words.format(limits[limit])} long"
     if kind in ("literal_error", "enum"):
         return f"one of {limits['expected']}"
     return _SHAPES.get(kind, "a value of another kind")

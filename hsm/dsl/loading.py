@@ -26,6 +26,7 @@ SUFFIX = ".maze-machine"
 """What the name of a machine's file ends with."""
 
 _LARGEST = 2**25
+_DEEPEST = 100  # files, each imported by the one before
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +84,8 @@ def read_text(path: str | Path) -> str:
         MachineError: it cannot be read, or is no text.
     """
     try:
-        content = Path(path).read_bytes()
+        with Path(path).open("rb") as file:  # not to its end, which a device may not have
+            content = file.read(_LARGEST + 1)
         if len(content) > _LARGEST:
             raise _unreadable(path, "it is larger than 32 MiB", "make parts of it machines that it imports")
         return content.decode("utf-8-sig")
@@ -140,7 +142,7 @@ def _position(found: Diagnostic) -> tuple[int, int, str]:
 
 @dataclass(slots=True)
 class _Loader:
-    """Compiles each file once; knows which files are being compiled, so that a ring of imports is seen."""
+    """Compiles each file once; knows which files are being compiled, so that an import cycle is seen."""
 
     library: Library
     units: dict[Path, CompilationUnit] = field(default_factory=dict)
@@ -184,11 +186,15 @@ class _Loader:
         place = place_of(report.file, name)
         if key in self.open_files:
             ring = [one.stem for one in self.open_files[self.open_files.index(key) :]]
-            message = f"machines import one another in a ring: {' -> '.join([*ring, ring[0]])}"
-            report.add("E0410", place, message, "let what both need be a machine of its own, which they import")
+            message = f"import cycle: {' -> '.join([*ring, ring[0]])}"
+            report.add("E0410", place, message, "move the shared part into a third machine")
             return None
         if key in self.units:
             return self.units[key]
+        if len(self.open_files) > _DEEPEST:
+            message = f"imports are more than {_DEEPEST} deep here"
+            report.add("E0208", place, message, "import fewer machines from within imported ones")
+            return None
         try:
             text = read_text(path)
         except MachineError as error:

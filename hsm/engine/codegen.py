@@ -13,17 +13,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from itertools import count
 from types import CodeType, TracebackType
 from typing import Any
 
 from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
 from hsm.engine.evaluation import Evaluation, all_signals, eager_signals
-from hsm.engine.limits import duration, finite, whole
+from hsm.engine.limits import duration, finite, following, interval, whole
 from hsm.engine.probes import Probes
-from hsm.model.chart import Action, After, Assign, Call, Model, Raise, State, When
+from hsm.model.chart import Action, After, Assign, Call, Every, Execute, Model, Raise, State, Timed, When
 from hsm.model.diagnostics import Place
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import Active, Binary, Computed, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.types import Integer, Quantity, Type
 
 NONE = -1
@@ -45,6 +46,16 @@ class CandidateChain:
     first: Callable[..., int]
 
 
+class Role(Enum):
+    """When actions are run."""
+
+    ENTRY = "entry"
+    EXIT = "exit"
+    TRANSITION = "transition"
+    INITIAL = "initial"
+    REPEAT = "repeat"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
     """Actions that are run together.
@@ -53,19 +64,24 @@ class Block:
         run: runs them.
         actions: what is run, for the record.
         state: index of the state that they belong to.
+        role: when they are run.
         code: the function's code, to find it in a traceback.
         places: where each line of the code comes from.
         watches: whether they ask which states are active.
-        enters: whether the state is entered: its variables are set and its time-outs begin before the actions.
     """
 
     run: Callable[..., None]
     actions: tuple[Action, ...]
     state: int
+    role: Role
     code: CodeType
     places: tuple[Place | None, ...]
     watches: bool
-    enters: bool = False
+
+    @property
+    def enters(self) -> bool:
+        """Whether the state is entered: its variables are set and its time-outs begin before the actions."""
+        return self.role is Role.ENTRY
 
     def place_of(self, error: BaseException) -> Place | None:
         """Where in the machine's file an exception came from."""
@@ -149,7 +165,7 @@ class Generator:
 
     def chain(self, candidates: tuple[int, ...]) -> CandidateChain:
         """The chain of some transitions, all of one kind of trigger."""
-        timed = isinstance(self.model.transitions[candidates[0]].trigger, After)
+        timed = isinstance(self.model.transitions[candidates[0]].trigger, Timed)
         found = self._chains.get((candidates, timed))
         if found is None:
             found = self._chains[candidates, timed] = self._make_chain(candidates, timed)
@@ -273,21 +289,21 @@ class Generator:
             writer.add(1, f"v[{slot}] = {self._held(writer, variable.initial, variable.type)}", variable.place)
         for index in state.transitions:
             transition = self.model.transitions[index]
-            if isinstance(transition.trigger, After):
+            if isinstance(transition.trigger, After | Every):
                 writer.add(1, f"t[{index}] = now + {self._duration(writer, transition.trigger)}", transition.place)
-        return self._block(writer, state.index, state.entry, enters=True)
+        return self._block(writer, state.index, Role.ENTRY, state.entry)
 
-    def actions(self, state: int, actions: tuple[Action, ...]) -> Block | None:
+    def actions(self, state: int, role: Role, actions: tuple[Action, ...]) -> Block | None:
         """The exit actions of a state, those of one of its transitions or of its initial transition."""
         writer = _Writer()
         writer.add(0, "def run(f, m, v, c, q, t, now):")
-        return self._block(writer, state, actions)
+        return self._block(writer, state, role, actions)
 
     def opened(self, state: int) -> tuple[int, ...]:
         """The slots of the variables that are set when a state is entered."""
         return self._opened.get(state, ())
 
-    def _block(self, writer: _Writer, state: int, actions: tuple[Action, ...], *, enters: bool = False) -> Block | None:
+    def _block(self, writer: _Writer, state: int, role: Role, actions: tuple[Action, ...]) -> Block | None:
         for action in actions:
             match action:
                 case Assign(variable, value, place):
@@ -296,15 +312,17 @@ class Generator:
                 case Call(declared, arguments, place):
                     given = "".join(f", {self._inline(writer, argument)}" for argument in arguments)
                     writer.add(1, f"{self._object(declared.function)}(f{given})", place)
+                case Execute(run=execute, place=place):
+                    writer.add(1, f"{self._object(execute)}(m, c, q)", place)
                 case Raise(event, place):
                     writer.add(1, f"q.append({event!r})", place)
                 case _:
                     writer.add(1, f"q.append({self._object(action)})", action.place)
         if len(writer.lines) == 1:
             return None
-        watches = any("in c" in line for line in writer.lines)
+        watches = any("in c" in line or "(m, c, q)" in line for line in writer.lines)
         run = self._function(writer, "run")
-        return Block(run, actions, state, run.__code__, tuple(writer.places), watches, enters)
+        return Block(run, actions, state, role, run.__code__, tuple(writer.places), watches)
 
     def arguments(self, expressions: tuple[Expression, ...]) -> Callable[..., tuple[Any, ...]]:
         """A function of ``(f, m, v, c)`` that gives the values of some expressions."""
@@ -368,9 +386,20 @@ class Generator:
             return code
         return f"{self._object(whole if isinstance(kind, Integer) else finite)}({code})"
 
-    def _duration(self, writer: _Writer, trigger: After) -> str:
+    def repeat(self, index: int) -> Block | None:
+        """What sets the next deadline of a repeated transition that was taken, and whose state stays."""
+        transition = self.model.transitions[index]
+        assert isinstance(transition.trigger, Every), "nothing else is repeated"
+        writer = _Writer()
+        writer.add(0, "def run(f, m, v, c, q, t, now):")
+        step = self._duration(writer, transition.trigger)
+        writer.add(1, f"t[{index}] = {self._object(following)}(t[{index}], now, {step})", transition.place)
+        return self._block(writer, transition.source, Role.REPEAT, ())
+
+    def _duration(self, writer: _Writer, trigger: After | Every) -> str:
         """The duration of a time-out in nanoseconds."""
-        return f"{self._object(duration)}({self._inline(writer, trigger.duration)})"
+        check = interval if isinstance(trigger, Every) else duration
+        return f"{self._object(check)}({self._inline(writer, trigger.duration)})"
 
     def _inline(self, writer: _Writer, expression: Expression) -> str:
         return self._code(expression, writer.known)
@@ -392,6 +421,8 @@ class Generator:
                 return repr(value) if type(value) in (bool, int) else self._number(value)
             case VariableValue(name):
                 return f"v[{self.variables[name]}]"
+            case Computed():
+                return f"{self._object(expression.compute)}(m, c)"
             case SignalValue():
                 slot = self.slot(expression)
                 if slot in known:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hsm.engine.codegen import NONE, Block, CandidateChain, Generator
-from hsm.model.chart import Action, After, Always, On, Transition, When
+from hsm.model.chart import Action, Always, Held, On, Timed, Transition, When
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.topology import Topology
 
@@ -45,6 +45,7 @@ class Plan:
         work: blocks of actions to run, each with the states active at that moment, and completions to announce.
         remembered: what the history states within the states left now remember.
         disarmed: time-outs that no longer run.
+        acted: conditions that have held long enough, and are not waited for again before they are false.
         timed: whether time-outs start or end.
         stopped: states whose activity ends.
         restored: history states that were entered, each with whether it remembered something.
@@ -61,6 +62,7 @@ class Plan:
     work: tuple[tuple[Block, frozenset[int]] | StateEvent, ...]
     remembered: tuple[tuple[int, tuple[int, ...]], ...]
     disarmed: tuple[int, ...]
+    acted: tuple[int, ...]
     timed: bool
     stopped: tuple[int, ...]
     restored: tuple[tuple[int, bool], ...]
@@ -97,6 +99,7 @@ class Configuration:
         when: what conditions can fire.
         always: what fires without a trigger.
         after: what time-outs can fire.
+        held: the transitions whose condition must hold for some time.
         pick_when: the selector's function, or one that gives ``NONE``.
         pick_first: the same, for a step in which no signal was evaluated yet.
         events: what an event can fire, for the events that were asked for.
@@ -113,6 +116,7 @@ class Configuration:
         "always",
         "events",
         "generator",
+        "held",
         "leaves",
         "moves",
         "pick_first",
@@ -129,7 +133,10 @@ class Configuration:
         self.active = topology.closure(leaves)
         self.when = self._selector(lambda transition: isinstance(transition.trigger, When))
         self.always = self._selector(lambda transition: isinstance(transition.trigger, Always))
-        self.after = self._selector(lambda transition: isinstance(transition.trigger, After))
+        self.after = self._selector(lambda transition: isinstance(transition.trigger, Timed))
+        model = topology.model
+        own = (index for state in sorted(self.active) for index in model.states[state].transitions)
+        self.held = tuple(index for index in own if isinstance(model.transitions[index].trigger, Held))
         self.pick_when = self.when.pick if self.when else _nothing
         single = self.when is not None and len(self.when.chains) == 1
         self.pick_first = self.when.chains[0].first if self.when and single else self.pick_when

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
-from hsm.model.chart import Transition, When
+from hsm.model.chart import Held, Transition, When
 from hsm.model.expressions import Binary, Expression, Literal, Unary
 from hsm.model.types import BOOLEAN
 
@@ -115,7 +115,7 @@ def _decide(tree: Tree, ask: Callable[[int], bool]) -> bool:
 
 def decision_of(transition: Transition) -> Decision:
     """What decides, beside its event or time-out, whether a transition fires: its condition and its guard."""
-    needed = [transition.trigger.condition] if isinstance(transition.trigger, When) else []
+    needed = [transition.trigger.condition] if isinstance(transition.trigger, When | Held) else []
     if transition.guard is not None:
         needed.append(transition.guard)
     conditions: list[Expression] = []

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import Active, Binary, Computed, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.types import BOOLEAN
 
 UNSET: Any = object()
@@ -78,6 +78,8 @@ class Evaluation:
                 return value
             case VariableValue(name):
                 return self.values[self.slots[name]]
+            case Computed():
+                return expression.compute(self.memo, self.active)
             case SignalValue():
                 key = self.key(expression, self.values)
                 self.asked[key] = expression
@@ -98,6 +100,8 @@ class Evaluation:
 def eager_signals(expression: Expression) -> Iterator[SignalValue]:
     """The signals that are evaluated whenever the expression is: all but those to the right of an ``and`` or ``or``."""
     match expression:
+        case Computed():
+            return
         case SignalValue():
             yield expression
         case Unary(_, operand):
@@ -112,6 +116,8 @@ def eager_signals(expression: Expression) -> Iterator[SignalValue]:
 def all_signals(expression: Expression) -> Iterator[SignalValue]:
     """All signals in an expression."""
     match expression:
+        case Computed():
+            return
         case SignalValue():
             yield expression
         case Unary(_, operand):

@@ -8,17 +8,19 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from hsm.engine.clock import nanoseconds, tolerance, waking
-from hsm.engine.codegen import NONE, Block
+from hsm.engine.codegen import NONE, Block, Role
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Configuration, Picked, Plan, Selector
-from hsm.engine.evaluation import SignalFault
+from hsm.engine.evaluation import Evaluation, SignalFault
+from hsm.engine.limits import duration
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.record import NOTHING_DUE, Phase, Selection
-from hsm.model.chart import Cancel, Send
+from hsm.model.chart import Cancel, Held, On, Send
 from hsm.model.diagnostics import Place
-from hsm.model.events import Event, StateEvent
+from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
+from hsm.model.messages import STORE, Message, Store
 from hsm.model.topology import Remembered
 
 SPIN = 1000
@@ -36,6 +38,8 @@ class RunState:
         sent: events on their way, each with the time of its arrival in nanoseconds.
         history: what each history state remembers.
         outcome: how the run ended, or None.
+        acted: conditions that have held long enough, by transition: they wait until they are false.
+        store: the data of a chart that has any, between its steps.
     """
 
     configuration: Configuration
@@ -44,11 +48,26 @@ class RunState:
     sent: tuple[tuple[int, Send], ...]
     history: Remembered
     outcome: str | None
+    acted: frozenset[int] = frozenset()
+    store: Store | None = None
 
     @property
     def wake(self) -> float:
         """A time in seconds before which no time-out and no event on its way is due; infinite when there is none."""
         return waking([*self.timers.values(), *(due for due, _ in self.sent)])
+
+
+@dataclass(slots=True)
+class _Work:
+    """What the actions of a microstep change: variables, time-outs, and the events that they raise."""
+
+    values: list[Any]
+    timers: dict[int, int]
+    raised: list[Event | Message | Send | Cancel]
+
+    def copy(self) -> _Work:
+        """The same, to go on from."""
+        return _Work(self.values[:], dict(self.timers), self.raised[:])
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +91,9 @@ def fault_event(state: int) -> StateEvent:
     return StateEvent(("fault",), state, "error.execution")
 
 
-def _event(entry: Event | PendingFault) -> Event:
+def _event(entry: Event | Message | PendingFault) -> Event:
+    if isinstance(entry, Message):
+        return entry.name
     return entry.event if isinstance(entry, PendingFault) else entry
 
 
@@ -106,18 +127,22 @@ class MacrostepExecution:
         self._facts = facts
         self._memo = memo
         self._hits = hits
-        self._queue: deque[Event | PendingFault | Send | Cancel] = deque()
-        self._external: deque[Event | PendingFault] = deque()
+        self._queue: deque[Event | Message | PendingFault | Send | Cancel] = deque()
+        self._external: deque[Event | Message | PendingFault] = deque()
         self._failed: dict[Any, BaseException] = {}
         self._reported: set[Any] = set()
         self._found: list[PendingFault] = []
         self._error: BaseException | None = None
+        self._undone: set[int] = set()
+        self._left_out: set[Block] = set()
 
     def start(self, plan: Plan) -> None:
         """Enter the initial configuration."""
+        self._memo.update(self._stored())
         self._take(Phase.START, NOTHING_DUE, plan)
         self._run_to_stability()
         self._drain()
+        self.state.store = self._memo.get(STORE)
 
     def run(self, events: Iterable[Event | PendingFault], error: BaseException | None = None) -> None:
         """Handle events, then time-outs, then conditions.
@@ -128,6 +153,7 @@ class MacrostepExecution:
         """
         self._settled = True
         self._error = error
+        self._memo.update(self._stored())
         if self.state.outcome is not None:
             for entry in events:
                 self._record(_event(entry), NOTHING_DUE, None)
@@ -140,6 +166,27 @@ class MacrostepExecution:
         if due:
             self._time_outs(due)
         self._conditions()
+        self._watch()
+        self.state.store = self._memo.get(STORE)
+
+    def _stored(self) -> dict[str, Store]:
+        """The data of the chart, as the first of the step's signals; without a data model nothing."""
+        store = self.state.store or self.chart.model.store
+        return {} if store is None else {STORE: store}
+
+    def _bind(self, entry: Event | Message | PendingFault) -> None:
+        """Make an event the chart's ``_event``."""
+        store: Store = self._memo[STORE]
+        match entry:
+            case Message():
+                event = entry
+            case str():
+                event = Message(entry)
+            case StateEvent(origin=origin, standard=name):
+                event = Message(name, "platform", store.results.get(origin))
+            case _:
+                event = Message(entry.event.standard, "platform", entry.reason)
+        self._memo[STORE] = replace(store, event=event)
 
     def macrostep(self) -> Macrostep:
         """What was done, once all is done."""
@@ -185,19 +232,21 @@ class MacrostepExecution:
 
     def _send(self, send: Send) -> None:
         if send.delay <= 0:
-            self._external.append(send.event)
+            self._external.append(send.message or send.event)
         else:
             self.state.sent = (*self.state.sent, (self._now + nanoseconds(send.delay), send))
 
-    def _arrived(self) -> list[Event]:
+    def _arrived(self) -> list[Event | Message]:
         """The events on their way that arrive now, the earliest first."""
         arrived = sorted((one for one in self.state.sent if self._reached(one[0])), key=lambda one: one[0])
         if arrived:
             self.state.sent = tuple(one for one in self.state.sent if not self._reached(one[0]))
-        return [send.event for _, send in arrived]
+        return [send.message or send.event for _, send in arrived]
 
-    def _handle(self, entry: Event | PendingFault) -> bool:
+    def _handle(self, entry: Event | Message | PendingFault) -> bool:
         """Let one event fire what it can; whether there was anything."""
+        if STORE in self._memo:
+            self._bind(entry)
         event = _event(entry)
         selector = self.state.configuration.on(event)
         if selector is not None:
@@ -215,7 +264,7 @@ class MacrostepExecution:
             if self.state.outcome is not None or after is None or not self._fire(after, Phase.AFTER, due):
                 return
             plan = self.selections[-1].plan
-            due = due.difference(plan.disarmed if plan else ())
+            due = due.difference((*plan.disarmed, *plan.transitions) if plan else ())
             self._run_to_stability()
             self._drain()
         raise self._spin()
@@ -237,6 +286,43 @@ class MacrostepExecution:
     def _selection(self, trigger: Phase | Event, due: frozenset[int], plan: Plan | None) -> Selection:
         return Selection(trigger, self.state.configuration, self.state.values, due, plan)
 
+    def _watch(self) -> None:
+        """Let the time of conditions begin that hold now, and end of those that do not."""
+        for _ in range(SPIN):
+            state = self.state
+            if state.outcome is not None or not (state.configuration.held or state.acted):
+                return
+            for index in state.configuration.held:
+                self._watch_one(index)
+            if not self._found:
+                return
+            found, self._found = self._found, []
+            for fault in found:
+                self._handle(fault)
+            self._run_to_stability()
+            self._drain()
+            self._conditions()
+        raise self._spin()
+
+    def _watch_one(self, index: int) -> None:
+        trigger = self.chart.model.transitions[index].trigger
+        assert isinstance(trigger, Held), "nothing else is watched"
+        state, holds = self.state, False
+        try:
+            evaluation = self._evaluation()
+            holds = bool(evaluation.condition(trigger.condition))
+            length = duration(evaluation.value(trigger.duration)) if holds else 0
+        except Exception as error:
+            self._report(index, error)
+            holds = False
+        finally:
+            self._error = None
+        if not holds:
+            state.timers = {one: due for one, due in state.timers.items() if one != index}
+            state.acted -= {index}
+        elif index not in state.timers and index not in state.acted:
+            state.timers = {**state.timers, index: self._now + length}
+
     def _record(self, trigger: Phase | Event, due: frozenset[int], plan: Plan | None) -> None:
         self.selections.append(self._selection(trigger, due, plan))
 
@@ -257,7 +343,7 @@ class MacrostepExecution:
         return True
 
     def _pick(self, selector: Selector, due: frozenset[int] | None) -> Picked:
-        if self._error is None and not self._failed:
+        if self._error is None and not self._failed and not self._undone:
             state = self.state
             arguments = (self._facts, self._memo, state.values, state.configuration.active, self._hits)
             try:
@@ -268,42 +354,107 @@ class MacrostepExecution:
 
     def _take(self, trigger: Phase | Event, due: frozenset[int], plan: Plan) -> None:
         """Do what a microstep asks for; old values stay untouched for the record."""
+        if plan.plain:
+            self._record(trigger, due, plan)
+            self.state.configuration = plan.target
+            return
+        work = _Work(self.state.values, self.state.timers, [])
+        if plan.timed:
+            work.timers = {index: due for index, due in work.timers.items() if index not in plan.disarmed}
+        before = work
+        if plan.work:
+            work = work.copy()
+            for item in plan.work:
+                if isinstance(item, StateEvent):
+                    work.raised.append(item)
+                    continue
+                block, active = item
+                if block in self._left_out:
+                    continue
+                try:
+                    block.run(self._facts, self._memo, work.values, active, work.raised, work.timers, self._now)
+                except Exception as error:
+                    if plan.source is not None:
+                        self._record(trigger, due, None)
+                    self._undo(plan, before, block, error)
+                    return
+                if plan.source is None and block.state == 0:
+                    before = work.copy()  # the machine itself is entered once and for all
         self._record(trigger, due, plan)
         state = self.state
         state.configuration = plan.target
-        if plan.plain:
-            return
-        timers = state.timers
-        if plan.timed:
-            timers = {index: deadline for index, deadline in timers.items() if index not in plan.disarmed}
+        state.values, state.timers = work.values, work.timers
+        if plan.acted or state.acted:
+            state.acted = state.acted.difference(plan.disarmed).union(plan.acted)
+        self._queue.extend(work.raised)
         if plan.remembered:
             state.history = {**state.history, **dict(plan.remembered)}
-        if plan.work:
-            values = state.values[:]
-            for item in plan.work:
-                if isinstance(item, StateEvent):
-                    self._queue.append(item)
-                    continue
-                block, active = item
-                try:
-                    block.run(self._facts, self._memo, values, active, self._queue, timers, self._now)
-                except Exception as error:
-                    raise self._action_failed(block, error) from error
-            state.values = values
-        state.timers = timers
         self.stopped.extend(plan.stopped)
         state.outcome = plan.outcome or state.outcome
 
     # When something goes wrong.
 
+    def _undo(self, plan: Plan, before: _Work, block: Block, error: Exception) -> None:
+        """Let a transition handle a microstep whose action failed; nothing of the microstep was done.
+
+        What failed is not tried again in this step: neither the transitions nor, where a state could not be left, its
+        exit actions.
+        """
+        state, fault = self.state, self._action_failed(block, error)
+        if plan.source is None:
+            if block.state == 0:
+                raise fault.unhandled(self.chart)
+            state.configuration = self.chart.configuration(())
+            state.values, state.timers = before.values, before.timers
+            self._queue.extend(before.raised)
+        self._undone.update(plan.transitions)
+        if block.role is Role.EXIT:
+            self._left_out.add(block)
+        handler = self._handler(fault, plan)
+        if handler is None:
+            raise fault.unhandled(self.chart)
+        self._take(fault.event, NOTHING_DUE, self.chart.planner.plan(state.configuration, handler, state.history))
+
+    def _handler(self, fault: PendingFault, plan: Plan) -> int | None:
+        """The transition that handles a failed action.
+
+        That is one of the state whose action it is, be it not entered yet, of the states around it, or of those that
+        the failed transitions belong to.
+        """
+        topology, model = self.chart.topology, self.chart.model
+        sources = [model.transitions[index].source for index in plan.transitions]
+        origin = fault.event.origin
+        states = dict.fromkeys(one for start in (origin, *sources) for one in topology.up(start))
+        evaluation = self._evaluation()
+        for state in sorted(states, reverse=True):
+            for index in model.states[state].transitions:
+                trigger = model.transitions[index].trigger
+                waits = isinstance(trigger, On) and matches(trigger, fault.event, origin, origin)
+                if not waits or index in self._undone:
+                    continue
+                try:
+                    held, path = self.chart.generator.decision(index).follow(evaluation.condition)
+                except Exception:
+                    continue
+                self.chart.generator.probes.mark(self._hits, index, path)
+                if held:
+                    return index
+        return None
+
+    def _evaluation(self) -> Evaluation:
+        state = self.state
+        return self.chart.generator.evaluation(self._memo, state.values, state.configuration.active, self._ask)
+
     def _pick_carefully(self, selector: Selector, due: frozenset[int] | None) -> Picked:
-        """What a selector picks when a signal has failed: every guard that needs the signal counts as false."""
-        state, generator = self.state, self.chart.generator
-        evaluation = generator.evaluation(self._memo, state.values, state.configuration.active, self._ask)
+        """What a selector picks when something has failed in this step.
+
+        A guard that needs a failed signal counts as false, and a transition that was undone is not tried again.
+        """
+        generator, evaluation = self.chart.generator, self._evaluation()
         found: list[int] = []
         for chain in selector.chains:
             for index in chain.candidates:
-                if due is not None and index not in due:
+                if index in self._undone or (due is not None and index not in due):
                     continue
                 try:
                     held, path = generator.decision(index).follow(evaluation.condition)
@@ -346,13 +497,15 @@ class MacrostepExecution:
             known = (declared.source, self.chart.generator.key(error.call, self.state.values), None)
             place, reason = error.call.place or place, str(error)
             cause = error.__cause__ if isinstance(error.__cause__, Exception) else error
-        if known not in self._reported:
+        if STORE in self._memo:
+            self._queue.append(Message("error.execution", "platform", reason))
+        elif known not in self._reported:
             self._reported.add(known)
             self._found.append(PendingFault(fault_event(declared.source), reason, place, cause))
 
-    def _action_failed(self, block: Block, error: Exception) -> MachineFault:
-        state = self.chart.model.states[block.state]
-        return MachineFault(f"an action failed: {error!r}", state.name, block.place_of(error) or state.place)
+    def _action_failed(self, block: Block, error: Exception) -> PendingFault:
+        place = block.place_of(error) or self.chart.model.states[block.state].place
+        return PendingFault(fault_event(block.state), f"an action failed: {error!r}", place, error)
 
     def _spin(self) -> Spin:
         """The error for an endless step, which names the cycle of transitions at its end."""

@@ -25,6 +25,7 @@ class Verdict(Enum):
     EARLIER = "another transition came first"
     NOT_DUE = "its time had not come"
     FAILED = "what it needs could not be evaluated"
+    UNDONE = "one of its actions failed, and it was undone"
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +101,7 @@ def _explain_selection(selection: Selection, memo: Mapping[Any, Any]) -> Iterato
             if selection.trigger is Phase.AFTER and index not in selection.due:
                 continue
             one = _consider(configuration, index, str(selection.trigger), evaluation, plan, earlier=fired)
-            fired = fired or one.verdict in (Verdict.TAKEN, Verdict.PREEMPTED)
+            fired = fired or one.verdict in (Verdict.TAKEN, Verdict.PREEMPTED, Verdict.UNDONE)
             if index not in seen:
                 seen.add(index)
                 yield one
@@ -126,7 +127,9 @@ def _consider(
         return Considered(transition, trigger, Verdict.FAILED)
     verdict = Verdict.FALSE
     if held:
-        verdict = Verdict.TAKEN if plan is not None and index in plan.transitions else Verdict.PREEMPTED
+        verdict = Verdict.UNDONE if plan is None else Verdict.PREEMPTED
+        if plan is not None and index in plan.transitions:
+            verdict = Verdict.TAKEN
     judged = decision.values(path)
     return Considered(
         transition,

@@ -48,6 +48,22 @@ def duration(value: float) -> int:
     raise LimitError(f"a duration cannot be {value:.10g} s")
 
 
+def interval(value: float) -> int:
+    """The time from one repetition to the next in seconds, as whole nanoseconds.
+
+    Raises:
+        LimitError: it is none, negative, infinite or no number.
+    """
+    if found := duration(value):
+        return found
+    raise LimitError("what is done every 0 s would be done without end")
+
+
+def following(deadline: int, now: int, step: int) -> int:
+    """The first of the times that follow a deadline at equal distances, in nanoseconds, which is still to come."""
+    return deadline + step * max(1, (now - deadline) // step + 1)
+
+
 def within_limits(value: float, kind: Type) -> bool:
     """Whether a machine can hold a value of a type."""
     match kind:

@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
-from hsm.engine.codegen import Block, Generator
+from hsm.engine.codegen import Block, Generator, Role
 from hsm.engine.configuration import CACHE, Configuration, Picked, Plan
-from hsm.model.chart import After, StateKind
+from hsm.model.chart import Every, Held, StateKind, Timed, Transition
 from hsm.model.events import StateEvent
 from hsm.model.topology import HISTORY, Remembered, Topology
 
@@ -138,7 +138,7 @@ class Planner:
         self._transitions = topology.model.transitions
         self._generator = generator
         self._entries: dict[int, Block | None] = {}
-        self._blocks: dict[tuple[str, int], Block | None] = {}
+        self._blocks: dict[tuple[Role, int], Block | None] = {}
 
     def start(self) -> Plan:
         """The plan that enters the initial configuration; the root is entered first."""
@@ -175,7 +175,7 @@ class Planner:
         for index in taken:
             transition = self._transitions[index]
             if transition.targets:
-                entry.add_targets(transition.targets, self._topology.domain(transition, remembered))
+                entry.add_targets(transition.targets, self._domain(transition, active, remembered))
         exited = tuple(sorted(exits, reverse=True))
         return self._plan(source, entry, taken=taken, preempted=preempted, exited=exited, remembered=remembers)
 
@@ -205,8 +205,16 @@ class Planner:
         transition = self._transitions[index]
         if not transition.targets:
             return frozenset()
-        domain = self._topology.domain(transition, remembered)
+        domain = self._domain(transition, active, remembered)
         return frozenset(state for state in active if self._topology.inside(state, domain))
+
+    def _domain(self, transition: Transition, active: frozenset[int], remembered: Remembered) -> int:
+        """The active state within which a transition takes place; a source that could not be entered is not active."""
+        domain = self._topology.domain(transition, remembered)
+        if domain in active:
+            return domain
+        around = (one for one in self._topology.ancestors(domain) if one in active)
+        return next(one for one in around if one == 0 or self._states[one].kind is StateKind.COMPOUND)
 
     def _remembers(self, exits: Iterable[int], active: frozenset[int]) -> tuple[tuple[int, tuple[int, ...]], ...]:
         found: list[tuple[int, tuple[int, ...]]] = []
@@ -232,18 +240,22 @@ class Planner:
     ) -> Plan:
         work = _Work(set(source.active) if source else set())
         for state in exited:
-            work.run(self._block("exit", state))
+            work.run(self._block(Role.EXIT, state))
             work.active.discard(state)
+        staying = [index for index in taken if self._transitions[index].source not in exited]
+        repeated = [index for index in staying if isinstance(self._transitions[index].trigger, Every)]
         for index in taken:
-            work.run(self._block("transition", index))
+            work.run(self._block(Role.TRANSITION, index))
+        for index in repeated:
+            work.run(self._block(Role.REPEAT, index))
         outcome = None
         for state in entry.states:
             work.active.add(state)
-            work.run(self._block("entry", state))
+            work.run(self._block(Role.ENTRY, state))
             if state in entry.default:
-                work.run(self._block("initial", state))
+                work.run(self._block(Role.INITIAL, state))
             if state in entry.history:
-                work.run(self._block("initial", entry.history[state]))
+                work.run(self._block(Role.INITIAL, entry.history[state]))
             if self._states[state].kind is StateKind.FINAL:
                 if self._states[state].parent == 0:
                     outcome = outcome or self._states[state].own_name
@@ -251,7 +263,10 @@ class Planner:
                     work.done.extend(self._completions(state, work.active))
         leaves = tuple(sorted(state for state in work.active if self._topology.atomic(state)))
         target = self._configuration(leaves)
-        ending = [*taken, *(index for state in exited for index in self._states[state].transitions)]
+        ending = [
+            *(one for one in taken if one not in repeated),
+            *(index for state in exited for index in self._states[state].transitions),
+        ]
         disarmed = tuple(index for index in dict.fromkeys(ending) if self._timed(index))
         arming = any(self._timed(index) for state in entry.states for index in self._states[state].transitions)
         stopped = tuple(state for state in exited if self._states[state].activity is not None)
@@ -265,6 +280,7 @@ class Planner:
             work=tuple(work.done),
             remembered=remembered,
             disarmed=disarmed,
+            acted=tuple(index for index in staying if isinstance(self._transitions[index].trigger, Held)),
             timed=bool(disarmed) or arming,
             stopped=stopped,
             restored=tuple(entry.restored.items()),
@@ -273,7 +289,7 @@ class Planner:
         )
 
     def _timed(self, index: int) -> bool:
-        return isinstance(self._transitions[index].trigger, After)
+        return isinstance(self._transitions[index].trigger, Timed)
 
     def _completions(self, final: int, active: set[int]) -> Iterator[StateEvent]:
         """What a final state completes: the state around it, and every parallel state around that is complete now."""
@@ -295,19 +311,21 @@ class Planner:
                 return False
         return True
 
-    def _block(self, what: str, index: int) -> Block | None:
-        key = (what, index)
+    def _block(self, role: Role, index: int) -> Block | None:
+        key = (role, index)
         if key not in self._blocks:
-            self._blocks[key] = self._make_block(what, index)
+            self._blocks[key] = self._make_block(role, index)
         return self._blocks[key]
 
-    def _make_block(self, what: str, index: int) -> Block | None:
-        if what == "transition":
-            return self._generator.actions(self._transitions[index].source, self._transitions[index].actions)
+    def _make_block(self, role: Role, index: int) -> Block | None:
+        if role is Role.REPEAT:
+            return self._generator.repeat(index)
+        if role is Role.TRANSITION:
+            return self._generator.actions(self._transitions[index].source, role, self._transitions[index].actions)
         state = self._states[index]
-        if what == "entry":
+        if role is Role.ENTRY:
             return self._generator.entry(state)
-        return self._generator.actions(index, state.exit if what == "exit" else state.initial_actions)
+        return self._generator.actions(index, role, state.exit if role is Role.EXIT else state.initial_actions)
 
 
 @dataclass(slots=True)

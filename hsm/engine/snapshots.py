@@ -9,12 +9,14 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds
 from hsm.engine.compiled import CompiledChart
+from hsm.engine.configuration import Configuration
 from hsm.engine.execution import PendingFault, RunState
-from hsm.engine.limits import duration
-from hsm.model.chart import After, Send, Transition
+from hsm.engine.limits import duration, within_limits
+from hsm.model.chart import Held, Send, Timed
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
-from hsm.model.unparse import expression_text
+from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
+from hsm.model.unparse import activity_text, expression_text, trigger_text
 
 
 class SnapshotError(ValueError):
@@ -39,7 +41,12 @@ class SavedRun:
 
 
 def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
-    """A run in a form that JSON can carry; states and variables stand by their names."""
+    """A run in a form that JSON can carry: everything in it has a name, nothing a position.
+
+    A time-out goes by its state and its text, and has a deadline in nanoseconds, or none where it has acted already.
+    """
+    if machine.model.store is not None:
+        raise SnapshotError(f"the data of the chart {machine.name} cannot be saved")
     state, names = run.state, [one.name for one in machine.model.states]
     events = [(one.event, one.reason) if isinstance(one, PendingFault) else (one, None) for one in run.pending]
     return {
@@ -51,11 +58,12 @@ def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
             name: value.value if isinstance(value, StrEnum) else value
             for name, value in zip(machine.generator.variables, state.values, strict=True)
         },
-        "timers": [[*_timer_name(machine, index), deadline] for index, deadline in sorted(state.timers.items())],
+        "timers": [[*key, state.timers.get(index)] for key, index in _time_outs(machine, state.configuration).items()],
+        "acted": [list(key) for key, index in _time_outs(machine, state.configuration).items() if index in state.acted],
         "sent": [[due, send.event, send.delay, send.label] for due, send in state.sent],
         "history": {names[index]: [names[one] for one in states] for index, states in sorted(state.history.items())},
         "pending": [[list(one.names), names[one.origin], one.standard, reason] for one, reason in events],
-        "finished": [names[index] for index in sorted(run.finished)],
+        "finished": [[names[index], _activity(machine, index)] for index in sorted(run.finished)],
     }
 
 
@@ -76,15 +84,15 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
         if unknown:
             raise SnapshotError(f"the machine and the snapshot do not have the same variables: `{unknown[0]}`")
         values = [_typed(machine, name, given[name]) for name in machine.generator.variables]
-        timers = {_timer(machine, source, number): int(due) for source, number, due in snapshot["timers"]}
-        history = {
-            _index(machine, name): tuple(_index(machine, one) for one in states)
-            for name, states in snapshot["history"].items()
-        }
+        configuration = machine.configuration(leaves)
+        timers = _restored_timers(machine, configuration, snapshot["timers"])
+        history = dict(_restored_history(machine, name, states) for name, states in snapshot["history"].items())
         sent = tuple((int(due), Send(event, delay, label)) for due, event, delay, label in snapshot["sent"])
-        state = RunState(machine.configuration(leaves), values, timers, sent, history, snapshot["outcome"])
+        keys = _time_outs(machine, configuration)
+        acted = frozenset(keys[state, text, number] for state, text, number in snapshot["acted"])
+        state = RunState(configuration, values, timers, sent, history, snapshot["outcome"], acted)
         pending = tuple(_pending(machine, *one) for one in snapshot["pending"])
-        finished = frozenset(_index(machine, name) for name in snapshot["finished"])
+        finished = frozenset(_finished(machine, name, activity) for name, activity in snapshot["finished"])
         return SavedRun(float(snapshot["time"]), state, pending, finished)
     except SnapshotError:
         raise
@@ -96,7 +104,8 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
     """A run of one machine as a run of a changed one, where every active state still exists.
 
     Variables keep their values where name and type are the same. Time-outs go on where the state still has the same
-    one; others of active states start now. History is kept of states that still exist.
+    one, or one of the same duration; others of active states start now. History is kept where the remembered states
+    still lie where it may lead.
 
     Args:
         old: the machine that runs.
@@ -123,13 +132,17 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
         if variable.name not in kept and variable.scope in configuration.active:
             values[slot] = _value(new, variable.initial, values)
     timers = _kept_timers(old, run, new, values)
+    again = _time_outs(new, configuration)
+    keys = _time_outs(old, run.state.configuration)
+    acted = frozenset(again[key] for key, index in keys.items() if index in run.state.acted and key in again)
     known = new.indices
-    history = {
-        known[names[index]]: tuple(known[names[one]] for one in states)
-        for index, states in run.state.history.items()
-        if names[index] in known and all(names[one] in known for one in states)
-    }
-    state = RunState(configuration, values, timers, run.state.sent, history, run.state.outcome)
+    history = {}
+    for index, states in run.state.history.items():
+        if names[index] in known and all(names[one] in known for one in states):
+            remembered = tuple(known[names[one]] for one in states)
+            if new.topology.recalls(known[names[index]], remembered):
+                history[known[names[index]]] = remembered
+    state = RunState(configuration, values, timers, run.state.sent, history, run.state.outcome, acted)
     pending = tuple(_moved(one, known[names[_origin(one)]]) for one in run.pending if names[_origin(one)] in known)
     finished = frozenset(known[names[one]] for one in run.finished if names[one] in known)
     return SavedRun(run.time, state, pending, finished)
@@ -144,6 +157,10 @@ def _leaves(machine: CompiledChart, names: Sequence[str]) -> tuple[int, ...]:
         if not machine.topology.atomic(index):
             raise SnapshotError(f"state `{name}` is active alone, and now has states inside it")
         leaves.append(index)
+    rivals = machine.topology.rivals(leaves)
+    if rivals is not None:
+        first, second = (machine.model.states[one].name for one in rivals)
+        raise SnapshotError(f"states `{first}` and `{second}` are active, and now exclude each other")
     complete = machine.planner.completed(leaves)
     if sorted(leaves) != list(complete):
         missing = next(iter(sorted(set(complete) ^ set(leaves))))
@@ -158,26 +175,86 @@ def _index(machine: CompiledChart, name: str) -> int:
 
 
 def _typed(machine: CompiledChart, name: str, value: Any) -> Any:
-    """A value of an enumeration comes back as the member; everything else is itself."""
-    defaults: list[Any] = [one.default for one in machine.model.parameters if one.name == name]
-    defaults += [
-        one.initial.value for one in machine.model.variables if one.name == name and isinstance(one.initial, Literal)
-    ]
-    if isinstance(value, str) and defaults and isinstance(defaults[0], StrEnum):
-        return type(defaults[0])(value)
-    return value
+    """A value of its variable's type; one of an enumeration comes back as the member."""
+    kinds = {one.name: one.type for one in machine.model.parameters}
+    kinds |= {one.name: one.type for one in machine.model.variables}
+    if value is None:
+        return None  # of an instance that was not entered yet
+    if not _fits(value, kinds[name]):
+        raise SnapshotError(f"`{name}` is {value!r:.40} in the snapshot, and a {kinds[name]} in the machine")
+    member = _first_value(machine, name)
+    return type(member)(value) if isinstance(member, StrEnum) else value
 
 
-def _timer_name(machine: CompiledChart, index: int) -> tuple[str, int]:
-    source = machine.model.states[machine.model.transitions[index].source]
-    return source.name, source.transitions.index(index)
+def _fits(value: Any, kind: Type) -> bool:
+    match kind:
+        case Boolean():
+            return isinstance(value, bool)
+        case Integer():
+            return isinstance(value, int) and not isinstance(value, bool) and within_limits(value, kind)
+        case Quantity():
+            return isinstance(value, int | float) and not isinstance(value, bool) and within_limits(value, kind)
+        case Enumeration(members=members):
+            return value in members
 
 
-def _timer(machine: CompiledChart, source: str, number: int) -> int:
-    transitions = machine.model.states[_index(machine, source)].transitions
-    if number >= len(transitions):
-        raise SnapshotError(f"state `{source}` has no time-out at position {number}")
-    return transitions[number]
+def _first_value(machine: CompiledChart, name: str) -> Any:
+    """What a parameter or a variable begins with, where that is written down."""
+    for parameter in machine.model.parameters:
+        if parameter.name == name:
+            return parameter.default
+    initial = next(one.initial for one in machine.model.variables if one.name == name)
+    return initial.value if isinstance(initial, Literal) else None
+
+
+_Key = tuple[str, str, int]
+"""What names a time-out: its state, its text with its guard, and which of such in that state it is."""
+
+
+def _time_outs(machine: CompiledChart, configuration: Configuration) -> dict[_Key, int]:
+    """The time-outs of all active states, by their names."""
+    model = machine.model
+    found: dict[_Key, int] = {}
+    for state in sorted(configuration.active):
+        for index in model.states[state].transitions:
+            transition = model.transitions[index]
+            if isinstance(transition.trigger, Timed):
+                name, text = model.states[state].name, trigger_text(transition.trigger, transition.guard)
+                number = sum(key[:2] == (name, text) for key in found)
+                found[name, text, number] = index
+    return found
+
+
+def _restored_timers(
+    machine: CompiledChart, configuration: Configuration, saved: Sequence[tuple[str, str, int, int | None]]
+) -> dict[int, int]:
+    """The deadlines of the time-outs; each of the snapshot must be one of the machine, and the other way round."""
+    known = _time_outs(machine, configuration)
+    given = {(state, text, number): due for state, text, number, due in saved}
+    for state, text, _ in sorted(given.keys() - known.keys()):
+        raise SnapshotError(f"state `{state}` has no time-out `{text}`, which runs in the snapshot")
+    for state, text, _ in sorted(known.keys() - given.keys()):
+        raise SnapshotError(f"state `{state}` has a time-out `{text}`, of which the snapshot says nothing")
+    return {known[key]: int(due) for key, due in given.items() if due is not None}
+
+
+def _restored_history(machine: CompiledChart, name: str, states: Sequence[str]) -> tuple[int, tuple[int, ...]]:
+    index, remembered = _index(machine, name), tuple(_index(machine, one) for one in states)
+    if not machine.topology.recalls(index, remembered):
+        raise SnapshotError(f"`{name}` remembers {' and '.join(f'`{one}`' for one in states)}, and cannot lead there")
+    return index, remembered
+
+
+def _activity(machine: CompiledChart, index: int) -> str:
+    call = machine.model.states[index].activity
+    return "" if call is None else activity_text(call)
+
+
+def _finished(machine: CompiledChart, name: str, activity: str) -> int:
+    index = _index(machine, name)
+    if _activity(machine, index) != activity:
+        raise SnapshotError(f"state `{name}` does `{_activity(machine, index)}` now, and `{activity}` in the snapshot")
+    return index
 
 
 def _pending(
@@ -210,37 +287,37 @@ def _kept_values(old: CompiledChart, run: SavedRun, new: CompiledChart) -> dict[
 
 
 def _kept_timers(old: CompiledChart, run: SavedRun, new: CompiledChart, values: Sequence[Any]) -> dict[int, int]:
-    running = {_timer_text(old, old.model.transitions[index]): due for index, due in run.state.timers.items()}
-    fired = {
-        _timer_text(old, one)
-        for one in old.model.transitions
-        if isinstance(one.trigger, After) and one.source in run.state.configuration.active
-    } - running.keys()
-    timers = {}
-    names = {*run.state.configuration.names, new.model.states[0].name}
-    for transition in new.model.transitions:
-        active = new.model.states[transition.source].name in names
-        text = _timer_text(new, transition)
-        if not isinstance(transition.trigger, After) or not active or text in fired:
-            continue
-        if text in running:
-            timers[transition.index] = running[text]
-        else:
-            length = duration(_value(new, transition.trigger.duration, values))
-            timers[transition.index] = nanoseconds(run.time) + length
+    """Deadlines of the time-outs that are the same as before, else of the same duration; of others, from now on."""
+    before = _time_outs(old, run.state.configuration)
+    after = _time_outs(new, new.configuration(tuple(new.indices[name] for name in _leaf_names(old, run))))
+    same = {index: before.pop(key) for key, index in after.items() if key in before}
+    lengths: dict[tuple[str, str], list[int]] = {}
+    for (state, _, _), index in before.items():
+        lengths.setdefault((state, _duration_text(old, index)), []).append(index)
+    timers: dict[int, int] = {}
+    for (state, _, _), index in after.items():
+        candidates = [same[index]] if index in same else lengths.get((state, _duration_text(new, index)), [])
+        if not candidates and isinstance(new.model.transitions[index].trigger, Held):
+            continue  # it begins when its condition holds
+        if not candidates:
+            timers[index] = nanoseconds(run.time) + duration(_value(new, _duration(new, index), values))
+        elif (due := run.state.timers.get(candidates.pop(0))) is not None:
+            timers[index] = due
     return timers
 
 
-def _timer_text(machine: CompiledChart, transition: Transition) -> tuple[str, str, int]:
-    """What makes two time-outs the same: their state, their duration, and which of such they are."""
-    source = machine.model.states[transition.source]
-    own = [machine.model.transitions[index] for index in source.transitions]
-    same = [one for one in own if isinstance(one.trigger, After) and _duration(one) == _duration(transition)]
-    return source.name, _duration(transition), same.index(transition) if transition in same else 0
+def _leaf_names(machine: CompiledChart, run: SavedRun) -> list[str]:
+    return [machine.model.states[leaf].name for leaf in run.state.configuration.leaves]
 
 
-def _duration(transition: Transition) -> str:
-    return expression_text(transition.trigger.duration) if isinstance(transition.trigger, After) else ""
+def _duration(machine: CompiledChart, index: int) -> Expression:
+    trigger = machine.model.transitions[index].trigger
+    assert isinstance(trigger, Timed), "only time-outs have a duration"
+    return trigger.duration
+
+
+def _duration_text(machine: CompiledChart, index: int) -> str:
+    return expression_text(_duration(machine, index))
 
 
 def _value(machine: CompiledChart, expression: Expression, values: Sequence[Any]) -> Any:

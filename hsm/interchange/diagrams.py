@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from transitions.extensions.diagrams_mermaid import NestedGraph as MermaidGraph
 from transitions.extensions.diagrams_pygraphviz import NestedGraph
 
-from hsm.model.chart import After, Model, State, StateKind, Transition
+from hsm.model.chart import Model, State, StateKind, Timed, Transition
 from hsm.model.topology import HISTORY
 from hsm.model.unparse import action_text, activity_text, trigger_text
 
@@ -203,7 +203,7 @@ def _bundles(transitions: Iterable[Transition]) -> Iterable[list[Transition]]:
     """Transitions with the same ends and the same style, together."""
     found: dict[tuple[int, tuple[int, ...], bool], list[Transition]] = {}
     for one in transitions:
-        found.setdefault((one.source, one.targets, isinstance(one.trigger, After)), []).append(one)
+        found.setdefault((one.source, one.targets, isinstance(one.trigger, Timed)), []).append(one)
     return found.values()
 
 
@@ -288,7 +288,7 @@ class _Picture(NestedGraph):
         label = "".join(_paragraph(_transition_text(one)) for one in bundle)
         ink = self._inks[transition.source]
         style = {"color": ink, "fontcolor": ink}
-        if isinstance(transition.trigger, After):
+        if isinstance(transition.trigger, Timed):
             style["style"] = "dashed"
         states = self._model.states
         for target in transition.targets:

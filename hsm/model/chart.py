@@ -7,11 +7,14 @@ machine.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, StrEnum
+from typing import Any
 
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression
+from hsm.model.messages import Message, Store
 from hsm.model.properties import Property
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter
 from hsm.model.types import Type
@@ -48,7 +51,8 @@ class On:
     transition's source or of a state inside it, or the completion of the source (``done``, or the final state's name).
 
     Attributes:
-        names: event names; with ``prefix`` an event also matches by its leading dotted parts, and ``*`` matches any.
+        names: event names; ``*`` is any event from outside or raised. With ``prefix`` an event also matches by its
+            leading dotted parts.
         prefix: SCXML's matching of event descriptors; the language itself matches whole names.
     """
 
@@ -64,6 +68,29 @@ class When:
 
 
 @dataclass(frozen=True, slots=True)
+class Else(When):
+    """Fires in a step in which no earlier condition of the source holds; its own condition says so."""
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """Fires once the condition has held at the end of each step for a duration in seconds, evaluated when it begins.
+
+    It is due in the first step after that time in which the condition still holds.
+    """
+
+    condition: Expression
+    duration: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Every:
+    """Fires whenever a duration in seconds has passed since the source was entered, or since it was due last."""
+
+    duration: Expression
+
+
+@dataclass(frozen=True, slots=True)
 class After:
     """Fires once the source has been active for a duration in seconds, evaluated on entry."""
 
@@ -75,7 +102,10 @@ class Always:
     """Fires as soon as its guard holds: SCXML's eventless transition."""
 
 
-Trigger = On | When | After | Always
+Trigger = On | When | After | Every | Held | Always
+
+Timed = After | Every | Held
+"""Triggers with a deadline."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,12 +143,14 @@ class Send:
         delay: after so many seconds of logical time.
         label: what a ``Cancel`` calls it, or None.
         place: where it is written.
+        message: the event with its data, in charts that have any.
     """
 
     event: str
     delay: float = 0.0
     label: str | None = None
     place: Place | None = None
+    message: Message | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +161,22 @@ class Cancel:
     place: Place | None = None
 
 
-Action = Assign | Call | Raise | Send | Cancel
+@dataclass(frozen=True, slots=True, eq=False)
+class Execute:
+    """A block of executable content of a chart with a data model.
+
+    Attributes:
+        text: what is in it, for reports.
+        run: runs it, with the signals of the step (which hold the data), the active states and the machine's queue.
+        place: where it is written.
+    """
+
+    text: str
+    run: Callable[[dict[Any, Any], Collection[int], Any], None]
+    place: Place | None = None
+
+
+Action = Assign | Call | Raise | Send | Cancel | Execute
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,6 +293,8 @@ class Model:
         properties: what must hold of every run, those of instances included.
         events: the events that may come from outside: those that the machine, what it imports and its library declare;
             None where nothing is declared and any may come, as in SCXML.
+        store: what a chart's data is before it begins; None for a machine without a data model.
+        enumerations: those that its files declare.
     """
 
     name: str
@@ -257,3 +306,5 @@ class Model:
     doc: str = ""
     properties: tuple[Property, ...] = ()
     events: frozenset[str] | None = None
+    store: Store | None = None
+    enumerations: tuple[type[StrEnum], ...] = ()

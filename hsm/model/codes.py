@@ -64,7 +64,7 @@ CODES: dict[str, Code] = {
         "E0407": "history of what has no states inside",
         "E0408": "a parallel state with fewer than two regions",
         "E0409": "a machine without a state",
-        "E0410": "a ring of imports",
+        "E0410": "an import cycle",
         "E0411": "two activities that hold the same thing at once",
         # the way through a machine
         "W0501": "a state that nothing enters",
@@ -79,6 +79,7 @@ CODES: dict[str, Code] = {
         "W0603": "an unused variable",
         "W0604": "an unused event",
         "W0605": "nothing to accept",
+        "W0606": "an unused definition",
         "N0601": "an event that only somebody outside sends",
         # tables of conditions
         "N0701": "conditions that overlap",
@@ -100,6 +101,7 @@ CODES: dict[str, Code] = {
         # other engines and formats
         "E0921": "something that the library transitions does not share",
         "E0922": "something of a chart that the language does not have",
+        "W0923": "something of a machine that means otherwise in SCXML",
     }.items()
 }
 """All codes, in order."""

@@ -47,7 +47,7 @@ def matches(trigger: On, event: Event, source: int, last: int) -> bool:
         name = event if isinstance(event, str) else event.standard
         return any(_describes(descriptor, name) for descriptor in trigger.names)
     if isinstance(event, str):
-        return event in trigger.names
+        return event in trigger.names or "*" in trigger.names
     if event.origin == source and any(name in trigger.names for name in event.own):
         return True
     return source <= event.origin <= last and any(name in trigger.names for name in event.names)

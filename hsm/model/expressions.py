@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,6 +41,17 @@ class SignalValue:
     def type(self) -> Type:
         """The signal's declared type."""
         return self.signal.type
+
+
+@dataclass(frozen=True, slots=True)
+class Computed(SignalValue):
+    """A condition over the data of a chart.
+
+    Attributes:
+        compute: its value, given the signals of the step (which hold the data) and the active states.
+    """
+
+    compute: Callable[[Mapping[Any, Any], Collection[int]], bool] = lambda _memo, _active: False
 
 
 @dataclass(frozen=True, slots=True)

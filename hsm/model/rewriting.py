@@ -5,7 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from hsm.model.chart import Action, ActivityCall, After, Assign, Call, Model, State, Transition, Trigger, When
+from hsm.model.chart import (
+    Action,
+    ActivityCall,
+    After,
+    Assign,
+    Call,
+    Every,
+    Held,
+    Model,
+    State,
+    Transition,
+    Trigger,
+    When,
+)
 from hsm.model.expressions import Binary, Expression, SignalValue, Unary
 
 Rewrite = Callable[[Expression], Expression]
@@ -101,9 +114,11 @@ class Rewriter:
         """A trigger with its condition or duration rewritten."""
         match trigger:
             case When(condition):
-                return When(self.expression(condition))
-            case After(duration):
-                return After(self.expression(duration))
+                return replace(trigger, condition=self.expression(condition))
+            case Held(condition, duration):
+                return Held(self.expression(condition), self.expression(duration))
+            case After(duration) | Every(duration):
+                return replace(trigger, duration=self.expression(duration))
             case _:
                 return trigger
 
@@ -134,7 +149,10 @@ def expressions_of(model: Model) -> Iterator[Expression]:
         match transition.trigger:
             case When(condition):
                 yield condition
-            case After(duration):
+            case Held(condition, duration):
+                yield condition
+                yield duration
+            case After(duration) | Every(duration):
                 yield duration
         if transition.guard is not None:
             yield transition.guard

@@ -51,14 +51,32 @@ class Topology:
         return (self.states[child] for child in self.states[state].children if self.states[child].kind not in HISTORY)
 
     def closure(self, leaves: Iterable[int]) -> frozenset[int]:
-        """The states with all states around them, the root included."""
-        found: set[int] = set()
+        """The states with all states around them, the root included, which is always active."""
+        found = {0}
         for leaf in leaves:
             for state in self.up(leaf):
                 if state in found:
                     break
                 found.add(state)
         return frozenset(found)
+
+    def rivals(self, leaves: Iterable[int]) -> tuple[int, int] | None:
+        """Two states among some and those around them that cannot be active together; None where all can."""
+        chosen: dict[int, int] = {}
+        for state in self.closure(leaves) - {0}:
+            parent = self.states[state].parent
+            if self.states[parent].kind is not StateKind.PARALLEL and chosen.setdefault(parent, state) != state:
+                return min(chosen[parent], state), max(chosen[parent], state)
+        return None
+
+    def recalls(self, history: int, remembered: Iterable[int]) -> bool:
+        """Whether a history state may remember some states: together, they are what can be active inside its parent."""
+        states, parent = list(remembered), self.states[history].parent
+        if self.states[history].kind is StateKind.SHALLOW_HISTORY:
+            fits = all(self.states[one].parent == parent and self.states[one].kind not in HISTORY for one in states)
+        else:
+            fits = all(self.inside(one, parent) and self.atomic(one) for one in states)
+        return fits and self.rivals(states) is None
 
     def effective_targets(self, targets: Iterable[int], remembered: Remembered) -> list[int]:
         """The targets, history states replaced by what they remember or, failing that, by their default."""

@@ -7,7 +7,23 @@ from collections.abc import Sequence
 from enum import Enum
 from typing import Any
 
-from hsm.model.chart import Action, ActivityCall, After, Assign, Call, Cancel, On, Raise, Send, Trigger, When
+from hsm.model.chart import (
+    Action,
+    ActivityCall,
+    After,
+    Assign,
+    Call,
+    Cancel,
+    Else,
+    Every,
+    Execute,
+    Held,
+    On,
+    Raise,
+    Send,
+    Trigger,
+    When,
+)
 from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.registry import Parameter
 from hsm.model.types import UNITS, Quantity, Type, si_value
@@ -108,10 +124,16 @@ def trigger_text(trigger: Trigger, guard: Expression | None = None) -> str:
     match trigger:
         case On(names):
             text = f"on {', '.join(names)}"
+        case Else():
+            text = "else"
         case When(condition):
             text = f"when {expression_text(condition)}"
+        case Held(condition, duration):
+            text = f"when {expression_text(condition)} for {expression_text(duration)}"
         case After(duration):
             text = f"after {expression_text(duration)}"
+        case Every(duration):
+            text = f"every {expression_text(duration)}"
         case _:
             text = ""
     return " ".join(part for part in (text, f"if {expression_text(guard)}" if guard else "") if part)
@@ -131,6 +153,8 @@ def action_text(action: Action) -> str:
         case Raise(event):
             return f"raise {event}"
         case Send(event, delay):
-            return f"send {event}" + (f" after {delay:.10g} s" if delay else "")
+            return f"raise {event} after {value_text(delay, Quantity(time=1))}" if delay else f"send {event}"
+        case Execute(text):
+            return text
         case Cancel(label):
             return f"cancel {label}"

@@ -97,7 +97,8 @@ SettingsOption = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of the profile; may be repeated."),
 ]
 TimeLimitOption = Annotated[
-    float | None, typer.Option(min=0, metavar="SECONDS", help="Give up a run after so much of the robot's time.")
+    float | None,
+    typer.Option(min=0, max=1e9, metavar="SECONDS", help="Give up a run after so much of the robot's time."),
 ]
 TraceOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write states, poses and commands as JSON lines.")
@@ -115,7 +116,9 @@ FaultOption = Annotated[
 ]
 SpeedOption = Annotated[
     float | None,
-    typer.Option(min=0.01, metavar="MULTIPLE", help="Keep to this multiple of real time. Default: no waiting."),
+    typer.Option(
+        min=0.01, max=1000, metavar="MULTIPLE", help="Keep to this multiple of real time. Default: no waiting."
+    ),
 ]
 
 ListenOption = Annotated[str, typer.Option(metavar="ENDPOINT", help="Where others dial this process.")]

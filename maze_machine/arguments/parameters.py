@@ -84,7 +84,7 @@ def _value(parameter: Parameter, text: str, enumerations: Mapping[str, type[StrE
             return int(text)
         case Enumeration(name, members):
             if text in members:
-                return enumerations[name](text)
+                return enumerations[name](text) if name in enumerations else text  # one of the machine's own
             raise _mismatch(parameter, text, f"one of {', '.join(members)}")
         case Quantity() as quantity:
             return _quantity(parameter, quantity, text)

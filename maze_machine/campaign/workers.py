@@ -19,6 +19,10 @@ ATTEMPTS = 2
 """So often a job is tried whose process dies: it may have been killed for another reason than the job."""
 
 
+STARTS = 5
+"""So many processes in a row may die before they are ready."""
+
+
 class WorkerError(CommandError):
     """No process can be started to do the jobs."""
 
@@ -82,6 +86,7 @@ class _Crew:
         # A fresh interpreter for each worker: no thread, socket or lock of this process is inherited.
         self._context = multiprocessing.get_context("spawn")
         self._tried: dict[Job, int] = {}
+        self._failed_starts = 0
         self._workers = [_Worker(self._context, setup) for _ in range(min(size, len(waiting)))]
 
     def records(self) -> Iterator[Record]:
@@ -95,7 +100,7 @@ class _Crew:
                     record = self._replaced(worker)
                 else:
                     record = answer if worker.ready else None
-                    worker.ready, worker.job = True, None
+                    worker.ready, worker.job, self._failed_starts = True, None, 0
                     self._employ(worker)
                 if record is not None:
                     yield record
@@ -113,7 +118,9 @@ class _Crew:
         how, job = worker.died(), worker.job
         self._workers.remove(worker)
         if not worker.ready:
-            raise WorkerError(f"a worker could not be started: {how}", "is there enough memory?")
+            self._failed_starts += 1
+            if self._failed_starts == STARTS:
+                raise WorkerError(f"no worker can be started: the last one {how}", "is there enough memory?")
         record = None
         if job is not None:
             self._tried[job] = self._tried.get(job, 0) + 1

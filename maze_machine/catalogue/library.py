@@ -103,7 +103,7 @@ def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
         UsageError: there is no such library.
     """
     module, _, attribute = name.partition(":")
-    if not module or not attribute:
+    if not all(part.isidentifier() for part in (*module.split("."), attribute)):
         raise UsageError(f"`{name}` names no library", "give a module and a function, such as `my_robot:library`")
     place = str((folder or Path.cwd()).resolve())
     if place not in sys.path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -18,6 +17,7 @@ from skills.settings import SkillSettings
 from transport.description import RobotDescription, fitted
 from transport.section import Grows, Settings
 from transport.settings import LinkSettings
+from transport.toml import TomlError, read_toml, toml_value
 from transport.wording import in_words, key_of
 
 Location = tuple[int | str, ...]
@@ -64,8 +64,8 @@ def load_profile(name: str = "pico", overrides: Iterable[str] = ()) -> Profile:
     """
     path = find_file("profile", name, shipped_profiles(), ProfileError)
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        table = read_toml(path)
+    except (OSError, TomlError) as error:
         raise ProfileError(f"{path}: {error}") from None
     profile, settings = _validated(table, lambda _: str(path), ProfileError), list(overrides)
     for override in settings:
@@ -93,14 +93,10 @@ def _set(table: dict[str, Any], override: str) -> None:
         table = table.setdefault(section, {})
         if not isinstance(table, dict):
             raise UsageError(f"--set {override}: `{section}` is a value, not a section")
-    table[last] = _toml_value(text.strip())
-
-
-def _toml_value(text: str) -> Any:
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text  # a bare word is a string: quotes would need quoting in a shell
+        table[last] = toml_value(text.strip())
+    except TomlError as error:
+        raise UsageError(f"--set {key}: the value cannot be read: {error}") from None
 
 
 def _validated(table: Mapping[str, Any], source: Callable[[Location], str], kind: type[CommandError]) -> Profile:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import typer
 
 from maze_machine.catalogue.project import Project
 from maze_machine.errors import FileError, UsageError
+from transport.files import write_text
 
 
 def trust_file() -> Path:
@@ -98,10 +98,6 @@ def _write(folders: frozenset[Path]) -> None:
     file = trust_file()
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(
-            "w", encoding="utf-8", dir=file.parent, prefix=".trusted", delete=False
-        ) as beside:
-            json.dump(sorted(map(str, folders)), beside, indent=2)
-        Path(beside.name).replace(file)
+        write_text(file, json.dumps(sorted(map(str, folders)), indent=2))
     except OSError as error:
         raise FileError(f"{file} cannot be written: {error.strerror or error}") from None

@@ -93,4 +93,4 @@ def print_findings(findings: Sequence[Diagnostic], sources: dict[str, str], file
         print(render.as_text(findings, sources, colour=sys.stdout.isatty()))
         print()
     counted = f"{len(files)} file{'s' * (len(files) != 1)} checked"
-    print(f"{counted}: {render.summary(findings) or 'nothing to say'}")
+    print(f"{counted}: {render.summary(findings) or 'no problems found'}")

@@ -55,6 +55,8 @@ def load_chart(file: str, library: str | None = None) -> Machine:
     from maze_machine.catalogue.machines import find_machine
 
     if file.endswith(".scxml"):
-        return hsm.interchange.scxml.load(file)
+        from hsm.interchange import scxml
+
+        return scxml.load(file)
     path = find_machine(file)
     return hsm.load(str(path), chosen_library(library, path))

@@ -50,16 +50,27 @@ def export(
     """Write a machine for other tools.
 
     States, history, events, time-outs and outcomes are SCXML's own. It has no word for signals, activities and units:
-    they stand in it as this language writes them, so that only a machine without them can be imported again.
+    they stand in it as this language writes them, so that only a machine without them can be imported again. What means
+    otherwise in SCXML is named on standard error.
 
     Example: `maze-machine export pledge --to scxml -o pledge.scxml`
     """
-    from hsm.interchange.scxml import write_text
+    from hsm.dsl.reporting.render import as_text
+    from hsm.interchange.scxml import differences, write_text
     from maze_machine.commands.diagram import load_chart
 
     assert to is Target.SCXML, "there is no other"
     check_outputs({"--output": output}, [file])
-    _write(write_text(load_chart(file, library).model), output)
+    model = load_chart(file, library).model
+    found = differences(model)
+    if found:
+        print(as_text(found, _sources(model.files)), file=sys.stderr)
+    _write(write_text(model), output)
+
+
+def _sources(files: tuple[str, ...]) -> dict[str, str]:
+    """The texts of a machine's files, to quote from them."""
+    return {file: Path(file).read_text(encoding="utf-8") for file in files if Path(file).is_file()}
 
 
 def _write(text: str, output: Path | None) -> None:

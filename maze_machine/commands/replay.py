@@ -29,7 +29,9 @@ def replay(
             "with a laser scan and odometry; before it, perhaps a machine to put in the recorded one's place.",
         ),
     ],
-    second: Annotated[str | None, typer.Argument(hidden=True)] = None,
+    second: Annotated[
+        str | None, typer.Argument(hidden=True, help="The recording, where a machine comes first.")
+    ] = None,
     machine: Annotated[
         str | None,
         typer.Option(

@@ -134,12 +134,15 @@ def run(
 ) -> None:
     """Run a machine on a robot until the machine, the referee or a limit ends it.
 
-    Without `--connect` a simulator is started in the same process. The exit status is 0 only if the robot is out of the
-    maze by the rules, in the last attempt if there are two. Files of a second attempt have `-2` in their names.
+    Without `--connect` a simulator is started in the same process. The exit status is 0 only if the robot has done what
+    was to be done by the rules (to leave the maze, unless `--goal` or the maze says otherwise), in the last attempt if
+    there are two. Files of a second attempt have `-2` in their names.
 
     Example: `maze-machine run pledge`
 
     Example: `maze-machine run my.maze-machine --maze maze.pgm --seed 3 --param "cruise=0.3 m/s"`
+
+    Example: `maze-machine run pledge --maze map.yaml --start "1 2 90" --goal "6 2"`
 
     Example: `maze-machine run pledge --attempts 2`
 
@@ -269,7 +272,7 @@ def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -
 
 def has_picture(file: Path, world: SimulatedWorld | None, attempt: Attempt, title: str, losses: list[str]) -> bool:
     """Save the picture of an attempt; whether the disk took it. If not, a sentence is added to the losses."""
-    from maze_machine.report.picture import save_run
+    from maze_machine.report.run_picture import save_run
 
     try:
         save_run(file, world, attempt.trail, title)

@@ -33,7 +33,7 @@ def sweep(
         list[str],
         typer.Option(metavar="A,B,...", help="Mazes: files, folders of files or names, with commas; may be repeated."),
     ],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The results, one JSON line a run; taken up if it exists.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The results, one JSON line a run; resumed if it exists.")],
     start: StartOption = None,
     exits: ExitsOption = None,
     goal: GoalOption = None,

@@ -104,12 +104,12 @@ def test(
 
     from hsm.testing.proofs.verdicts import Assumptions, Status
     from hsm.testing.scenarios.reading import SUFFIX
-    from hsm.testing.scenarios.trial import load_machine, load_trial
+    from hsm.testing.scenarios.tested_machine import load_machine, load_tested_machine
     from maze_machine.arguments.files import check_outputs
     from maze_machine.arguments.parameters import known_values, split_setting
     from maze_machine.catalogue.library import chosen_library
     from maze_machine.catalogue.machines import find_machine
-    from maze_machine.report.trials import Demand, Reports, generated, mutated, run_trial
+    from maze_machine.report.testing import Demand, Reports, generated, mutated, run_trial
     from maze_machine.report.waiting import waiting
 
     if output is not None and not generate:
@@ -124,10 +124,10 @@ def test(
             result = generated(load_machine(meant, names), steps, output)
     elif mutate:
         with waiting("trying changed machines"):
-            result = mutated(load_trial(meant, names))
+            result = mutated(load_tested_machine(meant, names))
     else:
         with waiting("running scenarios, checking properties"):
-            trial = load_trial(meant, names)
+            trial = load_tested_machine(meant, names)
             declared = trial.machine.model.parameters
             given = known_values(declared, map(split_setting, parameters or ()), names.enumerations)
             assumed = Assumptions(longest_tick, given, _known(free or [], declared), not_a_number=not no_nan)

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive
 from maze_machine.drive.operation import NOBODY, Operator
-from maze_machine.drive.trail import TrailKeeper
+from maze_machine.drive.path_recorder import PathRecorder
 from perception import Perception
 from transport.robot import Robot
 from transport.world import Refereed
@@ -34,7 +34,7 @@ class KeptRobot:
 
 
 WatchersOf = Callable[[int], AbstractContextManager[Sequence[TickWatcher]]]
-"""Who is told of an attempt, given its number, for as long as it lasts."""
+"""Who watches an attempt, given its number, for as long as it lasts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class Attempt:
     number: int
     robot: RefereedRobot
     ending: Ending
-    trail: TrailKeeper
+    trail: PathRecorder
 
 
 def attempts(
@@ -71,7 +71,7 @@ def attempts(
     Args:
         mission: what to do; an attempt that reaches its time limit is the last one.
         robot: takes hold of the robot for an attempt.
-        watchers: who is told of an attempt.
+        watchers: who watches an attempt.
         most: how many to make at most.
         try_again: puts the robot, which has been stopped, back to the start, if another attempt is granted.
         operator: who sends events to the machine, and may end the run.
@@ -85,7 +85,7 @@ def attempts(
     """
     perception = Perception(mission.profile.robot, mission.profile.perception)
     for number in range(1, most + 1):
-        trail = TrailKeeper()
+        trail = PathRecorder()
         with watchers(number) as watching:
             driven = robot()
             ending = drive(mission, driven, driven, [trail, *watching], perception, operator=operator)

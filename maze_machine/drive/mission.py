@@ -24,7 +24,7 @@ from transport.robot import Robot
 from transport.world import Refereed
 
 TickWatcher = Callable[[Tick], object]
-"""Somebody who is told each tick: a trace, a progress display, a recording, a live page."""
+"""Somebody who sees each tick: a trace, a progress display, a recording, a live page."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,10 +20,10 @@ from maze_machine.report.notices import Notices
 from maze_machine.report.progress import ProgressDisplay
 from maze_machine.simulated.world import SimulatedWorld
 from sim.occupancy import occupancy
-from transport.codec import Grid
 from transport.description import RobotDescription
 from transport.files import Stream
 from transport.recording import Recorder, RecordingError, Setting
+from transport.recording.drawings import Grid
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +169,7 @@ def _finish(recorder: Recorder, losses: list[str]) -> None:
 
 @contextmanager
 def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Iterator[TickWatcher]:
-    """A watcher that shows each tick on a page of its own; its address is told on standard error.
+    """A watcher that shows each tick on a page of its own; its address is printed on standard error.
 
     Raises:
         UsageError: the port is taken.

@@ -10,6 +10,7 @@ from maze_machine.drive.loop import Tick
 from maze_machine.drive.mission import Ending, Mission
 from maze_machine.drive.replay import Difference, fired
 from transport.recording import Recording
+from transport.wording import printable
 
 
 class Transitions:
@@ -69,5 +70,6 @@ class Replayed:
         topics, ending = self.recording.topics, self.ending
         how = f"ended in `{ending.outcome}`" if ending.outcome else "still at work at the end"
         skipped = f", {self.recording.skipped} messages could not be decoded" if self.recording.skipped else ""
-        head = f"{self.machine} on {ticks} ticks of {topics.scan} and {topics.odometry}{cut}: {how}{skipped}"
+        shown = printable(f"{topics.scan} and {topics.odometry}")
+        head = f"{self.machine} on {ticks} ticks of {shown}{cut}: {how}{skipped}"
         return [head, *(f"{time:9.2f} s  {words}" for time, words in self.transitions)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable
 from typing import Any
 
@@ -12,6 +11,7 @@ from maze_machine.errors import UsageError
 from sim.faults import parse_fault
 from sim.settings import SimulatorSettings
 from transport.clock import MonotonicClock, Pace
+from transport.toml import TomlError, toml_value
 from transport.wording import in_words
 
 
@@ -48,7 +48,10 @@ def _overridden(settings: SimulatorSettings, override: str) -> SimulatorSettings
         section = section[name]
     if last not in section or last == "faults":
         raise UsageError(f"--simulate {override}: unknown key `{last}`", _known(section))
-    section[last] = _value(text.strip())
+    try:
+        section[last] = toml_value(text.strip())
+    except TomlError as error:
+        raise UsageError(f"--simulate {key}: the value cannot be read: {error}") from None
     try:
         return SimulatorSettings.model_validate(table)
     except ValidationError as error:
@@ -57,13 +60,6 @@ def _overridden(settings: SimulatorSettings, override: str) -> SimulatorSettings
 
 def _known(table: dict[str, Any]) -> str:
     return "known: " + ", ".join(name for name in table if name != "faults")
-
-
-def _value(text: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text  # a bare word is a string
 
 
 def pace(period: float, speed: float | None) -> Pace | None:

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from maze_machine.catalogue.shipped import find_file
 from sim.formats import AS_THE_FILE_SAYS, Choices, read_maze
-from sim.library import shipped_mazes
 from sim.maze import Maze, Nothing
 from sim.referee import RefereeReport
 from sim.settings import SimulatorSettings
+from sim.shipped import shipped_mazes
 from sim.simulation import Simulation
 from transport.clock import Pace
 from transport.description import RobotDescription

@@ -11,6 +11,7 @@ from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.settings import MappingSettings
 from perception.sweep import ScanPoints
+from transport.arithmetic import norm
 from transport.messages import Pose
 
 FORGETTING = 0.9
@@ -73,6 +74,6 @@ class Surveyor:
         self.mapper.see(cloud, measured=self._measured)
         self._measured = True
         track, by = self.settings.track, self.mapper.correction
-        rough = max(math.hypot(by.x, by.y) / track.good, abs(by.heading) / track.good_turn)
+        rough = max(norm(by.x, by.y) / track.good, abs(by.heading) / track.good_turn)
         before = FORGETTING * self._rough if math.isfinite(self._rough) else 0.0
         self._rough = max(rough, before) if self.mapper.match else math.inf

@@ -44,9 +44,9 @@ from sim.maze import (
     Segments,
     Start,
     Survive,
-    printable,
 )
 from transport.messages import Pose
+from transport.wording import printable
 
 MOST = 100_000
 """Mazes with more pieces of wall, or more of anything else, are refused."""

@@ -1,4 +1,4 @@
-"""Flow, outcomes, conflicts, names: what is found, and that one mistake is told once."""
+"""Flow, outcomes, conflicts, names: what is found, and that one mistake is reported once."""
 
 import pytest
 
@@ -166,15 +166,15 @@ MISTAKES = [
     ("state a:\n    on bumped -> b\nfinal b\n", "no colon"),
     ("state a {\n    on bumped -> b\n}\nfinal b\n", "no braces"),
     ("state a\n    do ring\n    on done, refused -> b\nfinal b\n", "`do ring()`"),
-    ("state a\n    ring()\n    on bumped -> b\nfinal b\n", "behind `do`"),
+    ("state a\n    ring()\n    on bumped -> b\nfinal b\n", "after `do`"),
     ("state a\n    when steps = 3 -> b\nfinal b\n", "`==`"),
     ("state a\n    when steps <> 3 -> b\nfinal b\n", "`!=`"),
     ("state a\n    when space.left is true -> b\nfinal b\n", "`==`"),
     ("state a\n    when space.left && space.right -> b\nfinal b\n", "`and`"),
     ("state a\n    when 1 < steps < 3 -> b\nfinal b\n", "join two comparisons"),
     ("state a\n    when ahead / 2 > 1 m -> b\nfinal b\n", "parentheses"),
-    ("state a\n    on bumped and space.left -> b\nfinal b\n", "behind `if`"),
-    ("state a\n    on bumped goto b\nfinal b\n", "behind `->`"),
+    ("state a\n    on bumped and space.left -> b\nfinal b\n", "after `if`"),
+    ("state a\n    on bumped goto b\nfinal b\n", "after `->`"),
     ("state a\n    on bumped --> b\nfinal b\n", "`->`"),
     ("state a\n    on space.left -> b\nfinal b\n", "`when space.left`"),
     ("state a\n    do wait()\n    when done -> b\nfinal b\n", "`on done`"),
@@ -188,13 +188,13 @@ MISTAKES = [
     ("state a\n    on bumped -> b\nfinal state b\n", "begins with `final`"),
     ("state turn-left\n    on bumped -> b\nfinal b\n", "underscore"),
     ("state a\n    when space.left -> b\n    elif space.right -> b\nfinal b\n", "a second transition"),
-    ("state a\n    entry beep()\n    on bumped -> b\nfinal b\n", "behind a slash"),
+    ("state a\n    entry beep()\n    on bumped -> b\nfinal b\n", "after a slash"),
     ("var n = 0\nstate a\n    on bumped if n > 0 -> b\nfinal b\n", "of which type"),
     ("var n : float = 0.0\nstate a\n    on bumped if n > 0 -> b\nfinal b\n", "`number`"),
     ("var n : bool = True\nstate a\n    on bumped if n -> b\nfinal b\n", "`true`"),
     ("var n : int = 0\nstate a\n    on bumped if n > 1 -> b\n    on fault / n++\nfinal b\n", "`+= 1`"),
     ("state a\n    on bumped -> b\nstate b\n    on bumped -> history\n", "of which state"),
-    ('state a\n    do follow_wall(side = "left")\n    on bumped -> b\nfinal b\n', "without quotes"),
+    ('state a\n    do follow_wall(side = "left")\n    on bumped -> b\nfinal b\n', "remove the quotes"),
 ]
 
 

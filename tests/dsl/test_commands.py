@@ -29,7 +29,7 @@ def run(*arguments, **given):
 
 def test_check_of_a_good_machine(folder):
     result = run("check", "good.maze-machine")
-    assert (result.exit_code, result.output) == (0, "1 file checked: nothing to say\n")
+    assert (result.exit_code, result.output) == (0, "1 file checked: no problems found\n")
 
 
 def test_check_tells_all_faults_with_the_line_underlined(folder):
@@ -91,7 +91,7 @@ def test_a_file_that_is_not_there_may_be_the_one_beside_it(folder):
 @pytest.mark.parametrize("name", sorted(shipped_machines()))
 def test_a_shipped_machine_has_neither_errors_nor_warnings(name):
     result = run("check", name, "--ignore", "N")
-    assert (result.exit_code, result.output) == (0, "1 file checked: nothing to say\n")
+    assert (result.exit_code, result.output) == (0, "1 file checked: no problems found\n")
 
 
 def test_fmt_writes_the_canonical_form(folder):

@@ -8,7 +8,7 @@ import pytest
 from hsm import MachineError, build, to_transitions
 from hsm.dsl import check_file, check_text
 from hsm.dsl.reporting.render import as_text
-from hsm.interchange.scxml import read_text
+from hsm.interchange.scxml import differences, read_text
 from hsm.interchange.scxml.translation import to_machine_text
 from hsm.model.codes import CODES
 
@@ -19,6 +19,7 @@ BLOCK = re.compile(r"```(maze-machine wrong|xml wrong|maze-machine|xml|text)\n(.
 OF_CHARTS = {code for code in CODES if code.startswith("E090") or code in ("E0910", "E0911", "E0922")}
 OF_ENGINES = {"E0921"}
 OF_FILES = {"E0107"}
+OF_EXPORTS = {"W0923"}
 
 
 @pytest.fixture(autouse=True)
@@ -32,7 +33,7 @@ def test_every_code_has_its_section():
         assert section.startswith(f"### {code}: {CODES[code].title}\n")
 
 
-@pytest.mark.parametrize("code", sorted(CODES.keys() - OF_CHARTS - OF_ENGINES - OF_FILES))
+@pytest.mark.parametrize("code", sorted(CODES.keys() - OF_CHARTS - OF_ENGINES - OF_FILES - OF_EXPORTS))
 def test_the_examples_of_a_code(code, library):
     blocks = dict(BLOCK.findall(SECTIONS[code]))
     wrong = check_text(blocks["maze-machine wrong"], library, "example.maze-machine")
@@ -72,6 +73,16 @@ def test_the_machines_of_a_code(code, library):
     assert as_text(raised.value.diagnostics, wrong.sources) + "\n" == blocks["text"]
     right = check_text(blocks["maze-machine"], library, "example.maze-machine")
     assert to_transitions(build(right.model)).active() == {"a"}
+
+
+@pytest.mark.parametrize("code", sorted(OF_EXPORTS))
+def test_the_exports_of_a_code(code, library):
+    blocks = dict(BLOCK.findall(SECTIONS[code]))
+    wrong = check_text(blocks["maze-machine wrong"], library, "example.maze-machine")
+    found = differences(wrong.model)
+    assert {one.code for one in found} == {code}
+    assert as_text(found, wrong.sources) + "\n" == blocks["text"]
+    assert differences(check_text(blocks["maze-machine"], library, "example.maze-machine").model) == []
 
 
 def test_a_file_that_is_not_there(library, tmp_path, monkeypatch):

@@ -1,29 +1,55 @@
-"""The examples of the language's reference are machines without a fault, in their canonical form."""
+"""Every complete machine on every page passes the command that a reader would type; the page's words exist."""
 
 import re
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
-from hsm.dsl import check_text
 from hsm.dsl.format.formatter import format_text
 from hsm.dsl.syntax.lexer import STATEMENTS
 from hsm.model.codes import CODES
 from hsm.model.types import QUANTITY_NAMES, UNITS
+from maze_machine.cli import app
 
-PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "language.md").read_text(encoding="utf-8")
-EXAMPLES = re.findall(r"```maze-machine.*?\n(.*?)```", PAGE, re.DOTALL)
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGE = (ROOT / "docs" / "reference" / "language.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"```maze-machine(?: file=\S+)?\n(machine (\w+)\n.*?|#[^\n]*\nmachine (\w+)\n.*?)```", re.DOTALL)
+OWN_LIBRARY = {"diagnostics.md"}
+"""Its examples are written against a library of the tests, and checked there."""
+
+MACHINES = [
+    pytest.param(match[1], match[2] or match[3], id=f"{page.name}-{match[2] or match[3]}")
+    for page in PAGES
+    if page.name not in OWN_LIBRARY
+    for match in BLOCK.finditer(page.read_text(encoding="utf-8"))
+]
 
 
-@pytest.mark.parametrize("text", EXAMPLES, ids=lambda text: re.search(r"machine (\w+)", text)[1])
-def test_an_example(text, library):
-    checked = check_text(text, library, str(Path(__file__).parent / "machines" / "page.maze-machine"))
-    assert [str(found) for found in checked.diagnostics if found.code[0] != "N"] == []
-    assert checked.model is not None
+def check(folder, name, text):
+    path = folder / f"{name}.maze-machine"
+    path.write_text(text, encoding="utf-8")
+    return CliRunner().invoke(app, ["check", str(path)])
 
 
-def test_the_first_example_is_in_canonical_form():
-    assert format_text(EXAMPLES[0]) == EXAMPLES[0]
+@pytest.mark.parametrize(("text", "name"), MACHINES)
+def test_an_example_passes_check(text, name, tmp_path):
+    result = check(tmp_path, name, text)
+    if "rihgt" in text:  # the tutorial's own mistake, which it goes on to explain
+        assert result.exit_code == 1
+        return
+    assert result.exit_code == 0, result.output
+    assert "warning" not in result.output, result.output
+
+
+@pytest.mark.parametrize(("text", "name"), [one for one in MACHINES if one.id.startswith("language.md")])
+def test_an_example_of_the_reference_is_in_canonical_form(text, name):
+    assert format_text(text) == text
+
+
+def test_the_pages_have_machines():
+    assert {one.values[1] for one in MACHINES} >= {"pledge", "arrows", "two_doors", "watchful", "caller", "second"}
 
 
 def test_all_words_types_units_and_codes_of_the_page_exist():

@@ -1,4 +1,4 @@
-"""One mistake is told once: whatever follows from it is not told.
+"""One mistake is reported once: whatever follows from it is not.
 
 All faults in all machines: ``MAZE_MACHINE_EXAMPLES=1 pytest tests/dsl/test_noise.py``.
 """

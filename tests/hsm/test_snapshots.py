@@ -18,6 +18,7 @@ from tests.hsm.charts import (
     model,
     on,
     parallel,
+    signal,
     start,
     state,
     when,
@@ -87,7 +88,8 @@ def test_a_snapshot_of_another_machine_is_refused():
         {"configuration": ["b1"]},
         {"configuration": ["p", "b1"]},
         {"variables": {}},
-        {"timers": [["b1", 99, 1.0]]},
+        {"timers": [["b1", "after 99 s", 0, 1]]},
+        {"timers": []},
         {"history": {"h": ["nowhere"]}},
         {"pending": 7},
     ],
@@ -147,6 +149,74 @@ def test_a_time_out_that_has_fired_does_not_fire_again():
     assert run.variables["n"] == 1
 
 
+@pytest.mark.parametrize("reverse", [True, False])
+def test_a_snapshot_knows_its_time_outs_by_name(reverse):
+    ways = [on("x", "c"), after(5.0, "b"), after(5.0, "c", guard=signal("a")), after(7.0, "c")]
+    run = start(state("a", *ways), state("b"), state("c"))
+    run.step(1.0, (), facts())
+    again = changed(state("a", *ways[:: -1 if reverse else 1]), state("b"), state("c")).restore(run.snapshot())
+    assert not again.step(4.9, (), facts())
+    assert again.step(5.0, (), facts()).entered == ("b",)
+
+
+@pytest.mark.parametrize("ways", [[], [after(4.0, "b")], [after(5.0, "b"), after(4.0, "b")]])
+def test_a_snapshot_with_other_time_outs_is_refused(ways):
+    run = start(state("a", after(5.0, "b")), state("b"))
+    with pytest.raises(SnapshotError, match=r"time-out `after \d s`"):
+        changed(state("a", *ways), state("b")).restore(run.snapshot())
+
+
+def test_a_deadline_at_zero_goes_on():
+    run = start(state("a", after(0.0, "b", guard=signal("a"))), state("b"))
+    run.step(3.0, (), facts())
+    run.reload(changed(state("a", after(0.0, "b", guard=signal("a")), on("x")), state("b")))
+    assert run.step(3.0, (), facts("a")).entered == ("b",)
+
+
+def moved(*inside):
+    return [
+        state("maze", history("h", "a"), state("a", on("go", "b")), *inside, on("out", "other")),
+        state("other", on("back", "h")),
+    ]
+
+
+def test_a_history_that_has_moved_is_refused_or_forgotten():
+    run = start(*moved(state("b")))
+    run.step(1.0, ["go", "out"])
+    edited = changed(*moved(), state("b"))
+    with pytest.raises(SnapshotError, match="`h` remembers `b`, and cannot lead there"):
+        edited.restore(run.snapshot())
+    run.reload(edited)
+    run.step(2.0, ["back"])
+    assert run.configuration == {"maze", "a"}
+
+
+def test_states_that_now_exclude_each_other_are_refused():
+    run = start(parallel("p", state("q", state("q1")), state("r", state("r1"))))
+    edited = changed(state("p", state("q", state("q1")), state("r", state("r1"))))
+    with pytest.raises(SnapshotError, match="exclude each other"):
+        edited.restore(run.snapshot())
+    with pytest.raises(SnapshotError, match="exclude each other"):
+        run.reload(edited)
+
+
+@pytest.mark.parametrize("value", [True, 1.5, "x", 2**63])
+def test_a_variable_of_another_type_is_refused(value):
+    run = start(state("a", on("go", "a")), variables={"n": 0})
+    snapshot = {**run.snapshot(), "variables": {"n": value}}
+    with pytest.raises(SnapshotError, match="`n` is"):
+        run.machine.restore(snapshot)
+
+
+def test_an_activity_that_is_over_in_the_snapshot_must_be_the_same():
+    run = start(state("a", on("stuck", "b"), activity=doing(1)), state("b"))
+    run.act({1: "done"})
+    run.step(1.0, (), facts())
+    assert run.machine.restore(run.snapshot()).act(facts()) == []
+    with pytest.raises(SnapshotError, match="state `a` does `work"):
+        changed(state("a", on("stuck", "b"), activity=doing(2)), state("b")).restore(run.snapshot())
+
+
 def test_history_is_kept():
     parts = [
         state("a", history("h", "u"), state("u", on("go", "v")), state("v"), on("out", "x")),
@@ -180,6 +250,6 @@ def test_what_is_no_snapshot_is_refused(damage):
 
 def test_no_time_is_refused():
     run = build(model(state("a", on("e", "b")), state("b"))).start()
-    with pytest.raises(ValueError, match="this is no time"):
+    with pytest.raises(ValueError, match="a number of seconds"):
         run.step(float("nan"), ["e"])
     assert run.configuration == {"a"}

@@ -8,7 +8,7 @@ import pytest
 from sim.corridors import Corridor, corridor
 from sim.formats import read_maze
 from sim.generate import Recipe, generate
-from sim.library import shipped_mazes
+from sim.shipped import shipped_mazes
 
 SIMPLE = """
 ###########

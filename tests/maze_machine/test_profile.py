@@ -84,7 +84,7 @@ def test_overrides_are_judged_as_a_whole_whatever_their_order(overrides):
 @pytest.mark.parametrize(
     ("overrides", "told"),
     [
-        (["robot.period=0", "robot.name=x"], "--set robot.period=0: `robot.period` must be more than 0"),
+        (["robot.period=0", "robot.name=x"], "--set robot.period=0: `robot.period` must be at least 0.001"),
         (["robot.name=x", "robot.nam=y"], "--set robot.nam=y: unknown key `robot.nam`"),
         (
             ["link.keys=rmw_zenoh", "robot.name=x", "link.gate=true"],
@@ -104,8 +104,8 @@ def test_of_several_overrides_the_one_at_fault_is_named(overrides, told):
         ("angle_min = -200.0\nangle_max = 200.0", "has its angles in radians: 200 degrees are 3.4907 rad"),
         ("angle_min = -4.0\nangle_max = 4.0", "cannot look at more than a full turn: it is 6.2832 rad, not 8"),
         ("range_min = 5.0\nrange_max = 5.0", "must have `range_min` (5) below `range_max` (5)"),
-        ("angle_min = nan", "must have `angle_min` (nan) below"),
-        ("mount_heading = inf", "must be mounted at a finite place"),
+        ("angle_min = nan", "must be a finite number, not nan"),
+        ("mount_heading = inf", "must be a finite number, not inf"),
         ("beams = 1", "`robot.laser.beams` must be at least 2, not 1"),
     ],
 )
@@ -132,7 +132,7 @@ def test_lasers_as_they_are_sold_are_possible(ends):
     "footprint", ["[[0,0],[1,0],[2,0]]", "[]", "[[0,0]]", "[[0,0],[1,1]]", "[[nan,0],[1,0],[0,1]]"]
 )
 def test_a_footprint_without_an_area_is_refused(footprint):
-    with pytest.raises(UsageError, match="must be an outline with an area"):
+    with pytest.raises(UsageError, match=r"with an area|3 to 100 corners|finite number"):
         load_profile("pico", [f"robot.footprint={footprint}"])
 
 

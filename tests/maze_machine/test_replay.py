@@ -15,6 +15,7 @@ from maze_machine.drive.replay import Difference, first_difference, named_machin
 from maze_machine.errors import FileError
 from maze_machine.report.outputs import Outputs
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from maze_machine.view.foxglove import layout
 from transport import codec
 from transport.recording import read_recording
 from transport.world import LockstepRobot
@@ -192,6 +193,24 @@ class TestWhatARecordingNames:
         recording = read_recording(recorded[0])
         named = replace(recording, run={**recording.run, "machine": str(machine), "parameters": "{}"})
         assert named_machine(named) == str(machine)
+
+
+def test_a_layout_for_foxglove_names_what_is_in_the_recording(recorded):
+    topics = read_recording(recorded[0]).heard
+    made = layout(topics)
+    json.dumps(made)
+    panels = made["configById"]
+    shown = set(panels["3D!plan"]["topics"])
+    assert shown == {"/map", "/pico/scan", "/pico/path", "/pico/footprint"}
+    assert [path["value"] for path in panels["StateTransitions!states"]["paths"]] == [
+        "/pico/state/solve.data",
+        "/pico/state/watch.data",
+    ]
+    placed = [made["layout"]]
+    for part in placed:
+        if isinstance(part, dict):
+            placed += [part["first"], part["second"]]
+    assert {part for part in placed if isinstance(part, str)} == set(panels)
 
 
 def test_a_busy_port_of_the_live_page_is_told(finish):

@@ -17,6 +17,7 @@ from maze_machine.campaign.results import Results
 from maze_machine.campaign.summary import failures
 from maze_machine.campaign.workers import on_cores
 from maze_machine.errors import FileError
+from maze_machine.simulated.choices import MazeWords
 from transport.files import locked
 
 SETUP = Setup(time_limit=4.0)
@@ -97,6 +98,29 @@ def test_a_maze_that_cannot_be_solved_is_a_result_and_no_failure_of_the_campaign
     assert record["solved"] is False
     assert str(no_exit) in record["refused"]
     assert failures([record]) == [f"1 x maze refused, such as {record['refused']}"]
+
+
+def test_what_is_chosen_of_the_mazes_is_part_of_the_setup(no_exit, tmp_path):
+    closed = Setup(time_limit=2.0, maze=MazeWords(goal="none"))
+    record = run_job(closed, Job("pledge", str(no_exit), 0))
+    assert record["solved"] is True
+    jobs = [Job("pledge", str(no_exit), 0)]
+    Results(tmp_path / "r.jsonl", closed, jobs)
+    with pytest.raises(FileError, match="another setup"):
+        Results(tmp_path / "r.jsonl", Setup(time_limit=2.0), jobs)
+
+
+def test_a_map_whose_image_has_changed_is_another_maze(tmp_path):
+    rooms = Path(__file__).parents[1] / "sim" / "mazes"
+    for suffix in (".yaml", ".pgm"):
+        (tmp_path / f"rooms{suffix}").write_bytes((rooms / f"rooms{suffix}").read_bytes())
+    jobs = jobs_of(["pledge"], [str(tmp_path)], 1)
+    assert [job.maze for job in jobs] == [str(tmp_path / "rooms.yaml")], "a description stands for its image"
+    Results(tmp_path / "r.jsonl", SETUP, jobs)
+    image = tmp_path / "rooms.pgm"
+    image.write_bytes(image.read_bytes()[:-1] + b"\0")
+    with pytest.raises(FileError, match=r"rooms\.yaml as it was before a change"):
+        Results(tmp_path / "r.jsonl", SETUP, jobs)
 
 
 def test_from_the_command_line(finish, tmp_path):

@@ -48,6 +48,8 @@ def run(*arguments):
         (["pledge", "--picture", "path.xyz"], 2, ".png"),
         (["pledge", "--trace", "no/such/folder/trace"], 3, "no/such/folder/trace: No such file or directory"),
         (["pledge", "--connect", "nonsense"], 2, "tcp/HOST:PORT"),
+        (["pledge", "--set", "robot.name=a b"], 2, "must be letters, digits, - and _, a letter first, not 'a b'"),
+        (["pledge", "--set", "robot.laser.angle_max=200"], 2, "200 degrees are 3.4907 rad"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -101,3 +103,9 @@ def test_a_machine_that_fails_while_it_runs_stops_the_robot_and_names_its_line(t
     ended, err = run(file)
     assert ended in (1, 3), "whether the checker finds the spin or the run does"
     assert f"{file}:" in err
+
+
+def test_a_bare_simulator_that_would_wait_for_its_controller_is_refused():
+    ended = CliRunner().invoke(app, ["sim", "corridor", "--set", "link.keys=rmw_zenoh"], env={"COLUMNS": "200"})
+    assert ended.exit_code == 2
+    assert "(link.gate=false) does not wait for commands; add --realtime" in ended.stderr

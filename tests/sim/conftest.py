@@ -6,7 +6,7 @@ import pytest
 from hypothesis import settings
 
 from sim.formats import read_maze
-from sim.library import shipped_mazes
+from sim.shipped import shipped_mazes
 
 settings.register_profile("ci", max_examples=40, deadline=None, derandomize=True)
 settings.register_profile("long", max_examples=5000, deadline=None)

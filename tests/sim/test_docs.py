@@ -35,7 +35,7 @@ def test_every_command_of_the_page_about_mazes_prints_what_it_says(tmp_path, mon
                 ended = CliRunner().invoke(app, shlex.split(command), env={**os.environ, "COLUMNS": "200"})
                 assert matches(expected, ended.output), ended.output
                 ran += 1
-    assert ran == 6
+    assert ran == 7
     assert Path("yard.maze").exists()
     assert CliRunner().invoke(app, ["maze", "show", "yard.maze", "--no-picture"]).exit_code == 0
 

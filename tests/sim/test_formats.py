@@ -12,8 +12,8 @@ from sim.formats import FORMATS, heightmap, micromouse, mms, read_maze, text, wr
 from sim.formats.format import Choices, Source
 from sim.formats.grid import exit_maze
 from sim.geometry import distances
-from sim.library import shipped_mazes
 from sim.maze import MazeError, Nothing
+from sim.shipped import shipped_mazes
 from sim.solvability import shortest_way
 
 MAZES = Path(__file__).parent / "mazes"

@@ -1,6 +1,8 @@
 """Whatever a file holds, it is read or refused with a `MazeError`, never anything else."""
 
 import io
+import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from sim.formats import read_maze, write_maze
-from sim.maze import MazeError
+from sim.formats import Choices, read_maze, write_maze
+from sim.maze import MazeError, Nothing
 from sim.solvability import shortest_way
 
 WORDS = ["wall", "start", "exit", "door", "object", "name", "limit", "box", "outline", "path", "speed", "near", "#"]
@@ -26,7 +28,7 @@ def read_or_refuse(path):
     except MazeError as error:
         refusal = str(error)
     else:
-        assert shortest_way(maze) is not None
+        assert maze.goal == Nothing() or shortest_way(maze) is not None
         write_maze(maze, path.with_suffix(".again.maze"))
         return
     assert refusal.startswith(str(path))
@@ -50,6 +52,47 @@ def test_any_bytes(folder, content, head):
     path = folder / "any.bin"
     path.write_bytes(head + content)
     read_or_refuse(path)
+
+
+keys = st.sampled_from(["image", "resolution", "origin", "negate", "mode", "occupied_thresh", "free_thresh"])
+values = st.one_of(
+    st.sampled_from(["rooms.pgm", "0.05", "[0, 0, 0]", "1", "scale", "raw", "[", "{", "&a", "*a", "!!x", "1e999"]),
+    st.floats().map(str),
+    st.text(max_size=6),
+)
+described = st.lists(st.tuples(keys, values).map(": ".join), max_size=9).map("\n".join)
+
+
+@given(content=described, whole=st.booleans())
+def test_any_description_of_a_map(folder, content, whole):
+    head = "image: rooms.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n" if whole else ""
+    (folder / "rooms.pgm").write_bytes((Path(__file__).parent / "mazes" / "rooms.pgm").read_bytes())
+    path = folder / "any.yaml"
+    path.write_text(head + content, encoding="utf-8", errors="replace")
+    read_or_refuse(path)
+
+
+nested = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.floats(), st.integers(), st.text(max_size=3)),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
+    max_leaves=12,
+)
+pose = st.lists(st.one_of(st.floats(), st.integers(-3, 3)), min_size=2, max_size=4)
+thing = st.fixed_dictionaries(
+    {"length": st.floats(), "width": st.floats(0.1, 2), "trigger_radius": st.floats(0, 9), "velocity": st.floats()}
+    | {"repeat": st.booleans(), "init_pose": pose, "final_pose": pose}
+)
+
+
+@given(content=st.one_of(nested, st.fixed_dictionaries({"objects": st.lists(thing, max_size=3), "initial_pose": pose})))
+def test_any_objects_of_the_course(folder, content):
+    path = folder / "config.json"
+    path.write_text(json.dumps(content))
+    try:
+        read_maze(Path(__file__).parent / "mazes" / "rooms.yaml", Choices(objects=path))
+    except MazeError as error:
+        refusal = str(error)
+        assert refusal.isprintable()
 
 
 @given(seed=st.integers(0, 2**32), share=st.floats(0.0, 0.2), doors=st.integers(0, 30))

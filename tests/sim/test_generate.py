@@ -12,9 +12,9 @@ from sim.formats import read_maze, write_maze
 from sim.free_space import FreeSpace, flood
 from sim.generate import DOOR_AREA, Recipe, generate
 from sim.geometry import distances
-from sim.library import shipped_mazes
 from sim.maze import MazeError
 from sim.picture import save_picture
+from sim.shipped import shipped_mazes
 from sim.solvability import shortest_way
 
 RECIPES = [

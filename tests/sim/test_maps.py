@@ -109,7 +109,7 @@ class TestMapsOfMappingTools:
         assert maze.bounds[2] - maze.bounds[0] == pytest.approx(13.0)
 
     def test_a_map_that_was_moved_with_its_image_is_read(self, tmp_path):
-        file = described(tmp_path, room(), image="/home/somebody/maps/map.png")
+        file = described(tmp_path, room(), image="/opt/maps/map.png")
         assert len(read_maze(file, Choices(start=Start(Pose(1.1, 0.6, 0.0)))).walls) == 8
 
     def test_a_robot_that_touches_the_edge_of_the_unknown_is_told_so(self):

@@ -1,5 +1,8 @@
 """``maze-machine maze``, and what `run` takes for the embedded simulator."""
 
+import json
+from pathlib import Path
+
 import pytest
 from typer.testing import CliRunner
 
@@ -41,6 +44,14 @@ def test_the_same_seed_writes_the_same_bytes(tmp_path):
         (["maze", "generate", "x.maze", "--size", "2x2"], 2, "`--size` must be"),
         (["maze", "generate", "x.maze", "--size", "3x3", "--doors", "4"], 3, "ask for more cells"),
         (["maze", "generate", "x.maze", "--corridor", "2", "--doors", "1"], 2, "1.5 m wide"),
+        (["maze", "show", "final_2015", "--start", "1 2"], 2, "--start '1 2': a heading in degrees is missing"),
+        (["maze", "show", "final_2015", "--exit", "1 2 1 2"], 2, "--exit '1 2 1 2': two points in a row are the same"),
+        (["maze", "show", "final_2015", "--goal", "away"], 2, "--goal 'away': an x in metres should be a number"),
+        (["maze", "show", "final_2015", "--goal", "1e5 0"], 2, "at most 10 km from the origin"),
+        (["maze", "show", "final_2015", "--objects", "/dev/zero"], 3, "/dev/zero: is not a regular file"),
+        (["maze", "show", "final_2015", "--set", "robot.footprint=[[1,1],[-1,1],[-1,-1],[1,-1]]"], 3, "does not fit"),
+        (["maze", "show", "/dev/zero"], 3, "`/dev/zero` is not a regular file"),
+        (["run", "pledge", "--goal", "none", "--connect", "tcp/127.0.0.1:1"], 2, "does not go with --connect"),
         (["run", "pledge", "--simulate", "rules.lax=1"], 2, "unknown key `lax`; known: still_limit"),
         (["run", "pledge", "--simulate", "rule.lax=1"], 2, "unknown section `rule`; known: noise"),
         (["run", "pledge", "--simulate", "noise.size=-1"], 2, "must be at least 0"),
@@ -72,3 +83,23 @@ def test_a_faster_simulation_is_the_same_run(tmp_path, monkeypatch):
         traces.append((tmp_path / name).read_bytes())
     assert traces[0] == traces[1]
     assert traces[0]
+
+
+def test_a_map_is_driven_to_a_goal(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rooms = Path(__file__).parent / "mazes" / "rooms.yaml"
+    shown = invoke("maze", "show", rooms, "--no-picture")
+    assert shown.stdout.endswith("no doors, no moving objects, no exits, goal: touching nothing\n")
+    ended = invoke("run", "right_hand", "--maze", rooms, "--goal", "2.9 -0.4 0.4", "--no-picture", "--json")
+    told = json.loads(ended.stdout)
+    assert (ended.exit_code, told["solved"]) == (0, True)
+    assert told["verdict"]["goal"] == "coming within 0.4 m of (2.90, -0.40) m"
+    assert told["verdict"]["outcome"] == "reached the goal"
+
+
+def test_where_nothing_is_to_be_done_a_run_ends_at_its_limit_unharmed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rooms = Path(__file__).parent / "mazes" / "rooms.yaml"
+    ended = invoke("run", "pledge", "--maze", rooms, "--time-limit", "3", "--no-picture")
+    assert ended.exit_code == 0
+    assert "judged                       touching nothing" in ended.stdout

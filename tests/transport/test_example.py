@@ -8,7 +8,7 @@ from pathlib import Path
 from programs import command, program
 
 from transport.messages import STOP
-from transport.session import Ask, Granted, Open, State, read_answer, read_question, written
+from transport.session import Ask, Granted, Open, SessionState, read_answer, read_question, written
 
 FILE = Path(__file__).parents[2] / "examples" / "robot.py"
 
@@ -32,7 +32,7 @@ def test_fields_that_are_not_known_are_ignored() -> None:
     for part, read in (
         (Open(request="a", controller="me"), read_question),
         (Ask(secret="00"), read_question),
-        (State(held=True), read_answer),
+        (SessionState(held=True), read_answer),
         (Granted(epoch=1, secret="00", robot="pico", mode="lockstep", period=0.1), read_answer),
     ):
         fields = json.loads(written(part).rpartition(b"\n")[0]) | {"maker": {"name": "somebody"}, "speed": STOP.speed}

@@ -5,6 +5,7 @@ import math
 import sqlite3
 import struct
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +20,8 @@ from rosbags.rosbag2 import Writer as BagWriter
 from toy_world import ToyWorld, wander
 
 from transport import codec
-from transport.messages import NANOSECONDS, Pose
-from transport.recording import Recorder, RecordingError, Setting, Topics, read_recording
+from transport.messages import NANOSECONDS, Pose, Scan
+from transport.recording import Recorder, RecordingError, Setting, Topics, drawings, read_recording
 from transport.recording import messages as reader
 from transport.recording.frames import inverse, placed, pose_of
 from transport.world import LockstepRobot
@@ -85,7 +86,9 @@ def test_a_rosbag2_folder_is_read_at_the_robots_beat(tmp_path, plugin, mode):
     expected = [observation for observation, _ in sensed()]
     assert (recording.own, recording.complete, recording.skipped) == (False, True, 0)
     assert recording.topics == Topics("/base_scan", "/wheel/odometry", "/cmd_vel")
-    assert recording.laser == expected[0].scan.geometry
+    beams = expected[0].scan.geometry
+    assert (recording.laser.beams, recording.laser.angle_min) == (beams.beams, beams.angle_min)
+    assert recording.laser.angle_max == pytest.approx(beams.angle_max, abs=1e-6)
     assert len(recording.ticks) == len(expected)
     for tick, observation in zip(recording.ticks, expected, strict=True):
         assert tick.observation.scan.ranges.tobytes() == observation.scan.ranges.tobytes()
@@ -153,6 +156,33 @@ def test_messages_that_are_none_are_skipped_and_counted(tmp_path):
     recording = read_recording(bag(tmp_path / "bag", spoilt))
     assert 0 < recording.skipped < 20
     assert len(recording.ticks) > 20
+
+
+def test_scans_of_other_habits_are_put_in_order(tmp_path):
+    """A laser that turns clockwise, and one whose number of beams varies, give the same facts."""
+    turned, varied = [], []
+    for number, (topic, kind, at, data) in enumerate(messages()):
+        if kind == codec.LASER_SCAN:
+            scan = codec.decode_scan(data)
+            beams = scan.geometry
+            clockwise = replace(beams, angle_min=beams.angle_max, angle_increment=-beams.angle_increment)
+            turned.append((topic, kind, at, codec.encode_scan(Scan(scan.stamp, clockwise, scan.ranges[::-1]))))
+            some = number % 3
+            fewer = replace(beams, beams=beams.beams - some)
+            cut = scan.ranges[: beams.beams - some]
+            varied.append((topic, kind, at, codec.encode_scan(Scan(scan.stamp, fewer, cut))))
+        else:
+            turned.append((topic, kind, at, data))
+            varied.append((topic, kind, at, data))
+    plain = read_recording(bag(tmp_path / "plain", messages())).ticks
+    clockwise = read_recording(bag(tmp_path / "turned", turned))
+    assert clockwise.skipped == 0
+    for one, other in zip(clockwise.ticks, plain, strict=True):
+        assert one.observation.scan.geometry.angle_increment > 0
+        assert np.allclose(one.observation.scan.ranges, other.observation.scan.ranges, equal_nan=True)
+    recording = read_recording(bag(tmp_path / "varied", varied))
+    assert (recording.skipped, len(recording.ticks)) == (0, len(plain))
+    assert len({tick.observation.scan.geometry.beams for tick in recording.ticks}) == 1
 
 
 def record(path, ticks=20, setting=None, pose=None):
@@ -223,7 +253,7 @@ def test_the_transform_tree_leads_from_each_scan_to_the_map(tmp_path):
     def truth(observation):
         return Pose(3.0 + 0.01 * observation.time, -2.0, 0.4 + 0.05 * observation.time)
 
-    grid = codec.Grid(np.zeros((3, 4), dtype=np.int8), 0.5, -1.0, -2.0)
+    grid = drawings.Grid(np.zeros((3, 4), dtype=np.int8), 0.5, -1.0, -2.0)
     setting = Setting(((0.1, 0.1), (-0.1, 0.1), (0.0, -0.1)), MOUNT, grid, LATER)
     record(tmp_path / "run.mcap", 12, setting, truth)
     transforms, seen, kinds = [], [], {}
@@ -234,8 +264,8 @@ def test_the_transform_tree_leads_from_each_scan_to_the_map(tmp_path):
                 transforms += codec.decode_transforms(message.data)
             if channel.topic == "/toy/scan":
                 seen.append((codec.decode_scan(message.data).stamp, codec.frame_of(message.data, codec.LASER_SCAN)))
-    assert kinds["/map"] == codec.GRID
-    assert kinds["/toy/footprint"] == codec.OUTLINE
+    assert kinds["/map"] == drawings.GRID
+    assert kinds["/toy/footprint"] == drawings.OUTLINE
     assert kinds["/toy/state/toy"] == codec.STRING
     assert len(seen) == 12
     for (stamp, frame), (observation, _) in zip(seen, sensed(12), strict=True):
@@ -435,6 +465,19 @@ def test_messages_in_another_encoding_are_named(tmp_path):
         writer.finish()
     with pytest.raises(RecordingError, match=r"has no scan .* /scan \(protobuf"):
         read_recording(path)
+
+
+def test_names_in_a_file_cannot_write_to_the_terminal(tmp_path):
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("evil\x1b[31m/msg/X\n", "ros2msg", b"")
+        writer.add_message(writer.register_channel("/a\x1b]0;x\x07\nb", "cdr", schema), 0, b"1", 0)
+        writer.finish()
+    with pytest.raises(RecordingError, match="has no scan") as caught:
+        read_recording(path)
+    assert str(caught.value).isprintable()
 
 
 @pytest.fixture(scope="module")

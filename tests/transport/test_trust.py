@@ -67,6 +67,15 @@ def test_in_lockstep_ages_and_faults_follow_from_the_data_alone() -> None:
     assert "not finite" in observed(0, scan(), replace(odometry, x=math.inf)).link.refused
 
 
+def test_an_observation_says_what_is_judged_of_it_now_whatever_a_recording_says() -> None:
+    trust, seen = Trust(SETTINGS), observed(0, scan(), Odometry.at(0, Pose()))
+    assert trust.judged(seen) is seen
+    old = replace(seen, link=replace(seen.link, blind="once"))
+    assert trust.judged(old) == seen
+    stale = replace(seen, link=replace(seen.link, scan_age=1.0))
+    assert trust.judged(stale).link.blind == "no scan for 1.00 s"
+
+
 # How old data are
 
 

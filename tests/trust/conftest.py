@@ -6,7 +6,7 @@ import pytest
 from hsm.dsl import parse_model
 from hsm.engine.machine import Machine
 from hsm.model.registry import Library
-from hsm.testing.scenarios.trial import Trial, load_trial
+from hsm.testing.scenarios.tested_machine import TestedMachine, load_tested_machine
 from tests.trust.library import make_library
 
 MACHINES = Path(__file__).parent / "machines"
@@ -18,8 +18,8 @@ def library() -> Library:
 
 
 @pytest.fixture(scope="session")
-def walker(library) -> Trial:
-    return load_trial(MACHINES / "walker.maze-machine", library)
+def walker(library) -> TestedMachine:
+    return load_tested_machine(MACHINES / "walker.maze-machine", library)
 
 
 @pytest.fixture

@@ -326,13 +326,13 @@ class Crossed:
     missed: tuple[str, ...]
 
 
-def cross_checked(seed: int, runs: int) -> Crossed:
+def cross_checked(seed: int, runs: int, seconds: float = 20.0) -> Crossed:
     """Decide the properties of a machine, and try to contradict what was proved by random runs.
 
     That a violation replays is asserted by running its scenario again.
     """
     machine = drawn_machine(seed)
-    verdicts = [one for one in check(machine, seconds=10.0) if one.name != NO_FAULT]
+    verdicts = [one for one in check(machine, seconds=seconds) if one.name != NO_FAULT]
     for one in verdicts:
         if one.violated:
             assert replays(machine, one), f"seed {seed}: {one.name} does not replay"
@@ -360,5 +360,7 @@ def replays(machine: Machine, verdict: PropertyVerdict) -> bool:
         look(driver)
         return None
 
-    result = run_scenario(verdict.counterexample, machine, LONGEST_TICK, [watched])
+    title = verdict.counterexample.name
+    tick = float(title.partition("(tick ")[2].partition(" s")[0] or LONGEST_TICK)
+    result = run_scenario(verdict.counterexample, machine, tick, [watched])
     return verdict.name in seen and result.failure is None

@@ -7,7 +7,7 @@ from hsm.testing.coverage.items import ItemKind, points
 from hsm.testing.exploration.exploring import Regions
 from hsm.testing.exploration.feasible import CONTRADICTION, TAKEN_BEFORE
 from hsm.testing.generation.generating import generate
-from hsm.testing.mutation.mutating import mutants, survey
+from hsm.testing.mutation.mutating import mutants, structural, survey
 from hsm.testing.proofs.proving import check
 from hsm.testing.proofs.verdicts import NO_FAULT
 from hsm.testing.scenarios.reading import parse_suite
@@ -58,7 +58,7 @@ def test_generated_tests_reach_everything_and_notice_every_change(text, machine_
         ItemKind.TIME_OUT,
     )
     assert [one.text for one in points(machine.model, coverage) if one.kind in kinds and not one.covered] == []
-    noticed = survey(machine.model, [suite])
+    noticed = survey(machine.model, [suite], structural)
     assert noticed.score == 100, [(one.kind, one.text) for one in noticed.survivors]
 
 
@@ -151,19 +151,20 @@ def test_mutants_are_of_every_kind_and_differ_from_the_machine(walker):
     found = list(mutants(walker.machine.model))
     assert {one.kind for one in found} == {
         "dropped transition", "negated condition", "negated guard", "swapped targets", "dropped action",
-        "shifted constant",
+        "shifted constant", "comparison", "logical operator", "wrong unit", "dropped guard", "swapped event",
+        "doubled time-out", "dropped activity", "wrong argument", "wrong initial state",
     }  # fmt: skip
     assert all(one.model != walker.machine.model for one in found)
 
 
 def test_a_scenario_that_does_not_come_by_a_mistake_need_not_run(walker, monkeypatch):
-    skipping = survey(walker.machine.model, walker.suites[:1])
+    skipping = survey(walker.machine.model, walker.suites[:1], structural)
     monkeypatch.setattr("hsm.testing.mutation.mutating._reaches", lambda coverage, mutant: True)
-    assert skipping == survey(walker.machine.model, walker.suites[:1])
+    assert skipping == survey(walker.machine.model, walker.suites[:1], structural)
 
 
 def test_what_no_scenario_notices_is_named(walker):
-    survivors = survey(walker.machine.model, [walker.suites[0]]).survivors
+    survivors = survey(walker.machine.model, [walker.suites[0]], structural).survivors
     assert any("ringing: after 2 s -> waiting" in one.text for one in survivors)
     assert all(one.place is not None for one in survivors if one.kind != "shifted constant")
 

@@ -47,7 +47,7 @@ def test_scenarios_properties_fixtures_and_reports(project):
     assert "door.maze-test::1: " in done.stdout
     assert "door.maze-test::property patient" in done.stdout
     row = next(line for line in done.stdout.splitlines() if line.startswith("door.maze-machine"))
-    assert row.split()[1:4] == ["5/5", "7/7", "4/4"]
+    assert row.split()[1:4] == ["5/5", "8/8", "4/4"]
     assert row.endswith("100%")
     assert (project / "report" / "door.html").is_file()
     assert "SF:" in (project / "lcov.info").read_text()

@@ -8,14 +8,15 @@ beat: the newest scan and odometry received by then, with their ages. Its stamps
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import Field, TypeAdapter, ValidationError
 
 from transport import codec
+from transport.description import Laser
 from transport.messages import (
     NANOSECONDS,
     STOP,
@@ -25,12 +26,14 @@ from transport.messages import (
     Observation,
     Odometry,
     Scan,
+    ScanGeometry,
     Twist,
 )
 from transport.recording.frames import mount_in
 from transport.recording.messages import Message, Messages, messages_of
 from transport.recording.values import RecordedTick, Recording, RecordingError, Topics
-from transport.wording import in_words
+from transport.sanity import ScanError, conformed, odometry_fault
+from transport.wording import in_words, printable
 
 MOST_BYTES = 1_000_000_000
 """The messages that are wanted are not longer than this together."""
@@ -79,7 +82,8 @@ def read_recording(path: Path, topics: Topics = Topics(), *, period: float = PER
     except OSError as error:
         raise RecordingError(f"cannot read the recording {path}: {error.strerror or error}") from None
     except RecordingError as error:
-        raise RecordingError(f"{path} {error}") from None
+        # Topics and types are names from a file of somebody else's.
+        raise RecordingError(printable(f"{path} {error}")) from None
 
 
 class _Wanted:
@@ -123,7 +127,9 @@ def _own(wanted: _Wanted) -> Recording:
     robot = wanted.run.get("robot") or prefix.strip("/") or "robot"
     topics = Topics(f"{prefix}scan", f"{prefix}odom", f"{prefix}cmd_vel")
     laser = ticks[0].observation.scan.geometry
-    return Recording(robot, wanted.run, ticks, wanted.complete, own=True, topics=topics, laser=laser)
+    return Recording(
+        robot, wanted.run, ticks, wanted.complete, own=True, topics=topics, laser=laser, heard=wanted.heard
+    )
 
 
 def _own_ticks(wanted: _Wanted, prefix: str) -> Iterator[RecordedTick]:
@@ -171,15 +177,77 @@ def _is_deeper(value: object, levels: int) -> bool:
     return levels == 0 or any(_is_deeper(one, levels - 1) for one in inner)
 
 
-@dataclass(slots=True)
 class _Sensed:
-    """The newest of each as the messages go by, with when it came, ns."""
+    """The newest of each as the messages go by, as a controller would have taken them in, with when it came, ns.
 
-    scan: tuple[int, Scan] | None = None
-    odometry: tuple[int, Odometry] | None = None
-    twist: Twist = STOP
-    skipped: int = 0
-    ticks: list[RecordedTick] = field(default_factory=list)
+    Attributes:
+        laser: what the first scan says of its laser.
+        skipped: how many messages could not be decoded or believed.
+    """
+
+    def __init__(self, topics: Topics) -> None:
+        self.laser: Laser | None = None
+        self.skipped = 0
+        self._topics = topics
+        self._scan: tuple[int, Scan] | None = None
+        self._odometry: tuple[int, Odometry] | None = None
+        self._twist = STOP
+
+    @property
+    def lacks(self) -> str:
+        """What has not come yet, or nothing."""
+        return "scan" if self._scan is None else "odometry" if self._odometry is None else ""
+
+    def take(self, message: Message) -> None:
+        """Take in a message of one of the topics."""
+        try:
+            if message.topic == self._topics.scan:
+                scan = codec.decode_scan(message.data)
+                self.laser = self.laser or _laser(scan.geometry)
+                self._scan = message.stamp, conformed(scan, self.laser)
+            elif message.topic == self._topics.odometry:
+                odometry = codec.decode_odometry(message.data)
+                if odometry_fault(odometry):
+                    self.skipped += 1
+                else:
+                    self._odometry = message.stamp, odometry
+            else:
+                self._twist = _twist(message)
+        except (codec.CodecError, ScanError):
+            self.skipped += 1
+
+    def tick(self, beat: int, stamp: int) -> RecordedTick:
+        """What a controller has at a beat, ns, which it calls by another stamp."""
+        assert self._scan is not None
+        assert self._odometry is not None
+        (heard, scan), (felt, odometry) = self._scan, self._odometry
+        observation = Observation(
+            stamp,
+            replace(scan, stamp=max(stamp - (beat - heard), 0)),
+            replace(odometry, stamp=max(stamp - (beat - felt), 0)),
+            link=LinkStatus((beat - heard) / NANOSECONDS, (beat - felt) / NANOSECONDS),
+        )
+        return RecordedTick(observation, Command(self._twist))
+
+
+def _laser(beams: ScanGeometry) -> Laser:
+    """The laser of which a scan says this.
+
+    Raises:
+        RecordingError: there is no such laser.
+    """
+    ends = {"angle_min": beams.angle_min, "angle_max": beams.angle_max}
+    try:
+        return Laser.model_validate(
+            {"beams": beams.beams, "range_min": beams.range_min, "range_max": beams.range_max, **ends}
+        )
+    except ValidationError as error:
+        raise RecordingError(f"has scans of an impossible laser: {in_words(error.errors()[0])}") from None
+
+
+def _twist(message: Message) -> Twist:
+    stamped = message.kind == codec.TWIST_STAMPED
+    return codec.decode_twist_stamped(message.data) if stamped else codec.decode_twist(message.data)
 
 
 def _foreign(wanted: _Wanted, asked: Topics, period: float) -> Recording:
@@ -188,17 +256,16 @@ def _foreign(wanted: _Wanted, asked: Topics, period: float) -> Recording:
         _chosen(wanted, "odometry", asked.odometry, codec.ODOMETRY),
         asked.command or next(iter(wanted.of(codec.TWIST, codec.TWIST_STAMPED)), None),
     )
-    sensed = _Sensed()
-    _tick_through(wanted, topics, sensed, round(period * NANOSECONDS))
-    if sensed.scan is None or sensed.odometry is None or not sensed.ticks:
-        lacks = "scan" if sensed.scan is None else "odometry"
-        raise RecordingError(f"has no {lacks} that can be decoded" if sensed.skipped else f"has no {lacks} in time")
-    first = sensed.ticks[0].observation.scan.geometry
+    sensed = _Sensed(topics)
+    ticks = list(_beats(wanted, topics, sensed, round(period * NANOSECONDS)))
+    if sensed.lacks or not ticks or sensed.laser is None:
+        kind = f"{sensed.lacks or 'scan'} that can be decoded and believed"
+        raise RecordingError(f"has no {kind}: {sensed.skipped} messages were skipped")
     robot = wanted.run.get("robot") or str(topics.scan).strip("/").rpartition("/")[0] or "robot"
     mount = mount_in(wanted.messages, str(topics.scan), str(topics.odometry))
     return Recording(
-        robot, {}, sensed.ticks, wanted.complete, own=False, topics=topics, laser=first, mount=mount,
-        skipped=sensed.skipped,
+        robot, {}, ticks, wanted.complete, own=False, topics=topics, laser=sensed.laser.geometry(), mount=mount,
+        skipped=sensed.skipped, heard=wanted.heard,
     )  # fmt: skip
 
 
@@ -225,49 +292,21 @@ def _listed(wanted: _Wanted, found: Sequence[str]) -> str:
     return f"it has {names}{' and more' if len(shown) > 12 else ''}"
 
 
-def _tick_through(wanted: _Wanted, topics: Topics, sensed: _Sensed, period: int) -> None:
-    """Go through the messages, one beat after the other from where scan and odometry are both there."""
-    decoders: Mapping[str | None, Callable[[Message], None]] = {
-        topics.command: lambda message: setattr(sensed, "twist", _twist(message)),
-        topics.odometry: lambda message: setattr(
-            sensed, "odometry", (message.stamp, codec.decode_odometry(message.data))
-        ),
-        topics.scan: lambda message: setattr(sensed, "scan", (message.stamp, codec.decode_scan(message.data))),
-    }
+def _beats(wanted: _Wanted, topics: Topics, sensed: _Sensed, period: int) -> Iterator[RecordedTick]:
+    """The tick at each beat, from where scan and odometry are both there to the last message."""
+    named = {topics.scan, topics.odometry, topics.command}
     began = beat = last = -1
     for message in sorted(wanted.messages, key=lambda message: message.stamp):
-        if message.topic not in decoders:
+        if message.topic not in named:
             continue
         last = message.stamp
         if beat >= 0 and last - began > MOST_TICKS * period:
             raise RecordingError(f"is longer than {MOST_TICKS} beats of {period / NANOSECONDS:g} s")
         while 0 <= beat < last:
-            sensed.ticks.append(_tick(sensed, beat, beat - began + period))
+            yield sensed.tick(beat, beat - began + period)
             beat += period
-        try:
-            decoders[message.topic](message)
-        except codec.CodecError:
-            sensed.skipped += 1
-        if beat < 0 and sensed.scan is not None and sensed.odometry is not None:
+        sensed.take(message)
+        if beat < 0 and not sensed.lacks:
             began = beat = last
     if 0 <= beat <= last:
-        sensed.ticks.append(_tick(sensed, beat, beat - began + period))
-
-
-def _twist(message: Message) -> Twist:
-    stamped = message.kind == codec.TWIST_STAMPED
-    return codec.decode_twist_stamped(message.data) if stamped else codec.decode_twist(message.data)
-
-
-def _tick(sensed: _Sensed, beat: int, stamp: int) -> RecordedTick:
-    assert sensed.scan is not None
-    assert sensed.odometry is not None
-    (heard, scan), (felt, odometry) = sensed.scan, sensed.odometry
-    ages = (beat - heard) / NANOSECONDS, (beat - felt) / NANOSECONDS
-    observation = Observation(
-        stamp,
-        replace(scan, stamp=max(stamp - (beat - heard), 0)),
-        replace(odometry, stamp=max(stamp - (beat - felt), 0)),
-        link=LinkStatus(*ages),
-    )
-    return RecordedTick(observation, Command(sensed.twist))
+        yield sensed.tick(beat, beat - began + period)

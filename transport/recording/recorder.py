@@ -16,6 +16,7 @@ import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from threading import Thread
 from types import TracebackType
@@ -26,8 +27,10 @@ from mcap.writer import CompressionType, Writer
 from numpy.typing import NDArray
 
 from transport import codec
+from transport.arithmetic import cosines, sines
 from transport.files import Stream
-from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose, Scan
+from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose, Scan, ScanGeometry
+from transport.recording import drawings
 from transport.recording.frames import inverse, placed
 from transport.recording.messages import RUN
 from transport.recording.values import RecordedTick, RecordingError
@@ -60,7 +63,7 @@ class Setting:
 
     footprint: Sequence[tuple[float, float]] = ()
     mount: Pose = Pose()  # noqa: RUF009 - frozen
-    grid: codec.Grid | None = None
+    grid: drawings.Grid | None = None
     epoch: int = 0
 
 
@@ -209,13 +212,13 @@ class _TickWriter:
             moved = [codec.Transform(odometry.stamp, codec.ODOMETRY_FRAME, codec.BASE_FRAME, *place)]
             if tick.pose is not None:
                 drift = placed(inverse(odometry.pose), tick.pose)
-                moved.append(_transform(odometry.stamp, codec.MAP_FRAME, codec.ODOMETRY_FRAME, drift))
+                moved.append(_transform(odometry.stamp, drawings.MAP_FRAME, codec.ODOMETRY_FRAME, drift))
             self._add("/tf", codec.TRANSFORMS, at, codec.encode_transforms(*moved))
         if observation.scan is not self._scan:
             scan = replace(observation.scan, stamp=observation.scan.stamp + self._setting.epoch)
             self._scan = observation.scan
             self._add(f"/{name}/scan", codec.LASER_SCAN, at, codec.encode_scan(scan))
-            self._add(f"/{name}/points", codec.POINTS, at, codec.encode_points(_points(scan), scan.stamp))
+            self._add(f"/{name}/points", drawings.POINTS, at, drawings.encode_points(_points(scan), scan.stamp))
         self._add(f"/{name}/cmd_vel", codec.TWIST, at, codec.encode_twist(command.twist))
         self._show(tick)
         door = None if observation.door is None else asdict(observation.door)
@@ -239,12 +242,14 @@ class _TickWriter:
         fixed = [_transform(stamp, codec.BASE_FRAME, codec.LASER_FRAME, setting.mount)]
         if pose is None:
             # Where nobody knows better, the map is drawn where the odometry sees it.
-            fixed.append(_transform(stamp, codec.MAP_FRAME, codec.ODOMETRY_FRAME, Pose()))
+            fixed.append(_transform(stamp, drawings.MAP_FRAME, codec.ODOMETRY_FRAME, Pose()))
         self._add("/tf_static", codec.TRANSFORMS, at, codec.encode_transforms(*fixed))
         if setting.footprint:
-            self._add(f"/{self._robot}/footprint", codec.OUTLINE, at, codec.encode_outline(setting.footprint, stamp))
+            self._add(
+                f"/{self._robot}/footprint", drawings.OUTLINE, at, drawings.encode_outline(setting.footprint, stamp)
+            )
         if setting.grid is not None:
-            self._add("/map", codec.GRID, at, codec.encode_grid(setting.grid, stamp))
+            self._add("/map", drawings.GRID, at, drawings.encode_grid(setting.grid, stamp))
 
     def _show(self, tick: RecordedTick) -> None:
         """What is written for viewers only: the states that changed, and now and then the path."""
@@ -257,8 +262,8 @@ class _TickWriter:
         if at - self._path_at >= PATH_EVERY:
             self._path_at = at
             self._path = [*self._path, tick.pose or tick.observation.odometry.pose][-PATH_LONGEST:]
-            path = codec.encode_path(self._path, codec.MAP_FRAME, at + self._setting.epoch)
-            self._add(f"/{self._robot}/path", codec.PATH, at, path)
+            path = drawings.encode_path(self._path, drawings.MAP_FRAME, at + self._setting.epoch)
+            self._add(f"/{self._robot}/path", drawings.PATH, at, path)
 
     def _channel(self, topic: str, kind: str) -> int:
         if topic not in self._channels:
@@ -281,9 +286,14 @@ def _transform(stamp: int, parent: str, child: str, pose: Pose) -> codec.Transfo
 
 def _points(scan: Scan) -> NDArray[np.float32]:
     """Some of a scan's hits in the laser's frame, shape (n, 3)."""
-    ranges, angles = scan.ranges[::POINTS_STRIDE].astype(np.float64), scan.geometry.angles()[::POINTS_STRIDE]
+    ranges = scan.ranges[::POINTS_STRIDE].astype(np.float64)
     hit = np.isfinite(ranges)
-    ranges, angles = ranges[hit], angles[hit]
-    return np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros_like(ranges)], axis=1).astype(
-        np.float32
-    )
+    x, y = (ranges[hit] * one[hit] for one in _directions(scan.geometry))
+    return np.stack([x, y, np.zeros_like(x)], axis=1).astype(np.float32)
+
+
+@lru_cache(maxsize=4)
+def _directions(beams: ScanGeometry) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Cosines and sines of the directions of the beams that are written as points."""
+    angles = beams.angles()[::POINTS_STRIDE]
+    return cosines(angles), sines(angles)

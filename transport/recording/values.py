@@ -61,6 +61,7 @@ class Recording:
         laser: the beams of its first scan.
         mount: where the laser sits on the robot by the recorded static transforms; None where they do not say.
         skipped: how many messages could not be decoded.
+        heard: all topics with their types.
     """
 
     robot: str
@@ -72,3 +73,4 @@ class Recording:
     laser: ScanGeometry | None = None
     mount: Pose | None = None
     skipped: int = 0
+    heard: Mapping[str, str] = field(default_factory=dict)

@@ -19,7 +19,7 @@ from hsm.dsl.logic.formulas import (
 )
 from hsm.dsl.logic.linear import form_of
 from hsm.dsl.semantics.analysis import AnalysisInput
-from hsm.model.chart import After, On, State, Transition, When
+from hsm.model.chart import After, Held, On, State, Transition, When
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, Related
 from hsm.model.expressions import Expression
@@ -73,7 +73,7 @@ def default_values(subject: AnalysisInput) -> dict[str, bool | float | int]:
 
 def _row(transition: Transition, usual: Mapping[str, bool | float | int]) -> GuardRow:
     conditions: list[Expression] = []
-    if isinstance(transition.trigger, When):
+    if isinstance(transition.trigger, When | Held):
         conditions.append(transition.trigger.condition)
     if transition.guard is not None:
         conditions.append(transition.guard)
@@ -127,8 +127,7 @@ def _overlaps(row: GuardRow, earlier: Sequence[GuardRow]) -> Iterator[Diagnostic
     cases: list[str] = []
     related: list[Related] = []
     for one in earlier:
-        same = (one.transition.targets, one.transition.actions) == (row.transition.targets, row.transition.actions)
-        if same or one.transition.place is None:
+        if one.transition.place is None or not _order_matters(one, row):
             continue
         case = next(models(both(one.usual, row.usual)), None)
         if case is not None:
@@ -137,6 +136,22 @@ def _overlaps(row: GuardRow, earlier: Sequence[GuardRow]) -> Iterator[Diagnostic
     if cases:
         message = f"an earlier transition wins where both can fire: {cases[0]}"
         yield finding("N0701", row.transition.place, message, related=tuple(related))
+
+
+def _order_matters(earlier: GuardRow, later: GuardRow) -> bool:
+    """Whether the order of two transitions decides, and was probably not meant to.
+
+    It is meant where they do the same; where one is a special case of the other, as in `if` and `elif`; and where they
+    are about different things: then the text ranks them.
+    """
+    first, second = earlier.transition, later.transition
+    if (first.targets, first.actions) == (second.targets, second.actions):
+        return False
+    if terms_of(earlier.usual).isdisjoint(terms_of(later.usual)):
+        return False
+    special = can_hold(both(earlier.usual, negation(later.usual)))
+    general = can_hold(both(later.usual, negation(earlier.usual)))
+    return special and general
 
 
 def _events(own: Sequence[Transition], usual: Mapping[str, bool | float | int]) -> Iterator[Diagnostic]:

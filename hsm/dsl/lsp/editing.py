@@ -330,6 +330,12 @@ class Document:
                     detail = self._declared_text(name, str(kind))
                     yield Entry(str(name), SymbolKind.VARIABLE, detail, self.tree.comment_above(name.line or 1))
 
+                case ast.DefinitionLine(name):
+                    detail = self._declared_text(name, "").removeprefix(" = ")
+                    yield Entry(str(name), SymbolKind.VARIABLE, detail, self.tree.comment_above(name.line or 1))
+                case ast.EnumerationLine(name, members):
+                    yield from (Entry(str(one), SymbolKind.VALUE, str(name)) for one in members)
+
     def _declared_text(self, name: Token, kind: str) -> str:
         """The type of a variable or parameter, and its value as it is written."""
         line = self.tree.lines[(name.line or 1) - 1]

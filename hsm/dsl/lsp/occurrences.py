@@ -67,6 +67,9 @@ _DECLARED = {
     ("ParameterLine", "name"): Role.PARAMETER,
     ("VariableLine", "name"): Role.VARIABLE,
     ("EventLine", "names"): Role.EVENT,
+    ("DefinitionLine", "name"): Role.VARIABLE,
+    ("EnumerationLine", "name"): Role.TYPE,
+    ("EnumerationLine", "members"): Role.VALUE,
     ("StateBlock", "name"): Role.STATE,
     ("FinalLine", "name"): Role.STATE,
     ("PropertyLine", "name"): Role.PROPERTY,
@@ -79,6 +82,7 @@ _NAMED = {
     ("TargetSyntax", "names"): Role.STATE,
     ("TransitionLine", "names"): Role.EVENT,
     ("RaiseSyntax", "event"): Role.EVENT,
+    ("CancelSyntax", "event"): Role.EVENT,
     ("AssignSyntax", "variable"): Role.VARIABLE,
     ("Named", "name"): Role.ARGUMENT,
 }
@@ -145,6 +149,10 @@ class _Walker:
                     return Role.PARAMETER
                 case ast.VariableLine(declared) if declared == name:
                     return Role.VARIABLE
+                case ast.DefinitionLine(declared) if declared == name:
+                    return Role.VARIABLE
+                case ast.EnumerationLine(members=members) if name in members:
+                    return Role.VALUE
         if name in self.library.signals:
             return Role.SIGNAL
         if any(name == member.value for kind in self.library.enumerations.values() for member in kind):

@@ -55,7 +55,7 @@ class AnalysisInput:
         leading_anywhere: some transition may lead anywhere, because its target is not known.
         uncertain: transitions of which something is not known, by index.
         awaiting_unknown: states that may wait for more than is known, by index.
-        erroneous: states whose own line is at fault.
+        erroneous: states whose own declaration is invalid.
         reporting_unknown: states in which something reports outcomes that are not known.
         unused: what is declared and never used.
     """

@@ -18,8 +18,13 @@ from hsm.model.chart import (
     After,
     Assign,
     Call,
+    Cancel,
+    Else,
+    Every,
+    Held,
     On,
     Raise,
+    Send,
     StateKind,
     Transition,
     TransitionKind,
@@ -27,8 +32,9 @@ from hsm.model.chart import (
     When,
 )
 from hsm.model.diagnostics import Related
-from hsm.model.expressions import Literal
+from hsm.model.expressions import Binary, Expression, Literal, Unary
 from hsm.model.registry import Choosy
+from hsm.model.types import BOOLEAN
 
 
 @dataclass(slots=True)
@@ -47,6 +53,7 @@ class Behaviour:
     declarations: Declarations
     transitions: list[Transition] = field(default_factory=list)
     uncertain: set[int] = field(default_factory=set)
+    _tables: dict[int, list[Expression | None]] = field(default_factory=dict)
     performed: Names = field(default_factory=Names)
 
     def activity(self, symbol: StateSymbol) -> ActivityCall | None:
@@ -83,7 +90,7 @@ class Behaviour:
         if call.name not in self.context.symbols.doubtful.known:
             hint = guess.text
             if call.name.value in self.context.library.actions:
-                hint = f"`{call.name}` is an action: it takes no time, and stands behind a slash"
+                hint = f"`{call.name}` is an action, which takes no time: write it after a slash"
             hint = hint or "`maze-machine list activities` shows what there is"
             self.context.add_once("E0204", call.name, f"there is no activity `{call.name}`", hint)
         if guess.name is None:
@@ -104,7 +111,7 @@ class Behaviour:
 
     def transition(self, symbol: StateSymbol, line: ast.TransitionLine) -> Transition:
         """A transition, the next in document order; its trigger is on nothing where it is at fault."""
-        uncertain = False
+        uncertain = line.keyword == "else" and None in self._tables.get(symbol.index, ())
         trigger = self._trigger(symbol, line)
         guard = self.context.scope.condition(line.guard) if line.guard is not None else None
         actions = self.actions(line.actions)
@@ -125,23 +132,54 @@ class Behaviour:
             self.context.scope.used.add_unknown()
             uncertain = True
         index = len(self.transitions)
-        operands = [one for one in (line.operand, line.guard) if one is not None]
+        operands = [one for one in (line.operand, line.lasting, line.guard) if one is not None]
         uncertain |= any(name in self.context.symbols.doubtful.known for one in operands for name in ast.names_in(one))
         if trigger is None:
             symbol.awaited.add_unknown()
         if uncertain or trigger is None or (guard is None and line.guard is not None):
             self.uncertain.add(index)
+        if line.keyword == "when" and line.lasting is None:
+            row = trigger.condition if isinstance(trigger, When) else None
+            if row is not None and line.guard is not None:
+                row = None if guard is None else Binary("and", row, guard, BOOLEAN, row.place)
+            self._tables.setdefault(symbol.index, []).append(row)
         place = self.context.place(line.keyword, _last_token(line))
         return Transition(index, symbol.index, targets, trigger or On(()), guard, actions, kind, place)
 
     def _trigger(self, symbol: StateSymbol, line: ast.TransitionLine) -> Trigger | None:
+        if line.keyword == "else":
+            return self._else(symbol, line.keyword)
         if line.operand is None:
             return On(tuple(self.declarations.event(symbol, name) for name in line.names))
         if line.keyword == "when":
             condition = self.context.scope.condition(line.operand)
-            return None if condition is None else When(condition)
+            if line.lasting is None:
+                return None if condition is None else When(condition)
+            lasting = self.context.scope.duration(line.lasting)
+            return None if condition is None or lasting is None else Held(condition, lasting)
         duration = self.context.scope.duration(line.operand)
-        return None if duration is None else After(duration)
+        if duration is None:
+            return None
+        if line.keyword == "after":
+            return After(duration)
+        if isinstance(duration, Literal) and duration.value == 0:
+            hint = "write how long it is from one time to the next"
+            self.context.report.add("E0307", duration.place, "what is done every 0 s would be done without end", hint)
+            return None
+        return Every(duration)
+
+    def _else(self, symbol: StateSymbol, keyword: Token) -> Else | None:
+        """The case in which none of the state's conditions so far holds."""
+        rows = self._tables.get(symbol.index, [])
+        if not rows:
+            hint = "`else` is the remaining case of the `when` lines before it"
+            self.context.add("E0402", keyword, "there is no `when` in this state before this `else`", hint)
+            return None
+        known = [one for one in rows if one is not None]
+        place = self.context.place(keyword)
+        if len(known) < len(rows):
+            return None
+        return Else(Unary("not", self.context.scope.any_of(known), BOOLEAN, place))
 
     def _targets(self, target: ast.TargetSyntax) -> tuple[int, ...]:
         known: list[StateSymbol] = []
@@ -195,12 +233,36 @@ class Behaviour:
 
     def _action(self, line: ast.ActionSyntax) -> Action | None:
         match line:
-            case ast.RaiseSyntax(event):
-                return Raise(str(event), self.context.place(event))
+            case ast.RaiseSyntax(event, delay):
+                return self._raise(event, delay)
+            case ast.CancelSyntax(event):
+                return self._cancel(event)
             case ast.AssignSyntax():
                 return self._assignment(line)
             case ast.CallSyntax():
                 return self._call(line)
+
+    def _raise(self, event: Token, delay: ast.Expression | None) -> Raise | Send | None:
+        if delay is None:
+            return Raise(str(event), self.context.place(event))
+        found = self.context.scope.duration(delay)
+        if found is None:
+            return None
+        if not isinstance(found, Literal):
+            message = "the delay of an event is constant"
+            self.context.report.add(
+                "E0303", found.place, message, "let a state wait `after` a duration, and raise then"
+            )
+            return None
+        return Send(str(event), float(found.value), str(event), self.context.place(event))
+
+    def _cancel(self, event: Token) -> Cancel | None:
+        if event not in self.declarations.delayed:
+            guess = self.context.report.guess(event, self.declarations.delayed)
+            hint = guess.text or "only what is raised `after` a duration can be cancelled"
+            self.context.add_once("E0203", event, f"nothing raises `{event}` after a duration", hint)
+            return None
+        return Cancel(str(event), self.context.place(event))
 
     def _call(self, line: ast.CallSyntax) -> Call | None:
         declared = self.context.library.actions.get(str(line.name))
@@ -219,7 +281,7 @@ class Behaviour:
         if name not in self.context.symbols.doubtful.known:
             hint = guess.text
             if name.value in self.context.library.activities:
-                hint = f"`{name}` is an activity: it takes time, and stands behind `do`"
+                hint = f"`{name}` is an activity, which takes time: write it after `do`"
             hint = hint or "`maze-machine list actions` shows what there is"
             self.context.add_once("E0205", name, f"there is no action `{name}`", hint)
         if guess.name is None:
@@ -260,9 +322,11 @@ def _last_token(line: ast.TransitionLine) -> Token:
         return line.target.names[-1]
     if line.guard is not None:
         return ast.last_token(line.guard)
+    if line.lasting is not None:
+        return ast.last_token(line.lasting)
     if line.operand is not None:
         return ast.last_token(line.operand)
-    return line.names[-1]
+    return line.names[-1] if line.names else line.keyword
 
 
 def _orthogonal(one: StateSymbol, other: StateSymbol) -> bool:

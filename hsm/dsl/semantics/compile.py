@@ -86,6 +86,9 @@ class _Compiler:
         """All stages."""
         table, report = self.context.symbols, self.context.report
         self.context.scope.doubtful = table.doubtful
+        for unit in self.machines.values():
+            for one in unit.model.enumerations if unit is not None and unit.model is not None else ():
+                self.context.scope.enumerations.setdefault(one.__name__, one)
         self.declarations.declare()
         symbols = table.all_states()
         for symbol in symbols:
@@ -94,6 +97,7 @@ class _Compiler:
             self._request_histories(symbol)
         order = self._number()
         self.context.scope.states = self._names_of_states(order)
+        self.declarations.define()
         if self.instantiated.unknown or any(unit is None or unit.model is None for unit in self.machines.values()):
             table.events.add_unknown()
         events = [name for unit in self.machines.values() if unit is not None for name in unit.events]
@@ -156,6 +160,7 @@ class _Compiler:
             )
             + tuple(self.copied_properties),
             frozenset((*self.declarations.events, *self.context.library.events)),
+            enumerations=self.context.scope.own_enumerations(),
         )
 
     def _find_machine(self, symbol: StateSymbol) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import cast
 
 from lark import Token
 
@@ -11,7 +13,7 @@ from hsm.dsl.semantics.analysis import Unused
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import StateSymbol
-from hsm.dsl.semantics.typing import FUNCTIONS, Declared
+from hsm.dsl.semantics.typing import FUNCTIONS, Declared, Definition
 from hsm.dsl.syntax import ast
 from hsm.model.chart import StateKind, Variable
 from hsm.model.diagnostics import Place, Related
@@ -33,6 +35,7 @@ class Declarations:
         events: events that are declared (with their places) or raised.
         heard: events that some transition is on, or may be.
         raised: events that this file raises, and where first.
+        delayed: those that it raises later.
     """
 
     context: Context
@@ -41,11 +44,16 @@ class Declarations:
     events: dict[str, Place | None] = field(default_factory=dict)
     heard: Names = field(default_factory=Names)
     raised: dict[str, Token] = field(default_factory=dict)
+    delayed: set[str] = field(default_factory=set)
     _unsent: dict[str, int] = field(default_factory=dict)
 
     def declare(self) -> None:
         """Give the lines at the top of the file their meaning."""
-        for line in self.context.symbols.root.lines:
+        lines = self.context.symbols.root.lines
+        for line in lines:
+            if isinstance(line, ast.EnumerationLine):
+                self._declare_enumeration(line)
+        for line in lines:
             match line:
                 case ast.ParameterLine(name, type_name, default):
                     self._declare(name, type_name, default, constant=True)
@@ -53,6 +61,43 @@ class Declarations:
                     self._declare(name, type_name, initial, constant=False)
                 case ast.EventLine(names):
                     self._declare_events(names)
+
+    def define(self) -> None:
+        """Make the definitions known: what they name is looked for when they are first used."""
+        for line in self.context.symbols.root.lines:
+            if isinstance(line, ast.DefinitionLine):
+                name = line.name
+                new = self.context.symbols.declared.get(str(name)) is name
+                if self._taken(name, "an expression") or not new:
+                    self.context.symbols.doubtful.add(str(name))
+                else:
+                    self.context.scope.definitions[str(name)] = Definition(line.value, self.context.place(name))
+
+    def _taken(self, name: Token, what: str) -> bool:
+        """Whether a name means something else already; reported."""
+        taken = name in self.context.library.signals or name in FUNCTIONS or name in ("true", "false") or "." in name
+        if taken:
+            self.context.add("E0211", name, f"`{name}` cannot name {what}: it means something else already")
+        return taken
+
+    def _declare_enumeration(self, line: ast.EnumerationLine) -> None:
+        """An enumeration of the file's own: a type for its variables and parameters."""
+        name, scope = line.name, self.context.scope
+        if self.context.symbols.declared.get(str(name)) is not name:
+            return
+        if name in scope.enumerations or "." in name:
+            self.context.add("E0211", name, f"`{name}` cannot name an enumeration: it means something else already")
+            return
+        members: dict[str, Token] = {}
+        for member in line.members:
+            if str(member) in members:
+                related = Related(self.context.place(members[str(member)]), "first here")
+                message = f"`{member}` is a value of `{name}` twice"
+                self.context.report.add("E0209", self.context.place(member), message, related=(related,))
+            elif not self._taken(member, "a value"):
+                members[str(member)] = member
+        make = cast("Callable[..., type[StrEnum]]", StrEnum)  # called as a function, it makes a class
+        scope.enumerations[str(name)] = make(str(name), {one.upper(): one for one in members})
 
     def _declare_events(self, names: tuple[Token, ...]) -> None:
         for name in names:
@@ -64,9 +109,7 @@ class Declarations:
 
     def _declare(self, name: Token, type_name: Token, value: ast.Expression | None, *, constant: bool) -> None:
         new = self.context.symbols.declared.get(str(name)) is name
-        if name in self.context.library.signals or name in FUNCTIONS or name in ("true", "false") or "." in name:
-            self.context.add("E0211", name, f"`{name}` cannot name a variable: it means something else already")
-            new = False
+        new = not self._taken(name, "a variable") and new
         kind = self.context.scope.type_named(type_name)
         initial = self.context.scope.value(value, kind) if kind is not None and value is not None else None
         if (
@@ -116,6 +159,8 @@ class Declarations:
         for action in actions:
             if isinstance(action, ast.RaiseSyntax):
                 self.events.setdefault(str(action.event), None)
+                if action.delay is not None:
+                    self.delayed.add(str(action.event))
                 self.raised.setdefault(str(action.event), action.event)
 
     def _gather_outcomes(self, symbol: StateSymbol) -> None:
@@ -133,12 +178,19 @@ class Declarations:
                 if state.kind is StateKind.FINAL:
                     finals.add(state.name.rpartition(".")[2])
         symbol.reported.update(finals)
-        if finals or symbol.kind is StateKind.PARALLEL:
+        own = symbol.children if symbol.model is None else []
+        instance = symbol.model is not None and bool(finals)
+        regions = own if symbol.kind is StateKind.PARALLEL else []
+        complete = bool(regions) and all(one.completions or one.reported.unknown for one in regions)
+        if instance or complete or any(one.kind is StateKind.FINAL for one in own):
             symbol.completions.add("done")
 
     def event(self, symbol: StateSymbol, token: Token) -> str:
         """The name of an event; of a misspelt one the name that was probably meant."""
         name = str(token)
+        if name == "*":
+            self.heard.update((*self.events, *self.context.library.events))
+            return name
         self.heard.add(name)
         symbol.awaited.add(name)
         table = self.context.symbols
@@ -188,6 +240,9 @@ class Declarations:
         for name, declared in self.context.scope.variables.items():
             if name not in self.context.scope.used:
                 found.append(Unused("parameter" if declared.constant else "variable", name, declared.place))
+        for name, definition in self.context.scope.definitions.items():
+            if name not in self.context.scope.used:
+                found.append(Unused("definition", name, definition.place))
         for name, place in self.events.items():
             if place is not None and name not in self.heard and name not in self.raised:
                 found.append(Unused("event", name, place))

@@ -10,6 +10,8 @@ from hsm.model.chart import (
     After,
     Assign,
     Call,
+    Every,
+    Held,
     Model,
     State,
     Transition,
@@ -119,9 +121,11 @@ class _Copier:
     def _trigger(self, trigger: Trigger) -> Trigger:
         match trigger:
             case When(condition):
-                return When(self._expression(condition))
-            case After(duration):
-                return After(self._expression(duration))
+                return replace(trigger, condition=self._expression(condition))
+            case Held(condition, duration):
+                return Held(self._expression(condition), self._expression(duration))
+            case After(duration) | Every(duration):
+                return replace(trigger, duration=self._expression(duration))
             case _:
                 return trigger
 

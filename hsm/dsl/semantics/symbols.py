@@ -35,7 +35,7 @@ class StateSymbol:
         activity: its ``do`` line.
         instance: the machine that it is an instance of, with arguments.
         model: that machine, once found.
-        erroneous: its own line is at fault, and nothing is said about it but of what its lines name.
+        erroneous: its declaration is invalid: diagnostics about it are suppressed, except for the names it uses.
         completions: ``done`` where it can complete: only its own transitions see that.
         reported: outcomes of activities in it or inside it, and the names of the final states inside it.
         awaited: the events that its transitions wait for.
@@ -280,7 +280,13 @@ class _Walker:
 
     def _take_declaration(self, symbol: StateSymbol, item: ast.Item) -> None:
         match item:
-            case ast.ImportLine(name) | ast.ParameterLine(name) | ast.VariableLine(name):
+            case (
+                ast.ImportLine(name)
+                | ast.ParameterLine(name)
+                | ast.VariableLine(name)
+                | ast.EnumerationLine(name)
+                | ast.DefinitionLine(name)
+            ):
                 first = name
             case ast.EventLine(names):
                 first = names[0]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence, Set
-from dataclasses import dataclass, field
-from enum import StrEnum
+from dataclasses import dataclass, field, replace
+from enum import Enum, StrEnum
 from typing import Any
 
 from lark import Token
@@ -18,6 +18,7 @@ from hsm.dsl.syntax.ast import DEEPEST_EXPRESSION, depth_of, first_token, last_t
 from hsm.model.diagnostics import Place, Related
 from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.registry import Library, Parameter
+from hsm.model.rewriting import parts_of
 from hsm.model.types import (
     BOOLEAN,
     INTEGER,
@@ -66,6 +67,7 @@ _OTHER_UNITS = {
 }
 _DURATION = Quantity(time=1)
 _LONGEST_INTEGER = 18
+_LARGEST_DEFINITION = 500
 _LARGEST = 1e300
 _NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?) *(.*)")
 
@@ -80,6 +82,30 @@ class Declared:
 
 
 @dataclass(slots=True)
+class Definition:
+    """A named expression.
+
+    Attributes:
+        node: its syntax.
+        place: where its name is declared.
+        value: the typed expression, once it was looked at; None where a fault was reported.
+        state: whether it was looked at, or is being looked at.
+    """
+
+    node: ast.Expression
+    place: Place
+    value: Expression | None = None
+    state: Progress | None = None
+
+
+class Progress(Enum):
+    """How far a definition was looked at."""
+
+    OPEN = "open"
+    DONE = "done"
+
+
+@dataclass(slots=True)
 class Scope:
     """What the expressions of one file may name.
 
@@ -87,6 +113,8 @@ class Scope:
         library: the registry.
         report: where findings go.
         variables: variables and parameters by name.
+        definitions: named expressions.
+        enumerations: those of the registry and of the file.
         states: names of states, for ``in(state)``.
         doubtful: names that may be declared on lines that could not be read; nothing is said about those.
         used: names of variables that something reads.
@@ -98,19 +126,28 @@ class Scope:
     states: Set[str] = frozenset()
     doubtful: Names = field(default_factory=Names)
     used: Names = field(default_factory=Names)
+    definitions: dict[str, Definition] = field(default_factory=dict)
+    enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.enumerations = self.enumerations or dict(self.library.enumerations)
 
     def type_named(self, name: Token) -> Type | None:
         """The type with a name; None, reported, where there is none."""
         found = _SIMPLE_TYPES.get(name)
         if found is not None:
             return found
-        enumeration = self.library.enumerations.get(name)
+        enumeration = self.enumerations.get(name)
         if enumeration is not None:
             return _type_of_enumeration(enumeration)
-        hint = _meant(name, _OTHER_TYPES) or self.report.guess(name, [*_SIMPLE_TYPES, *self.library.enumerations]).text
+        hint = _meant(name, _OTHER_TYPES) or self.report.guess(name, [*_SIMPLE_TYPES, *self.enumerations]).text
         hint = hint or "`maze-machine list types` shows what there is"
         self.report.add_once("E0206", self._place(name), f"there is no type `{name}`", hint)
         return None
+
+    def own_enumerations(self) -> tuple[type[StrEnum], ...]:
+        """The enumerations of the file and of what it imports, in the order of their declaration."""
+        return tuple(one for name, one in self.enumerations.items() if name not in self.library.enumerations)
 
     def value(self, node: ast.Expression, expected: Type) -> Expression | None:
         """A typed expression of a type; None where a fault was reported."""
@@ -231,6 +268,8 @@ class Scope:
         if declared is not None:
             self.used.add(name)
             return VariableValue(name, declared.type, self._place(token))
+        if name in self.definitions:
+            return self._defined(token)
         constant = self.library.constants.get(name)
         if constant is not None:
             return Literal(constant.value, constant.type, self._place(token))
@@ -241,11 +280,28 @@ class Scope:
             return None if arguments is None else SignalValue(signal, arguments, self._place(token))
         return self._member(token, expected)
 
+    def _defined(self, token: Token) -> Expression | None:
+        """The expression that a name stands for, at the place where it is used."""
+        definition = self.definitions[token.value]
+        self.used.add(token.value)
+        if definition.state is Progress.OPEN:
+            self.report.add_once("E0202", self._place(token), f"`{token}` is defined by itself", subject=token.value)
+            return None
+        if definition.state is None:
+            definition.state = Progress.OPEN
+            definition.value = self.expression(definition.node)
+            definition.state = Progress.DONE
+            if definition.value is not None and _size(definition.value) > _LARGEST_DEFINITION:
+                message = f"`{token}` stands for an expression with more than {_LARGEST_DEFINITION} parts"
+                self.report.add("E0106", definition.place, message, "put a part of it into a signal of the registry")
+                definition.value = None
+        return None if definition.value is None else replace(definition.value, place=self._place(token))
+
     def _member(self, token: Token, expected: Type | None) -> Literal | None:
         if isinstance(expected, Enumeration):
-            candidates = [self.library.enumerations[expected.name]]
+            candidates = [one for name, one in self.enumerations.items() if name == expected.name]
         else:
-            candidates = list(self.library.enumerations.values())
+            candidates = list(self.enumerations.values())
         owners = [one for one in candidates if token.value in one._value2member_map_]
         if len(owners) == 1:
             return Literal(owners[0](token.value), _type_of_enumeration(owners[0]), self._place(token))
@@ -260,11 +316,13 @@ class Scope:
         hint: str | None
         if isinstance(expected, Enumeration) and "." not in token:
             message = f"`{token}` is neither a variable nor a value of {expected}"
-            close = self.report.guess(token, [*self.variables, *expected.members])
+            close = self.report.guess(token, [*self.variables, *self.definitions, *expected.members])
             hint = close.text or f"the values are {', '.join(expected.members)}"
         else:
             message = f"there is no variable, parameter or signal `{token}`"
-            close = self.report.guess(token, [*self.variables, *self.library.signals, *self.library.constants])
+            close = self.report.guess(
+                token, [*self.variables, *self.definitions, *self.library.signals, *self.library.constants]
+            )
             hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` shows what there is"
         self.used.add(close.name or "")
         if close.name is None:
@@ -287,6 +345,10 @@ class Scope:
         operands = [self.value(operand, BOOLEAN) for operand in node.operands]
         known = [one for one in operands if one is not None]
         return self._balanced(node.operator, known) if len(known) == len(operands) else None
+
+    def any_of(self, conditions: list[Expression]) -> Expression:
+        """A condition that holds where one of some does."""
+        return self._balanced("or", conditions)
 
     def _balanced(self, operator: str, operands: list[Expression]) -> Expression:
         """A tree as flat as can be: a long chain is no deep expression."""
@@ -368,6 +430,7 @@ class Scope:
             isinstance(node, Token)
             and node.type == "NAME"
             and node.value not in self.variables
+            and node.value not in self.definitions
             and node.value not in self.library.signals
         )
 
@@ -479,6 +542,10 @@ class Scope:
 
     def _span(self, node: ast.Expression | ast.Named) -> Place:
         return place_of(self.report.file, first_token(node), last_token(node))
+
+
+def _size(expression: Expression) -> int:
+    return sum(1 for _ in parts_of(expression))
 
 
 def _meant(name: str, others: Mapping[str, str]) -> str | None:

@@ -79,12 +79,20 @@ class AssignSyntax:
 
 @dataclass(frozen=True, slots=True)
 class RaiseSyntax:
-    """``raise event``."""
+    """``raise event``, or ``raise event after duration``."""
+
+    event: Token
+    delay: Expression | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class CancelSyntax:
+    """``cancel event``."""
 
     event: Token
 
 
-ActionSyntax: TypeAlias = AssignSyntax | RaiseSyntax | CallSyntax
+ActionSyntax: TypeAlias = AssignSyntax | RaiseSyntax | CancelSyntax | CallSyntax
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +132,22 @@ class EventLine:
     """``event NAME, NAME``."""
 
     names: tuple[Token, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class EnumerationLine:
+    """``enum NAME = VALUE, VALUE``."""
+
+    name: Token
+    members: tuple[Token, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DefinitionLine:
+    """``define NAME = EXPRESSION``."""
+
+    name: Token
+    value: Expression
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,6 +207,13 @@ class GuardSyntax:
 
 
 @dataclass(frozen=True, slots=True)
+class LastingSyntax:
+    """``for duration``."""
+
+    duration: Expression
+
+
+@dataclass(frozen=True, slots=True)
 class TargetSyntax:
     """``-> state`` or ``=> state``."""
 
@@ -199,20 +230,22 @@ class ActionsSyntax:
 
 @dataclass(frozen=True, slots=True)
 class TransitionLine:
-    """A line that begins with ``on``, ``when`` or ``after``.
+    """A line that begins with ``on``, ``when``, ``else``, ``after`` or ``every``.
 
     Attributes:
         keyword: the word it begins with.
         names: the events of an ``on``.
-        operand: the condition of a ``when``, the duration of an ``after``.
-        guard: what stands behind ``if``.
+        operand: the condition of a ``when``, the duration of an ``after`` or ``every``.
+        lasting: for how long the condition of a ``when`` must have held.
+        guard: the condition after ``if``.
         target: where it goes.
-        actions: what stands behind the slash.
+        actions: the actions after the slash.
     """
 
     keyword: Token
     names: tuple[Token, ...] = ()
     operand: Expression | None = None
+    lasting: Expression | None = None
     guard: Expression | None = None
     target: TargetSyntax | None = None
     actions: tuple[ActionSyntax, ...] = ()
@@ -266,6 +299,8 @@ Item: TypeAlias = (
     | ParameterLine
     | VariableLine
     | EventLine
+    | EnumerationLine
+    | DefinitionLine
     | InitialLine
     | StateBlock
     | FinalLine

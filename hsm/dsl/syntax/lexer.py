@@ -15,7 +15,7 @@ from lark import Lark, Token
 STATEMENTS = frozenset(
     {
         *("machine", "import", "param", "var", "event", "state", "parallel", "final", "initial"),
-        *("do", "entry", "exit", "on", "when", "after", "stay", "property"),
+        *("do", "entry", "exit", "on", "when", "else", "after", "every", "stay", "property", "enum", "define"),
     }
 )
 """The words that a line may begin with."""
@@ -27,6 +27,9 @@ _INNER = {
     "stay": RESERVED | {"when"},
     "property": RESERVED | {"after", "always", "before", "eventually", "never", "within"},
 }
+_IN_PLACE = frozenset({"after", "cancel", "for"})
+"""Words that are keywords only where nothing else makes sense."""
+
 _OPENERS = frozenset(map(str.upper, STATEMENTS))
 _new = str.__new__
 
@@ -105,7 +108,7 @@ class Lexer:
         symbols = self.terminals.symbols
         line, line_start = 1, 0
         opening = ""
-        previous = "_NL"  # the text begins like a line behind a line break
+        earlier, previous = "_NL", "_NL"  # the text begins like a line behind a line break
         for match in self.terminals.pattern.finditer(text):
             kind = match.lastgroup or "UNKNOWN"
             start, end = match.span(kind)
@@ -115,7 +118,9 @@ class Lexer:
                 if previous == "_NL" and word in STATEMENTS:
                     opening = word
                     token.type = kind = word.upper()
-                elif word in _INNER.get(opening, RESERVED):
+                elif word in _INNER.get(opening, RESERVED) or (
+                    word in _IN_PLACE and _in_place(word, opening, earlier, previous, text[end : end + 2])
+                ):
                     token.type = kind = word.upper()
             elif kind == "_NL":
                 if end == len(text):
@@ -125,7 +130,7 @@ class Lexer:
                 token.end_line = line
             elif kind == "_MARK":
                 token.type = kind = symbols[word]
-            previous = kind
+            earlier, previous = previous, kind
             yield token
 
     def _give_up(self, opened: list[Token], end: Token, levels: list[int]) -> Iterator[Token]:
@@ -173,3 +178,14 @@ def _block_token(kind: str, newline: Token) -> Token:
     token = _token(kind, "", newline.line or 1, newline.column or 1)
     token.end_line = newline.end_line
     return token
+
+
+def _in_place(word: str, opening: str, earlier: str, previous: str, following: str) -> bool:
+    """Whether a word is a keyword behind these two tokens on a line with this beginning."""
+    match word:
+        case "for":
+            return opening == "when" and previous in ("NAME", "NUMBER", "RPAR")
+        case "after":
+            return earlier == "RAISE" and previous == "NAME"
+        case _:
+            return previous in ("SLASH", "COMMA") and following[:1] == " " and following[1:].isidentifier()

@@ -28,7 +28,7 @@ _SHIFT = "let it begin below the line that it belongs with; only `state` and `pa
 _TAB = "here is a tab"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
-_NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|import)\b(?! *[A-Za-z_])")
+_NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import)\b(?! *[A-Za-z_])")
 
 
 class TreeBuilder:
@@ -51,6 +51,12 @@ class TreeBuilder:
 
     def event(self, parts: list[Any]) -> ast.EventLine:
         return ast.EventLine(tuple(parts))
+
+    def enum(self, parts: list[Any]) -> ast.EnumerationLine:
+        return ast.EnumerationLine(parts[0], tuple(parts[2:]))
+
+    def define(self, parts: list[Any]) -> ast.DefinitionLine:
+        return ast.DefinitionLine(parts[0], parts[2])
 
     def state(self, parts: list[Any]) -> ast.StateBlock:
         if len(parts) > 1 and isinstance(parts[1], ast.CallSyntax):
@@ -85,20 +91,26 @@ class TreeBuilder:
         return self._transition(parts[0], (), parts[1], parts[2:])
 
     after = when
+    every = when
+
+    def else_line(self, parts: list[Any]) -> ast.TransitionLine:
+        return self._transition(parts[0], (), None, parts[1:])
 
     def _transition(
         self, keyword: Token, names: tuple[Token, ...], operand: ast.Expression | None, clauses: list[Any]
     ) -> ast.TransitionLine:
-        guard = target = None
+        guard = target = lasting = None
         actions: tuple[ast.ActionSyntax, ...] = ()
         for clause in clauses:
             if isinstance(clause, ast.TargetSyntax):
                 target = clause
             elif isinstance(clause, ast.ActionsSyntax):
                 actions = clause.actions
+            elif isinstance(clause, ast.LastingSyntax):
+                lasting = clause.duration
             else:
                 guard = clause.condition
-        return ast.TransitionLine(keyword, names, operand, guard, target, actions)
+        return ast.TransitionLine(keyword, names, operand, lasting, guard, target, actions)
 
     def stay(self, parts: list[Any]) -> ast.StayLine:
         return ast.StayLine(*parts)
@@ -129,7 +141,13 @@ class TreeBuilder:
         return ast.AssignSyntax(*parts)
 
     def raise_event(self, parts: list[Any]) -> ast.RaiseSyntax:
-        return ast.RaiseSyntax(parts[0])
+        return ast.RaiseSyntax(parts[0], parts[2] if len(parts) > 1 else None)
+
+    def cancel(self, parts: list[Any]) -> ast.CancelSyntax:
+        return ast.CancelSyntax(parts[0])
+
+    def lasting(self, parts: list[Any]) -> ast.LastingSyntax:
+        return ast.LastingSyntax(parts[0])
 
     def disjunction(self, parts: list[Any]) -> ast.ChainSyntax:
         return ast.ChainSyntax("or", tuple(parts), 1 + max(map(depth_of, parts)))

@@ -8,6 +8,7 @@ from collections.abc import Set
 from lark import Token
 
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax.characters import advice, described, is_strange
 from hsm.dsl.syntax.lexer import STATEMENTS
 from hsm.model.diagnostics import Place
 
@@ -44,8 +45,8 @@ _FOREIGN = {
     "is": "compare with `==`",
     "else": "a second transition below the first one is the other case",
     ";": "one line, one thing",
-    '"': "the language has no texts: names and values stand without quotes",
-    "'": "the language has no texts: names and values stand without quotes",
+    '"': "strings are not supported; remove the quotes",
+    "'": "strings are not supported; remove the quotes",
     "-->": "write `->`",
     "++": "write `+= 1`",
     "--": "write `-= 1`",
@@ -53,7 +54,7 @@ _FOREIGN = {
     "{": "a block needs no braces: it is what is indented below",
     "}": "a block needs no braces: it is what is indented below",
 }
-_DO = "what a state does stands behind `do`, what is done once behind a slash"
+_DO = "write an activity after `do`, and an action after a slash"
 _LOOP = "there are no loops: what a state does goes on until it is left"
 _TRANSITION = "a transition begins with `on`, `when` or `after`"
 _BEGINNINGS = {
@@ -76,6 +77,11 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
         line: the line that it stands on.
     """
     number, column = token.line or 1, token.column or 1
+    if column <= len(line) and is_strange(line[column - 1]):
+        character = line[column - 1]
+        place = Place(report.file, number, column, number, column + 1)
+        report.add("E0101", place, f"here is {described(character)}", advice(character))
+        return
     before = line[: column - 1]
     match = _WORD.match(line, column - 1) if token.type != "_NL" else None
     word = match.group() if match is not None else ""
@@ -126,14 +132,14 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
     if first == "do" and before[1:] == re.findall(r"^[\w.]+$", before[-1]) and "LPAR" in expected:
         return f"an activity is called: `do {before[-1]}()`"
     if first in ("entry", "exit") and len(before) == 1:
-        return f"actions stand behind a slash: `{first} / ...`"
+        return f"write actions after a slash: `{first} / ...`"
     return None
 
 
 def _hint_in_transition(first: str, text: str, word: str, expected: Set[str]) -> str | None:
     """A way out of a mistake on a line that begins with ``on``, ``when`` or ``after``."""
     if first == "on" and word in ("and", "or", "when"):
-        return "what must hold besides stands behind `if`"
+        return "put extra conditions after `if`"
     divides = text.endswith(" /") and word[:1].isdigit()
     if divides or (" / " in text and word in _OPERATORS):
         return "a division in a condition stands in parentheses; a bare slash begins the actions"
@@ -142,7 +148,7 @@ def _hint_in_transition(first: str, text: str, word: str, expected: Set[str]) ->
     if word in ("<", "<=", ">", ">=", "==", "!="):
         return "join two comparisons with `and`"
     if "ARROW" in expected and word.isidentifier():
-        return "a transition's target stands behind `->`"
+        return "write the target after `->`"
     return None
 
 

@@ -1,8 +1,10 @@
 """Statecharts in SCXML, the W3C's XML for statecharts: read into machines and written from them.
 
 What has a counterpart in this engine is read: states of all kinds, history, transitions of both types with event
-descriptors, ``In()`` conditions, ``raise``, and ``send`` and ``cancel`` to the chart itself in logical time. What would
-need a data model or another process (``script``, ``assign``, ``if``, ``invoke``, ...) is refused by its name.
+descriptors, ``In()`` conditions, ``raise``, and ``send`` and ``cancel`` to the chart itself in logical time. A
+chart that names its data model, ``ecmascript`` or ``python``, has data, ``assign``, ``if``, ``foreach``, events
+with data, the system variables and the ``...expr`` attributes, in a safe subset of those languages' expressions.
+What would need another process (``invoke``, events over HTTP), or more of a language, is refused by its name.
 """
 
 from __future__ import annotations
@@ -10,10 +12,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from hsm.engine.machine import Machine, build
+from hsm.interchange.scxml.differences import differences
 from hsm.interchange.scxml.reader import read_file, read_text
 from hsm.interchange.scxml.writer import write_text
 
-__all__ = ["load", "read_file", "read_text", "write_text"]
+__all__ = ["differences", "load", "read_file", "read_text", "write_text"]
 
 
 def load(path: str | Path) -> Machine:

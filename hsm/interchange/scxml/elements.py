@@ -18,7 +18,7 @@ class Element:
 
     Attributes:
         tag: its local name; in braces before it the namespace, where that is not SCXML's or none.
-        attributes: its attributes by their local names.
+        attributes: its attributes by their names, as ``tag`` is named.
         place: where its start tag stands.
         children: the elements in it.
         text: the text directly in it.
@@ -55,7 +55,7 @@ def parse(text: str | bytes, file: str) -> Element:
         tag = _local(name)
         width = len(name.rpartition(" ")[2]) + 1
         here = Place(file, here.line, here.column, here.line, here.column + width)
-        element = Element(tag, {key.rpartition(" ")[2]: value for key, value in attributes.items()}, here)
+        element = Element(tag, {_local(key): value for key, value in attributes.items()}, here)
         (opened[-1].children if opened else top).append(element)
         opened.append(element)
 

@@ -10,18 +10,22 @@ from math import isfinite
 from pathlib import Path
 
 from hsm.interchange.scxml.conditions import ConditionError, parse_condition
+from hsm.interchange.scxml.datamodel.model import DATA_MODELS, DataModel
 from hsm.interchange.scxml.elements import Element, parse
+from hsm.interchange.scxml.vocabulary import breaches
 from hsm.model.chart import Action, Always, Cancel, Model, On, Raise, Send, State, StateKind, Transition, TransitionKind
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Related
 from hsm.model.expressions import Active, Binary, Expression, Unary
+from hsm.model.messages import Store
 from hsm.model.topology import Topology
 
 _STATES = ("state", "parallel", "final", "history")
 _SILENT = ("log",)
 """Elements without an effect on the states: they are read over."""
 
-_DELAY = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*(ms|s|m|h|d)?\s*")
+_DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
+_LARGEST = 32 * 2**20
 _SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
 
@@ -32,10 +36,13 @@ def read_file(path: str | Path) -> Model:
         MachineError: the file cannot be read or is no chart that is supported; all findings are in it.
     """
     try:
-        text = Path(path).read_bytes()
+        with Path(path).open("rb") as file:  # not to its end, which a device may not have
+            text = file.read(_LARGEST + 1)
     except OSError as error:
         reason = f"{path} cannot be read: {error.strerror or error}"
         raise MachineError([finding("E0902", None, reason)]) from None
+    if len(text) > _LARGEST:
+        raise MachineError([finding("E0902", None, f"{path} cannot be read: it is larger than 32 MiB")])
     return read_text(text, str(path))
 
 
@@ -52,8 +59,11 @@ def read_text(text: str | bytes, file: str = "<text>") -> Model:
     top = parse(text, file)
     reader = _Reader(file)
     model = reader.read(top)
-    if reader.findings:
-        raise MachineError(sorted(reader.findings, key=lambda one: (one.place is not None and one.place, one.code)))
+    found = list(breaches(top))
+    told = {(one.place, one.code) for one in found}
+    found += [one for one in reader.findings if (one.place, one.code) not in told]
+    if found:
+        raise MachineError(sorted(found, key=lambda one: (one.place is not None and one.place, one.code)))
     return model
 
 
@@ -77,15 +87,18 @@ class _Reader:
         self.drafts: list[_Draft] = []
         self.indices: dict[str, int] = {}
         self.transitions: list[Transition] = []
+        self.data: DataModel | None = None
 
     def read(self, top: Element) -> Model:
         if top.tag != "scxml":
             self.find("E0902", f"the document is a <{top.tag}>, not an <scxml>", top.place)
             return Model("", ())
         self._number(top)
+        self.data = self._data_model(top)
         states = tuple(self._state(index) for index in range(len(self.drafts)))
         name = states[0].name
-        model = Model(name, states, tuple(self.transitions), files=(self.file,))
+        store = None if self.data is None else Store(self.data.declare(self._data_names()))
+        model = Model(name, states, tuple(self.transitions), files=(self.file,), store=store)
         if not self.findings:
             self._check_targets(model)
         return model
@@ -143,7 +156,12 @@ class _Reader:
             last=draft.last,
             initial=initial,
             initial_actions=initial_actions,
-            entry=tuple(action for block in element.of("onentry") for action in self._actions(block)),
+            entry=(
+                *self._begun(index),
+                *self._scripts(element),
+                *(action for block in element.of("onentry") for action in self._actions(block)),
+                *self._result(draft),
+            ),
             exit=tuple(action for block in element.of("onexit") for action in self._actions(block)),
             transitions=transitions,
             place=element.place,
@@ -151,6 +169,8 @@ class _Reader:
 
     def _refuse_strangers(self, element: Element) -> None:
         known = {*_STATES, "transition", "onentry", "onexit", "initial"}
+        if self.data is not None:
+            known |= {"datamodel", "donedata", *(("script",) if element.tag == "scxml" else ())}
         for child in element.children:
             empty_data = child.tag == "datamodel" and not child.children
             if child.tag not in known and not empty_data:
@@ -188,9 +208,13 @@ class _Reader:
         if kind in (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY):
             return self._default(index, list(element.of("transition")), draft.parent)
         if kind is not StateKind.COMPOUND:
+            if kind is StateKind.ATOMIC and ("initial" in element.attributes or any(element.of("initial"))):
+                self.find("E0909", f"`{draft.name}` has an `initial` and no state inside", element.place)
             return (), ()
         elements = [one for initial in element.of("initial") for one in initial.of("transition")]
         if any(element.of("initial")):
+            if "initial" in element.attributes or len(list(element.of("initial"))) > 1:
+                self.find("E0909", f"`{draft.name}` says twice where it begins", element.place, "keep one `initial`")
             return self._default(index, elements, index)
         names = element.attributes.get("initial", "").split()
         targets = tuple(self._targets(names, element.place))
@@ -252,7 +276,7 @@ class _Reader:
                 source=source,
                 targets=targets,
                 trigger=On(events, prefix=True) if events else Always(),
-                guard=self._guard(attributes["cond"], element.place) if "cond" in attributes else None,
+                guard=self._guard(element) if "cond" in attributes else None,
                 actions=self._actions(element),
                 kind=leaves,
                 place=element.place,
@@ -260,7 +284,52 @@ class _Reader:
         )
         return len(self.transitions) - 1
 
-    def _guard(self, text: str, place: Place) -> Expression | None:
+    def _data_model(self, top: Element) -> DataModel | None:
+        """The data model that a chart asks for by name."""
+        name = top.attributes.get("datamodel", "null")
+        if name in DATA_MODELS:
+
+            def refuse(element: Element, reason: str, hint: str) -> None:
+                self.find("E0905", reason, element.place, hint)
+
+            return DataModel(self.drafts[0].name, DATA_MODELS[name], self.indices, refuse)
+        if name not in ("null", "maze-machine"):
+            known = ", ".join(("null", *DATA_MODELS))
+            self.find("E0904", f"the data model `{name}` is not supported", top.place, f"those are: {known}")
+        return None
+
+    def _data_of(self, index: int) -> list[Element]:
+        element = self.drafts[index].element
+        return [data for model in element.of("datamodel") for data in model.of("data")]
+
+    def _data_names(self) -> list[str]:
+        """The names of all data."""
+        return [one.attributes.get("id", "") for index in range(len(self.drafts)) for one in self._data_of(index)]
+
+    def _begun(self, index: int) -> tuple[Action, ...]:
+        """What sets the data of a state: of all states at the start, or of each on its first entry."""
+        if self.data is None:
+            return ()
+        if self.drafts[0].element.attributes.get("binding", "early") == "late":
+            return self.data.begin(self._data_of(index), index, first=index > 0)
+        every = [one for state in range(len(self.drafts)) for one in self._data_of(state)]
+        return self.data.begin(every, index, first=False) if index == 0 else ()
+
+    def _scripts(self, element: Element) -> tuple[Action, ...]:
+        """What the scripts at the top of a chart do when it begins."""
+        scripts = element.of("script") if self.data is not None and element.tag == "scxml" else ()
+        return tuple(action for one in scripts if self.data is not None for action in self.data.script(one))
+
+    def _result(self, draft: _Draft) -> tuple[Action, ...]:
+        """What the completion that a final state causes carries."""
+        if self.data is None:
+            return ()
+        return tuple(one for data in draft.element.of("donedata") for one in self.data.result(data, draft.parent))
+
+    def _guard(self, element: Element) -> Expression | None:
+        text, place = element.attributes["cond"], element.place
+        if self.data is not None:
+            return self.data.guard(element)
         try:
             guard = parse_condition(text, place)
         except ConditionError as error:
@@ -272,6 +341,8 @@ class _Reader:
         return guard
 
     def _actions(self, block: Element) -> tuple[Action, ...]:
+        if self.data is not None:
+            return self.data.block(block)
         found = (self._action(element) for element in block.children if element.tag not in _SILENT)
         return tuple(action for action in found if action is not None)
 
@@ -310,10 +381,13 @@ class _Reader:
         return Send(event, delay, attributes.get("id"), element.place)
 
     def _delay(self, text: str, place: Place) -> float:
+        if text.strip() == "0":
+            return 0.0
         found = _DELAY.fullmatch(text)
-        seconds = float(found[1]) * _SECONDS[found[2] or "ms"] if found else -1.0
+        seconds = float(found[1]) * _SECONDS[found[2]] if found else -1.0
         if found is None or not isfinite(seconds):
-            self.find("E0910", f"`{text}` is no delay", place, "write it as in `1.5s` or `200ms`")
+            what = "a delay without a unit" if text.strip().replace(".", "", 1).isdecimal() else "no delay"
+            self.find("E0910", f"`{text}` is {what}", place, "write it as in `1.5s` or `200ms`")
         return seconds
 
     def _required(self, element: Element, name: str) -> str | None:
@@ -357,16 +431,16 @@ def _states_named(guard: Expression) -> Iterator[str]:
             yield from _states_named(right)
 
 
-_DATA = "a chart with data cannot be read: declare variables in a .maze-machine"
-_CASES = "write a transition with a condition for each case"
+_DATA = 'say which data model the chart has: `datamodel="ecmascript"`'
+_CASES = _DATA
 _ADVICE = {
-    "script": "charts with scripts cannot be read: state the behaviour as a .maze-machine",
+    "script": _DATA,
     "invoke": "charts that start other processes cannot be read: a .maze-machine has activities (`do`) for that",
     "finalize": "charts that start other processes cannot be read",
     "datamodel": _DATA,
     "data": _DATA,
     "assign": _DATA,
-    "foreach": "a chart has no lists; every case needs an element of its own",
+    "foreach": _DATA,
     "if": _CASES,
     "elseif": _CASES,
     "else": _CASES,

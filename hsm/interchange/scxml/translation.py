@@ -98,6 +98,9 @@ class _Translator:
     def lines(self) -> Iterator[str]:
         """The lines of the machine."""
         root = self.model.states[0]
+        if self.model.store is not None:
+            self._refuse("a data model", root.place)
+            return
         if Topology(self.model).depth > _DEEPEST:
             self._refuse(f"states nested more than {_DEEPEST} deep", root.place)
             return

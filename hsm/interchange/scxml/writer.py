@@ -21,6 +21,8 @@ from hsm.model.chart import (
     Assign,
     Call,
     Cancel,
+    Every,
+    Held,
     Model,
     On,
     Raise,
@@ -31,7 +33,9 @@ from hsm.model.chart import (
     TransitionKind,
     When,
 )
-from hsm.model.expressions import Literal
+from hsm.model.codes import finding
+from hsm.model.diagnostics import MachineError
+from hsm.model.expressions import Expression, Literal
 from hsm.model.topology import HISTORY
 from hsm.model.unparse import activity_text, call_text, expression_text
 
@@ -53,7 +57,16 @@ _TAGS = {
 
 
 def write_text(model: Model) -> str:
-    """The model as an SCXML document."""
+    """The model as an SCXML document.
+
+    Raises:
+        MachineError: it is a chart with a data model, whose document is the only text of it.
+    """
+    if model.store is not None:
+        place = model.states[0].place
+        raise MachineError(
+            [finding("E0905", place, "a chart with a data model is not written again", "keep its document")]
+        )
     root = ElementTree.Element("scxml", {"xmlns": NAMESPACE, "xmlns:maze": OWN, "version": "1.0", "name": model.name})
     root.set("datamodel", "maze-machine" if model.variables or model.parameters else "null")
     elements = [root]
@@ -122,19 +135,21 @@ def _write_state(model: Model, state: State, element: ElementTree.Element) -> No
 def _blocks(state: State, own: list[Transition]) -> list[ElementTree.Element]:
     entry, leave = ElementTree.Element("onentry"), ElementTree.Element("onexit")
     for transition in own:
-        if isinstance(transition.trigger, After):
-            label = _time_out(state, transition)
-            duration = transition.trigger.duration
-            when = (
-                {"delay": f"{duration.value!r}s"}
-                if isinstance(duration, Literal)
-                else {"delayexpr": expression_text(duration)}
-            )
-            ElementTree.SubElement(entry, "send", {"event": label, "id": label, **when})
-            ElementTree.SubElement(leave, "cancel", sendid=label)
+        if isinstance(transition.trigger, After | Every):
+            _send_time_out(entry, state, transition, transition.trigger.duration)
+            ElementTree.SubElement(leave, "cancel", sendid=_time_out(state, transition))
     _write_actions(entry, state.entry)
     _write_actions(leave, state.exit)
     return [block for block in (entry, leave) if len(block)]
+
+
+def _send_time_out(element: ElementTree.Element, state: State, transition: Transition, duration: Expression) -> None:
+    label = _time_out(state, transition)
+    if isinstance(duration, Literal):
+        when = {"delay": f"{duration.value!r}s"}
+    else:
+        when = {"delayexpr": expression_text(duration)}
+    ElementTree.SubElement(element, "send", {"event": label, "id": label, **when})
 
 
 def _time_out(state: State, transition: Transition) -> str:
@@ -143,14 +158,26 @@ def _time_out(state: State, transition: Transition) -> str:
 
 def _transition(model: Model, state: State, transition: Transition) -> Iterator[ElementTree.Element]:
     """A transition; one that waits for outcomes of its state waits for the completion besides."""
-    conditions = [transition.trigger.condition] if isinstance(transition.trigger, When) else []
+    conditions = [transition.trigger.condition] if isinstance(transition.trigger, When | Held) else []
     conditions += [transition.guard] if transition.guard is not None else []
     texts = [_condition(expression_text(one)) for one in conditions]
     match transition.trigger:
         case On(names):
-            yield _element(model, state, transition, " ".join(dict.fromkeys(names)), texts)
+            plain = [one for one in dict.fromkeys(names) if one != "done" or _may_report(model, state, "done")]
+            if plain:
+                yield _element(model, state, transition, " ".join(plain), texts)
             for event, condition in _completion(model, state, transition.trigger):
                 yield _element(model, state, transition, event, [*condition, *texts])
+        case Every(duration):
+            element = _element(model, state, transition, _time_out(state, transition), texts)
+            again = ElementTree.Element("transition")
+            _send_time_out(again, state, transition, duration)
+            element.insert(0, again[0])
+            yield element
+        case Held(_, duration):
+            element = _element(model, state, transition, "", texts)
+            element.set("maze:for", expression_text(duration))
+            yield element
         case After():
             yield _element(model, state, transition, _time_out(state, transition), texts)
         case _:
@@ -176,6 +203,12 @@ def _element(
 
 def _condition(text: str) -> str:
     return _IN.sub(r"In('\1')", text)
+
+
+def _may_report(model: Model, state: State, outcome: str) -> bool:
+    """Whether an activity of a state, or of one inside it, can end so."""
+    inside = model.states[state.index : state.last + 1]
+    return any(one.activity is not None and outcome in one.activity.activity.outcomes for one in inside)
 
 
 def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, list[str]]]:

@@ -19,10 +19,17 @@ DATA = ".machine-coverage"
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """One machine and what was exercised of it."""
+    """One machine and what was exercised of it.
+
+    Attributes:
+        model: the machine.
+        coverage: what was exercised.
+        unreachable: keys of the points that are proved to be unreachable; they do not count.
+    """
 
     model: Model
     coverage: Coverage
+    unreachable: frozenset[tuple[object, ...]] = frozenset()
 
     @property
     def file(self) -> str:
@@ -32,7 +39,12 @@ class Measured:
     @property
     def points(self) -> list[CoverageItem]:
         """All that there is to cover."""
-        return points(self.model, self.coverage)
+        return [one for one in points(self.model, self.coverage) if one.covered or one.key not in self.unreachable]
+
+    @property
+    def left_out(self) -> list[CoverageItem]:
+        """What does not count."""
+        return [one for one in points(self.model, self.coverage) if not one.covered and one.key in self.unreachable]
 
     def share(self, *kinds: ItemKind) -> float:
         """Percentage covered of some kinds of points; of all without any."""

@@ -9,7 +9,7 @@ from itertools import combinations
 
 from hsm.engine.coverage import Coverage
 from hsm.engine.decisions import Decision, decision_of
-from hsm.model.chart import After, Model, State, Transition
+from hsm.model.chart import Model, State, Timed, Transition
 from hsm.model.diagnostics import Place
 from hsm.model.topology import HISTORY
 from hsm.model.unparse import expression_text, trigger_text
@@ -100,7 +100,7 @@ def _of_transition(model: Model, transition: Transition, coverage: Coverage) -> 
     text = transition_text(model, transition)
     count = coverage.transitions.get(index, 0)
     yield CoverageItem(ItemKind.TRANSITION, ("transition", index), f"{text} never taken", place, count)
-    if isinstance(transition.trigger, After):
+    if isinstance(transition.trigger, Timed):
         yield CoverageItem(ItemKind.TIME_OUT, ("time-out", index), f"{text} never timed out", place, count)
     decision = decision_of(transition)
     if not decision.conditions:

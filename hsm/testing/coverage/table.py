@@ -53,7 +53,7 @@ def _counts(points: Sequence[CoverageItem]) -> list[str]:
     for kind in COLUMNS:
         listed = [one.covered for one in points if one.kind is kind]
         cells.append(f"{sum(listed)}/{len(listed)}" if listed else "-")
-    # Like coverage.py: 100% is told only of what is complete.
+    # Like coverage.py: 100% is printed only for what is complete.
     percentage = share(points)
     return [*cells, f"{min(percentage, 99.0) if percentage < 100 else percentage:.0f}%"]
 

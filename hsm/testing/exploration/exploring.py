@@ -61,6 +61,7 @@ class Moment:
             tuple(sorted((index, _coarse(due - now)) for index, due in state.timers.items())),
             tuple((_coarse(due - now), send.event) for due, send in state.sent),
             tuple(sorted(state.history.items())),
+            state.acted,
             self.over,
         )
 
@@ -418,6 +419,9 @@ def _events(machine: Machine) -> dict[int, tuple[str, ...]]:
     def names(transition: Transition) -> tuple[str, ...]:
         if not isinstance(transition.trigger, On) or transition.trigger.prefix:
             return ()
-        return tuple(one for one in transition.trigger.names if one not in own)
+        named = transition.trigger.names
+        if "*" in named:
+            named = (*named, *sorted(model.events or ()))
+        return tuple(one for one in dict.fromkeys(named) if one != "*" and one not in own)
 
     return {one.index: names(one) for one in model.transitions if names(one)}

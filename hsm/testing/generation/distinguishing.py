@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from hsm.testing.exploration.exploring import Edge, Explorer, Moment
-from hsm.testing.mutation.mutating import Mutant
+from hsm.testing.mutation.operators import Mutant
 
 
 def distinguishing_steps(

@@ -17,7 +17,11 @@ from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.exploring import Edge, Explorer, Moment, Regions
 from hsm.testing.generation.distinguishing import distinguishing_steps
 from hsm.testing.generation.goals import Goal, goals_of, goals_on, impossible_goals, short, title_of
-from hsm.testing.mutation.mutating import Mutant, survivors
+from hsm.testing.mutation.mutating import survivors
+from hsm.testing.mutation.operators import Mutant
+from hsm.testing.proofs.possible import Possible
+from hsm.testing.proofs.proving import examine
+from hsm.testing.proofs.verdicts import NO_FAULT, Assumptions
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.replaying import replay
 from hsm.testing.scenarios.running import run_scenario
@@ -48,11 +52,13 @@ class Unreached:
         text: what.
         reason: why not.
         line: where it is written, or None.
+        proved: whether no run can reach it.
     """
 
     text: str
     reason: str
     line: int | None
+    proved: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +119,24 @@ def generate(
     return Generated(tuple(scenarios), tuple(search.unreached()), len(search.parents), search.steps, search.complete)
 
 
+def _can_be(goal: Goal, machine: Machine, possible: Possible) -> bool:
+    """Whether some step may reach a goal, of all the steps that there are."""
+    match goal:
+        case ("state", int(index)):
+            return index in possible.states
+        case ("transition", int(index)):
+            return index in possible.transitions
+        case ("history", int(index), bool(remembered)):
+            return (index, remembered) in possible.history
+        case ("path", int(index), int(path)):
+            return index in possible.untold or path in possible.guards.get(index, ())
+        case ("held", int(index), bool(held)):
+            decision = machine.generator.decision(index)
+            paths = possible.guards.get(index, ())
+            return index in possible.untold or any(decision.outcome(path) is held for path in paths)
+    return True
+
+
 @dataclass(slots=True)
 class _Search:
     """Short ways first, and combinations of states that were seen seldom before those that were seen often."""
@@ -129,6 +153,7 @@ class _Search:
     queue: list[tuple[int, int, int, Key, Moment]] = field(default_factory=list)
     steps: int = 0
     complete: bool = False
+    proved: bool = False
 
     def run(self) -> None:
         """Explore until all is found, all is seen, or it takes too long."""
@@ -217,18 +242,19 @@ class _Search:
     def unreached(self) -> Iterator[Unreached]:
         """What was not found, each with the reason."""
         model = self.machine.model
-        for goal in goals_of(self.machine):
-            if goal in self.found:
-                continue
+        missed_goals = [goal for goal in goals_of(self.machine) if goal not in self.found]
+        possible = self._possible() if missed_goals else None
+        for goal in missed_goals:
+            self.proved = possible is not None and not _can_be(goal, self.machine, possible)
             match goal:
                 case ("state", int(index)):
                     place = model.states[index].place
                     text = f"state {model.states[index].name} is not entered"
-                    yield Unreached(text, self._bound(), place.line if place else None)
+                    yield Unreached(text, self._bound(), place.line if place else None, self.proved)
                 case ("history", int(index), bool(remembered)):
                     how = "something" if remembered else "nothing"
                     text = f"{model.states[index].name} is not entered with {how} remembered"
-                    yield Unreached(text, self._bound(), None)
+                    yield Unreached(text, self._bound(), None, self.proved)
                 case ("transition" | "path" | "held", int(index), *how):
                     transition = model.transitions[index]
                     missed = self._missed(str(goal[0]), index, *how)
@@ -236,7 +262,8 @@ class _Search:
                     if goal in self.impossible:
                         reason = f"it cannot be: {self.impossible[goal]}"
                     line = transition.place.line if transition.place else None
-                    yield Unreached(f"{transition_text(model, transition)}{missed}", reason, line)
+                    proved = self.proved or goal in self.impossible
+                    yield Unreached(f"{transition_text(model, transition)}{missed}", reason, line, proved)
 
     def _missed(self, kind: str, index: int, how: Any = None) -> str:
         """What is missed of a transition."""
@@ -254,9 +281,13 @@ class _Search:
 
     def _bound(self) -> str:
         """How sure it is that something cannot be reached."""
-        if self.complete:
-            return f"it cannot be: these are all {len(self.parents)} situations there are"
-        return f"not within {self.steps} steps from {len(self.parents)} situations; there are more"
+        if self.proved:
+            return "it cannot be: proved for all runs"
+        return f"not found in {self.steps} steps from {len(self.parents)} situations"
+
+    def _possible(self) -> Possible | None:
+        """What steps may reach, where all of them are known."""
+        return examine(self.machine, Assumptions(parameters=self.parameters or {}), only=(NO_FAULT,)).possible
 
     def _why_not(self, index: int) -> str:
         model = self.machine.model

@@ -7,7 +7,7 @@ from textwrap import shorten
 
 from hsm.engine.decisions import Decision
 from hsm.engine.machine import Machine
-from hsm.model.chart import After, Model
+from hsm.model.chart import After, Every, Model
 from hsm.model.topology import HISTORY
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.exploring import Edge
@@ -33,7 +33,7 @@ def goals_of(machine: Machine) -> Iterator[Goal]:
                 yield "outcome", state.name, outcome
     for transition in model.transitions:
         yield "transition", transition.index
-        if isinstance(transition.trigger, After):
+        if isinstance(transition.trigger, After | Every):
             yield "early", transition.index
         decision = machine.generator.decision(transition.index)
         if decision.conditions and _few_paths(decision):

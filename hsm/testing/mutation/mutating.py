@@ -2,48 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
 from hsm.engine.coverage import Coverage
 from hsm.engine.decisions import decision_of
-from hsm.model.chart import Action, After, Model, State, Transition, When
-from hsm.model.diagnostics import Place
+from hsm.model.chart import Action, Model, State, Timed, Transition, When
 from hsm.model.expressions import Expression, Literal, Unary
 from hsm.model.rewriting import Rewriter
 from hsm.model.types import BOOLEAN, Integer, Quantity
 from hsm.model.unparse import action_text, expression_text, value_text
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.feasible import guard_of
+from hsm.testing.mutation.operators import Mutant, in_expressions, in_states, in_transitions
 from hsm.testing.scenarios.running import run_scenario
 from hsm.testing.scenarios.scenarios import Scenario, Suite
 from hsm.testing.scenarios.script import scripted_machine
 
+Kinds = Callable[[Model], Iterator[Mutant]]
+"""Gives some of the mutants of a machine."""
+
 SHIFT = 0.1
 """By so much of itself a constant is shifted; whole numbers are shifted by one, zeros by as much as one."""
-
-
-@dataclass(frozen=True, slots=True)
-class Mutant:
-    """A machine with one mistake.
-
-    Attributes:
-        kind: what kind of mistake.
-        text: what was changed.
-        place: where.
-        model: the machine with the mistake.
-        state: index of the state that it is in; 0 where it is in none.
-        transitions: indices of the transitions that it is in.
-    """
-
-    kind: str
-    text: str
-    place: Place | None
-    model: Model
-    state: int = 0
-    transitions: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +47,13 @@ class Survey:
         return 100.0 * self.killed / total if total else 100.0
 
 
-def survey(model: Model, suites: Sequence[Suite]) -> Survey:
+def survey(model: Model, suites: Sequence[Suite], among: Kinds | None = None) -> Survey:
     """Run the scenarios of a machine on each of its mutants.
 
     Args:
         model: the machine; what it imports is tested on its own and not changed here.
         suites: its scenarios; they pass on the machine itself.
+        among: gives the mutants; by default all.
     """
     machine = scripted_machine(model)
     trials = [
@@ -80,7 +63,7 @@ def survey(model: Model, suites: Sequence[Suite]) -> Survey:
     ]
     killed = 0
     survivors = []
-    for mutant in mutants(model):
+    for mutant in (among or mutants)(model):
         mutated = scripted_machine(mutant.model)
         if any(
             not run_scenario(scenario, mutated, tick).passed
@@ -107,22 +90,32 @@ def _reaches(coverage: Coverage, mutant: Mutant) -> bool:
 
 def _unmarked(transition: Transition) -> bool:
     """Whether a transition may have been looked at although no path through its guard was marked."""
-    return isinstance(transition.trigger, After) or (
+    return isinstance(transition.trigger, Timed) or (
         guard_of(transition) is not None and not decision_of(transition).conditions
     )
 
 
 def survivors(model: Model, scenarios: Sequence[Scenario], tick: float) -> list[Mutant]:
-    """The mutants that none of some scenarios notices."""
-    return list(survey(model, [Suite("", model.name, tick, tuple(scenarios))]).survivors)
+    """The structural mutants that none of some scenarios notices."""
+    return list(survey(model, [Suite("", model.name, tick, tuple(scenarios))], structural).survivors)
 
 
 def mutants(model: Model) -> Iterator[Mutant]:
     """All machines that differ by one mistake, in the order of the kinds and of the document."""
+    yield from structural(model)
+    yield from _own(model, (*in_expressions(model), *in_transitions(model), *in_states(model)))
+
+
+def structural(model: Model) -> Iterator[Mutant]:
+    """The mutants for which tests are generated: what is left out, negated, swapped or shifted."""
+    kinds = (*_dropped(model), *_negated(model), *_swapped(model), *_without_actions(model), *_shifted(model))
+    yield from _own(model, kinds)
+
+
+def _own(model: Model, found: Iterable[Mutant]) -> Iterator[Mutant]:
+    """Those in the machine's own file."""
     own = model.files[0] if model.files else None
-    for one in (*_dropped(model), *_negated(model), *_swapped(model), *_without_actions(model), *_shifted(model)):
-        if own is None or one.place is None or one.place.file == own:
-            yield one
+    return (one for one in found if own is None or one.place is None or one.place.file == own)
 
 
 def _dropped(model: Model) -> Iterator[Mutant]:
@@ -143,7 +136,7 @@ def _dropped(model: Model) -> Iterator[Mutant]:
 def _negated(model: Model) -> Iterator[Mutant]:
     for one in model.transitions:
         if isinstance(one.trigger, When):
-            changed = replace(one, trigger=When(_not(one.trigger.condition)))
+            changed = replace(one, trigger=replace(one.trigger, condition=_not(one.trigger.condition)))
             yield Mutant(
                 "negated condition",
                 transition_text(model, one),

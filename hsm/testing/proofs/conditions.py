@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 
 from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
-from hsm.model.types import BOOLEAN, Boolean, Enumeration
-from hsm.testing.proofs.values import UNKNOWN, Arithmetic, Derived, Exact, Symbols, Truth, Undecided, Value
+from hsm.model.types import BOOLEAN, Boolean, Quantity, Type
+from hsm.testing.proofs.values import NO, UNKNOWN, YES, Arithmetic, Derived, Exact, Symbols, Truth, Undecided, Value
 
 COMPARISONS = frozenset(("==", "!=", "<", "<=", ">", ">="))
 _MIRRORED = {"==": "==", "!=": "!=", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
@@ -87,11 +88,18 @@ class Evaluator:
             case Exact(), Derived():
                 self.compared(right, left)
                 return self.symbols.compared(_MIRRORED[operator], right, left)
-            case Derived(), Derived() if left == right and isinstance(first.type, Enumeration):
-                return self.symbols.truth_of(Exact.of(operator == "=="))
+            case Derived(), Derived() if left == right:
+                return self._itself(operator, left, first.type)
         number = self.symbols.number("arithmetic", (operator, left, right), BOOLEAN)
         held = self.symbols.between(number, 1, 1)
         return Truth(held, self.symbols.diagrams.complement(held))
+
+    def _itself(self, operator: str, value: Derived, kind: Type) -> Truth:
+        """A value compared with itself: it is equal, unless it is not a number."""
+        equal = self.symbols.compared(">=", value, Exact.of(-inf)) if isinstance(kind, Quantity) else YES
+        if operator in ("<", ">"):
+            return NO
+        return self.symbols.negated(equal) if operator == "!=" else equal
 
     def _both_known(self, operator: str, left: Exact, right: Exact) -> Value:
         result = Arithmetic(self.symbols).binary(operator, left, right, BOOLEAN)

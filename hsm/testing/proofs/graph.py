@@ -12,17 +12,20 @@ from itertools import product
 from time import process_time
 from typing import Any
 
-from hsm.engine.clock import nanoseconds
+from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.machine import Machine
-from hsm.model.chart import After, Always, Model, On, Raise, When
-from hsm.model.expressions import Expression
-from hsm.model.rewriting import actions_of, expressions_of
+from hsm.model.chart import After, Always, Assign, Model, On, When
+from hsm.model.expressions import Expression, Literal, VariableValue
+from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import Diagram
+from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
+from hsm.testing.proofs.points import Failure, Point, Timer
 from hsm.testing.proofs.regions import Kept, Precision, Regions
-from hsm.testing.proofs.steps import NANOSECOND, Failure, Point, Stepper, Timer
+from hsm.testing.proofs.selections import Selections
+from hsm.testing.proofs.steps import Stepper
 from hsm.testing.proofs.values import Exact, Region, Symbols, Value
 
 NEVER = 1 << 60
@@ -137,7 +140,15 @@ class Graph:
         self.symbols = Symbols(not_a_number=not_a_number)
         names = list(machine.generator.variables)
         types: list[Type] = [*(one.type for one in model.parameters), *(one.type for one in model.variables)]
-        self.regions = Regions(self.symbols, types, names, precision)
+        asked = [*_deciding(model), *stated]
+        self.regions = Regions(
+            self.symbols,
+            types,
+            names,
+            relevant=_relevant(model, asked),
+            changing={one.variable for one in actions_of(model) if isinstance(one, Assign)},
+            precision=precision,
+        )
         kept: list[Kept] = [
             Region(*held(declared.type)) if given is FREE else Exact.of(given)
             for given, declared in zip(parameters, model.parameters, strict=True)
@@ -147,10 +158,10 @@ class Graph:
         self.evaluator = Evaluator(
             self.symbols, machine.generator.variables, machine.indices, values, compared=self.regions.compared
         )
-        self.regions.look_ahead(self.evaluator, [*expressions_of(model), *stated], values)
-        self.stepper = Stepper(
-            machine, self.evaluator, events, scopes, duration=self._duration, settled=self.regions.settled
-        )
+        self.regions.look_ahead(self.evaluator, [*expressions_of(model), *stated], _constants(model), values)
+        self._selections = Selections(machine, self.evaluator)
+        microsteps = Microsteps(machine, self.evaluator, frozenset(scopes), self._duration)
+        self.stepper = Stepper(machine, self._selections, microsteps, events, self.regions.settled)
         self.locations: list[Location] = []
         self.edges: list[list[Edge]] = []
         self.initial: list[Edge] = []
@@ -165,7 +176,7 @@ class Graph:
         Raises:
             Undecided: the machine has something that proofs do not follow.
         """
-        self.initial = list(self._edges(-1, frozenset(), self.stepper.start()))
+        self.initial = list(self._edges(-1, frozenset(), self.stepper.start(tuple(self.evaluator.values))))
         self.faults += [(-1, frozenset(), one) for one in self.stepper.faults]
         self.stepper.faults.clear()
         done = 0
@@ -179,6 +190,11 @@ class Graph:
                 done = number + 1
             self.depth += 1
         self.complete = True
+
+    @property
+    def failures(self) -> Sequence[str]:
+        """What of the machine is not followed, in words."""
+        return list(self._selections.failures)
 
     def begin(self, number: int, due: frozenset[int]) -> tuple[Point, Diagram]:
         """Where a step from a location begins when some time-outs come due in it."""
@@ -243,7 +259,7 @@ class Graph:
     def _duration(self, value: Value) -> tuple[int, int]:
         if not isinstance(value, Exact):
             return 0, NEVER
-        if value.value is None or not 0 <= value.value < NEVER * NANOSECOND:
+        if value.value is None or not 0 <= value.value < seconds(NEVER):
             return NEVER, NEVER
         count = nanoseconds(value.value)
         return count, count
@@ -254,21 +270,48 @@ def unsupported(model: Model) -> str | None:
     for one in model.transitions:
         if not isinstance(one.trigger, On | When | After | Always):
             return f"a trigger of a kind that proofs do not know ({one.place})"
-        if isinstance(one.trigger, On) and one.trigger.prefix:
-            return "events that are matched by the beginning of their names"
+        if isinstance(one.trigger, On) and (one.trigger.prefix or "*" in one.trigger.names):
+            return "events that are matched by a pattern"
     return None
 
 
 def events_of(model: Model) -> list[str]:
-    """The names that may come from outside: all that a transition waits for, but outcomes and completions.
-
-    What the machine raises itself may come from outside as well.
-    """
-    own = {"done", "fault"}
-    for state in model.states:
-        if state.activity is not None:
-            own.update(state.activity.activity.outcomes)
-        own.update(model.states[child].name.rpartition(".")[2] for child in state.children)
-    own.difference_update(one.event for one in actions_of(model) if isinstance(one, Raise))
+    """The names that may come from outside, of those that some transition waits for; raised ones among them."""
     waited = (name for one in model.transitions if isinstance(one.trigger, On) for name in one.trigger.names)
-    return [name for name in dict.fromkeys(waited) if name not in own]
+    return [name for name in dict.fromkeys(waited) if model.events is None or name in model.events]
+
+
+def _constants(model: Model) -> Iterator[tuple[str, Any]]:
+    """The constants that variables are given, each with the variable's name."""
+    assigned = ((one.variable, one.value) for one in actions_of(model) if isinstance(one, Assign))
+    for name, value in (*((one.name, one.initial) for one in model.variables), *assigned):
+        if isinstance(value, Literal):
+            yield name, value.value
+
+
+def _deciding(model: Model) -> Iterator[Expression]:
+    """The expressions on which it depends what a machine does next."""
+    for one in model.transitions:
+        match one.trigger:
+            case When(condition):
+                yield condition
+            case After(duration):
+                yield duration
+        if one.guard is not None:
+            yield one.guard
+
+
+def _relevant(model: Model, asked: Sequence[Expression]) -> frozenset[str]:
+    """The variables and parameters that some expressions depend on, by name, also by way of others."""
+    given: dict[str, list[Expression]] = {one.name: [one.initial] for one in model.variables}
+    for action in actions_of(model):
+        if isinstance(action, Assign):
+            given.setdefault(action.variable, []).append(action.value)
+    found: set[str] = set()
+    pending = list(asked)
+    while pending:
+        for part in parts_of(pending.pop()):
+            if isinstance(part, VariableValue) and part.name not in found:
+                found.add(part.name)
+                pending += given.get(part.name, ())
+    return frozenset(found)

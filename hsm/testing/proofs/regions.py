@@ -8,7 +8,7 @@ what is proved of it is proved of the machine.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,7 @@ from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.ordinals import held, ordinal, value_at
 from hsm.testing.proofs.values import Derived, Exact, Region, Symbols, Truth, Undecided, Value
 
-MARGIN = 3
+MARGIN = 1
 """So far around the outermost thresholds whole numbers are kept as they are."""
 
 MOST_OPERATIONS = 3
@@ -47,7 +47,7 @@ class Precision:
     floats: int
 
 
-FINEST = (Precision(64, 24), Precision(12, 12), Precision(0, 1))
+FINE, MIDDLE, COARSE = Precision(80, 40), Precision(12, 12), Precision(0, 1)
 
 
 class Regions:
@@ -57,13 +57,21 @@ class Regions:
         symbols: stand for variables in regions.
         types: of the variables and parameters, by slot.
         names: theirs.
+        relevant: names of those on which anything depends; of the others nothing is kept.
+        changing: names of those that are ever assigned.
         precision: how much is kept as it is.
-
-    Attributes:
-        grown: whether a threshold was found since somebody last set this to false.
     """
 
-    def __init__(self, symbols: Symbols, types: Sequence[Type], names: Sequence[str], precision: Precision) -> None:
+    def __init__(
+        self,
+        symbols: Symbols,
+        types: Sequence[Type],
+        names: Sequence[str],
+        *,
+        relevant: Collection[str],
+        changing: Collection[str],
+        precision: Precision,
+    ) -> None:
         self._symbols = symbols
         self._types = types
         self._slots = {
@@ -74,12 +82,10 @@ class Regions:
         self._floats: list[set[int]] = [set() for _ in types]
         self._cuts: list[list[int] | None] = [None for _ in types]
         self._precision = precision
+        self._relevant = [name in relevant for name in names]
+        self._changing = [name in changing for name in names]
         self._growing: dict[tuple[Value, ...], list[int]] = {}
-        self.grown = False
-
-    def symbol(self, slot: int) -> int:
-        """The number of the symbol that stands for a variable."""
-        return self._numbers[slot]
+        self._closed: dict[tuple[Value, ...], list[list[tuple[Kept, Diagram]]]] = {}
 
     def compared(self, left: Derived, right: Exact) -> None:
         """Take down where a variable meets a known value."""
@@ -92,16 +98,31 @@ class Regions:
             if new:
                 self._thresholds[slot] |= new
                 self._cuts[slot] = None
-                self.grown = True
 
-    def look_ahead(self, evaluator: Evaluator, expressions: Sequence[Expression], known: Sequence[Value]) -> None:
-        """Take down the thresholds that are written in expressions, whatever value the variable has when it is met."""
+    def look_ahead(
+        self,
+        evaluator: Evaluator,
+        expressions: Sequence[Expression],
+        constants: Iterable[tuple[str, Any]],
+        known: Sequence[Value],
+    ) -> None:
+        """Take down where variables may meet known values, whatever they are then.
+
+        Args:
+            evaluator: evaluates expressions.
+            expressions: all in which variables may be compared.
+            constants: that are assigned, each with the variable's name.
+            known: the values of parameters.
+        """
         comparisons = [
             part
             for one in expressions
             for part in parts_of(one)
             if isinstance(part, Binary) and part.operator in COMPARISONS and not isinstance(part.left.type, Boolean)
         ]
+        for name, given in constants:
+            if isinstance(self._types[evaluator.slots[name]], Integer) and isinstance(given, int):
+                self._thresholds[evaluator.slots[name]].update((given, given + 1))
         for part in comparisons:
             for name in {one.name for one in parts_of(part) if isinstance(one, VariableValue)}:
                 slot = evaluator.slots[name]
@@ -125,12 +146,14 @@ class Regions:
                 among = self._symbols.diagrams.both(among, self._symbols.between(number, one.least, one.most))
         return tuple(values), among
 
-    def closed(self, values: Sequence[Value], among: Diagram) -> Iterator[tuple[tuple[Kept, ...], Diagram]]:
+    def closed(self, values: tuple[Value, ...], among: Diagram) -> Iterator[tuple[tuple[Kept, ...], Diagram]]:
         """What is kept at the end of a step: each combination of regions, with the signals for which it is so."""
         both = self._symbols.diagrams.both
         ways: list[tuple[tuple[Kept, ...], Diagram]] = [((), among)]
-        for slot, value in enumerate(values):
-            options = self._options(slot, value)
+        known = self._closed.get(values)
+        if known is None:
+            known = self._closed[values] = [self._options(slot, value) for slot, value in enumerate(values)]
+        for options in known:
             ways = [
                 ((*kept, one), further)
                 for kept, condition in ways
@@ -154,7 +177,9 @@ class Regions:
             for chosen, condition in ways:
                 number = self._spare(slot, chosen)
                 for kept, added in self._options(slot, values[slot]):
-                    further = diagrams.without_symbols(both(condition, added), frozenset((number,)))
+                    further = both(condition, added)
+                    stale = frozenset(one for one in diagrams.symbols(further) if number in self._symbols.within(one))
+                    further = diagrams.without_symbols(further, stale)
                     if isinstance(kept, Region):
                         further = both(further, self._symbols.between(number, kept.least, kept.most))
                     if further != FALSE:
@@ -170,7 +195,14 @@ class Regions:
 
     def _spare(self, slot: int, values: Sequence[Value]) -> int:
         """The number of a symbol for a variable that none of the values depends on."""
-        used = {one.symbol for one in values if isinstance(one, Derived)}
+        used: set[int] = set()
+        for one in values:
+            match one:
+                case Derived(symbol):
+                    used |= self._symbols.within(symbol)
+                case Truth(true, false):
+                    for each in (true, false):
+                        used.update(*map(self._symbols.within, self._symbols.diagrams.symbols(each)))
         name = self._symbols[self._numbers[slot]].key
         spares = (
             self._symbols.number("variable", (name, count), self._types[slot]) for count in range(len(values) + 1)
@@ -179,6 +211,8 @@ class Regions:
 
     def _options(self, slot: int, value: Value) -> list[tuple[Kept, Diagram]]:
         kind = self._types[slot]
+        if not self._relevant[slot] and value != Exact.of(None):
+            return [(self._single(Region(*held(kind)), kind), TRUE)]
         match value:
             case Exact(content):
                 return [(self._kept(slot, content), TRUE)]
@@ -197,7 +231,8 @@ class Regions:
                 ]
 
     def _single(self, region: Region, kind: Type) -> Kept:
-        return Exact.of(value_at(region.least, kind)) if region.least == region.most else region
+        plain = isinstance(kind, Boolean | Enumeration)  # one of them stands for all where nothing depends on it
+        return Exact.of(value_at(region.least, kind)) if plain or region.least == region.most else region
 
     def _inside(self, value: Derived, least: int, most: int, kind: Type) -> Diagram:
         """Where a derived value is between two ordinals of a variable's type."""
@@ -212,7 +247,7 @@ class Regions:
 
     def _kept(self, slot: int, content: Any) -> Kept:
         kind = self._types[slot]
-        if content is None or isinstance(kind, Boolean | Enumeration):
+        if content is None or isinstance(kind, Boolean | Enumeration) or not self._changing[slot]:
             return Exact.of(content)
         number = ordinal(content, kind)
         if isinstance(kind, Integer):

@@ -16,7 +16,7 @@ from hsm.model.properties import Property
 from hsm.testing.proofs.automata import Automaton, Branch, Memory
 from hsm.testing.proofs.diagrams import FALSE
 from hsm.testing.proofs.graph import Budget, Edge, Graph
-from hsm.testing.proofs.steps import Timer
+from hsm.testing.proofs.points import Timer
 from hsm.testing.proofs.values import Truth, Value
 from hsm.testing.proofs.zones import PROMISE, Clock, Zone, at_most, less
 

@@ -11,7 +11,7 @@ from hsm.engine.evaluation import BINARY, UNARY
 from hsm.model.types import Boolean, Enumeration, Integer, Type
 from hsm.testing.exploration.domains import written
 from hsm.testing.proofs.diagrams import Diagram, Interval
-from hsm.testing.proofs.ordinals import NOT_A_NUMBER, ordinal, value_at, within
+from hsm.testing.proofs.ordinals import NOT_A_NUMBER, domain, ordinal, value_at, within
 from hsm.testing.proofs.values import Derived, Exact, Symbols, Truth, Value
 from hsm.testing.scenarios.script import SignalKey
 
@@ -48,6 +48,17 @@ class Valuations:
                 if found is not None:
                     return found
         return None
+
+    def varied(self, parameters: Mapping[str, Any], free: Mapping[str, Type]) -> dict[str, Any]:
+        """Other values for the parameters that may have any."""
+        changed = {}
+        for name, kind in free.items():
+            if isinstance(kind, Boolean | Enumeration):
+                changed[name] = value_at(self._random.randint(*domain(kind)), kind)
+            else:
+                value = parameters[name] + self._random.choice((-1, 1)) * self._random.choice((1, 2, 5, 20, 100, 1000))
+                changed[name] = value if isinstance(kind, Integer) else float(value)
+        return {**parameters, **changed}
 
     def signals(self, assigned: Assigned) -> dict[SignalKey, Any]:
         """The signals among the symbols, as a scenario names them."""

@@ -9,7 +9,7 @@ the floats, with the very operations of the engine.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -133,6 +133,7 @@ class Symbols:
         self._symbols: list[Symbol] = []
         self._numbers: dict[tuple[str, Hashable], int] = {}
         self._not_a_number = not_a_number
+        self._inner: dict[int, frozenset[int]] = {}
         self._ranges: dict[tuple[Derived, str, Exact], Truth] = {}
 
     def __getitem__(self, number: int) -> Symbol:
@@ -153,6 +154,24 @@ class Symbols:
             if symbol.what == "arithmetic" and isinstance(symbol.key, tuple):
                 found.update(dict.fromkeys([f"`{symbol.key[0]}` of {' and '.join(self._mentioned(symbol.key[1:]))}"]))
         return list(found)
+
+    def within(self, number: int) -> frozenset[int]:
+        """A symbol with all that it is made of: those in arithmetic, those in the arguments of a signal."""
+        found = self._inner.get(number)
+        if found is None:
+            found = self._inner[number] = frozenset((number, *self._symbols_in(self._symbols[number].key)))
+        return found
+
+    def _symbols_in(self, key: object) -> Iterator[int]:
+        match key:
+            case Derived(number):
+                yield from self.within(number)
+            case Truth(true, false):
+                for one in self.diagrams.symbols(true) | self.diagrams.symbols(false):
+                    yield from self.within(one)
+            case tuple():
+                for one in key:
+                    yield from self._symbols_in(one)
 
     def _mentioned(self, key: object) -> list[str]:
         """The signals and variables in the key of a symbol, by name."""

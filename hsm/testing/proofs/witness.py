@@ -17,19 +17,21 @@ from hsm.testing.proofs.automata import Branch
 from hsm.testing.proofs.diagrams import FALSE, Diagram
 from hsm.testing.proofs.graph import FREE, Edge, Graph
 from hsm.testing.proofs.ordinals import ordinal
+from hsm.testing.proofs.points import ENDED, Failure, Label, Place
 from hsm.testing.proofs.search import Visit
-from hsm.testing.proofs.steps import ENDED, Failure, Label, Place
 from hsm.testing.proofs.timing import MARGIN, Schedule, first_solved
 from hsm.testing.proofs.valuations import Valuations, readable
 from hsm.testing.proofs.values import Exact
 from hsm.testing.proofs.zones import PROMISE
 from hsm.testing.scenarios.driver import TICK, Driver
 from hsm.testing.scenarios.replaying import Teller
+from hsm.testing.scenarios.running import run_scenario
 from hsm.testing.scenarios.scenarios import Expectation, Scenario, Stimulus
 from hsm.testing.scenarios.watching import property_watch
 from hsm.testing.scenarios.writing import Writer
 
-ATTEMPTS = 3
+ATTEMPTS = 6
+"""So many choices of signals and free parameters are tried for one way."""
 
 _NANOSECONDS = 1_000_000_000
 
@@ -71,7 +73,8 @@ class Replayer:
         self._parameters = parameters
         self._writer = Writer(self._machine.model, stated)
         self._longest = longest_tick
-        self._tick = min(round(TICK * _NANOSECONDS), longest_tick)
+        self._tick = longest_tick
+        self._free = {one.name: one.type for one in self._machine.model.parameters if parameters[one.name] is FREE}
 
     def violation(self, way: Sequence[Visit], name: str) -> Scenario | None:
         """A run on the engine that violates a property, told as a scenario; None where none was found.
@@ -187,9 +190,9 @@ class Replayer:
             else:
                 schedule.at_most(begun, moment, timer.most - MARGIN)
         if PROMISE in since and branch.least is not None:
-            schedule.at_least(since[PROMISE], moment, branch.least + (MARGIN if branch.least & 1 else 0))
+            schedule.at_least(since[PROMISE], moment, -(-branch.least // MARGIN) * MARGIN)
         if PROMISE in since and branch.most is not None:
-            schedule.at_most(since[PROMISE], moment, branch.most - (MARGIN if branch.most & 1 else 0))
+            schedule.at_most(since[PROMISE], moment, branch.most // MARGIN * MARGIN)
 
     # The run.
 
@@ -198,10 +201,22 @@ class Replayer:
     ) -> Scenario | None:
         for seed in range(ATTEMPTS):
             valuations = Valuations(self._graph.symbols, seed)
-            found = self._run(ticks, name, parameters, valuations, failing=failing)
-            if found is not None:
+            chosen = valuations.varied(parameters, self._free) if seed else parameters
+            found = self._run(ticks, name, chosen, valuations, failing=failing)
+            if found is not None and (failing or self._again(found, name)):
                 return found
         return None
+
+    def _again(self, scenario: Scenario, name: str) -> bool:
+        """Whether a scenario, run as anybody would run it, violates a property."""
+        watch = property_watch(self._machine.model.properties)
+        seen: list[str] = []
+
+        def note(driver: Driver) -> None:
+            seen.extend(watch(driver))
+
+        result = run_scenario(scenario, self._machine, self._tick / _NANOSECONDS, [note])
+        return name in seen and result.passed
 
     def _run(
         self,
@@ -241,7 +256,9 @@ class Replayer:
         shown = _joined(steps, self._tick / _NANOSECONDS)
         defaults = {one.name: one.default for one in self._machine.model.parameters}
         changed = {one: value for one, value in parameters.items() if defaults[one] != value}
-        return Scenario(f"counterexample to {name}", changed, given, shown)
+        period = self._tick / _NANOSECONDS
+        title = f"counterexample to {name}"
+        return Scenario(title if period == TICK else f"{title} (tick {period:g} s)", changed, given, shown)
 
     def _taken(self, tick: Tick, driver: Driver, teller: Teller, valuations: Valuations) -> bool:
         """Let one step happen; whether there is one as it was planned."""
@@ -251,7 +268,10 @@ class Replayer:
         labels = self._labels(tick, valuations.cube(chosen))
         if labels is None:
             return False
-        reports = {one[1]: one[2] for one in labels if one is not None and one[0] == "report"}
+        ended = [one for one in labels if one is not None and one[0] == "report"]
+        if any(state not in driver.doing for _, state, _ in ended):
+            return False
+        reports = {teller.subject(state): outcome for _, state, outcome in ended}
         events = tuple(one[1] for one in labels if one is not None and one[0] == "event")
         signals = _spoken(valuations.signals(chosen), driver.signals)
         after = max(0.0, round(tick.time / _NANOSECONDS - driver.time, 9))

@@ -166,10 +166,12 @@ def _explain(error: UnexpectedInput, text: str, place: Place, report: Report) ->
     expected = getattr(error, "accepts", None) or getattr(error, "expected", None) or ()
     wanted = [said for name, said in _WORDS.items() if name in expected]
     found = "the line ends here" if ends else f"here is `{token}`"
-    hope = f"expected {', '.join(wanted[:-1])}{' or ' if len(wanted) > 1 else ''}{wanted[-1]}, but {found}"
+    message = f"unexpected: {found}"
+    if wanted:
+        message = f"expected {', '.join(wanted[:-1])}{' or ' if len(wanted) > 1 else ''}{wanted[-1]}, but {found}"
     if token is not None and not ends:
         place = place_of(report.file, token)
-    report.add("E0101", place, hope if wanted else f"unexpected: {found}")
+    report.add("E0101", place, message)
 
 
 def name_of(subject: Token | ast.CallSyntax) -> Token:

@@ -118,6 +118,7 @@ class _Reader:
             if "." in name:
                 self.states.setdefault(name.rpartition(".")[2], []).append(name)
         self.scope = Scope(self.library, self.report, declared, frozenset(names))
+        self.scope.enumerations.update((one.__name__, one) for one in self.model.enumerations)
 
     def suite(self, lines: list[ScenarioLine]) -> Suite:
         """The whole file."""
@@ -252,6 +253,8 @@ class _Reader:
 
     def _event(self, event: Token) -> None:
         heard = {one for t in self.model.transitions if isinstance(t.trigger, On) for one in t.trigger.names}
+        if "*" in heard:
+            heard |= self.model.events or set()
         if str(event) not in heard and str(event) not in self.library.events:
             self.report.add(
                 "E0203",

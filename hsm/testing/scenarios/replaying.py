@@ -101,7 +101,7 @@ class Teller:
         """Let one input happen, and tell what is seen."""
         if any(state not in self.driver.doing for state, _ in one.reports):
             raise _Diverged
-        reports = {self._subject(state): outcome for state, outcome in one.reports}
+        reports = {self.subject(state): outcome for state, outcome in one.reports}
         rest = self._waiting(one)
         if rest > self.driver.tick + 1e-9:
             early = round(rest - self.driver.tick, 9)
@@ -128,7 +128,7 @@ class Teller:
             return round(max(soonest - self.driver.tick, self.driver.tick), 9)
         return round(soonest, 9)
 
-    def _subject(self, state: str) -> str:
+    def subject(self, state: str) -> str:
         """How an activity that ends is named: by its own name where only one of that name runs."""
         name = self.driver.doing[state].name
         return name if self.driver.running(name) == (state,) else state

@@ -189,7 +189,7 @@ class _Run:
             driver.time,
             tuple(sorted(driver.configuration, key=indices.__getitem__)),
             tuple((name, value_text(value, types[name])) for name, value in driver.variables.items()),
-            tuple(_performed_text(driver, state) for state in driver.doing),
+            tuple(performed_text(driver, state) for state in driver.doing),
             _considered(driver),
         )
 
@@ -205,20 +205,25 @@ class _Run:
                 raise _Unmet(message, self._place)
 
     def _unmet(self, claims: tuple[ExpectationClause, ...]) -> list[ExpectationClause]:
-        return [one for one in claims if not self._met(one)]
+        return unmet_claims(self._driven(), claims)
 
-    def _met(self, claim: ExpectationClause) -> bool:
-        driver = self._driven()
-        match claim.content:
-            case InState(state, negated):
-                return (state in driver.configuration) != negated
-            case Performs() as performs:
-                among = driver.calls if performs.action else driver.doing.values()
-                return any(map(performs.matches, among)) != performs.negated
-            case Raises(event, negated):
-                return (event in driver.raised) != negated
-            case ConditionHolds(condition):
-                return driver.value(condition) is True
+
+def unmet_claims(driver: Driver, claims: Iterable[ExpectationClause]) -> list[ExpectationClause]:
+    """Which claims do not hold where a run stands."""
+    return [one for one in claims if not _met(driver, one)]
+
+
+def _met(driver: Driver, claim: ExpectationClause) -> bool:
+    match claim.content:
+        case InState(state, negated):
+            return (state in driver.configuration) != negated
+        case Performs() as performs:
+            among = driver.calls if performs.action else driver.doing.values()
+            return any(map(performs.matches, among)) != performs.negated
+        case Raises(event, negated):
+            return (event in driver.raised) != negated
+        case ConditionHolds(condition):
+            return driver.value(condition) is True
 
 
 def _considered(driver: Driver) -> tuple[str, ...]:
@@ -233,7 +238,8 @@ def _line(transition: Transition) -> str:
     return f"line {transition.place.line}: " if transition.place else ""
 
 
-def _performed_text(driver: Driver, state: str) -> str:
+def performed_text(driver: Driver, state: str) -> str:
+    """What an active state does, with its arguments."""
     performed = driver.doing[state]
     call = driver.machine.model.states[driver.machine.indices[state]].activity
     assert call is not None, "only states with an activity do something"

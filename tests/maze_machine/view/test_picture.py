@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from maze_machine.view.picture import Scene, Trail, save_picture
+from maze_machine.view.run_figure import Scene, Trail, save_picture
 
 SQUARE = np.array([[[0, 0], [4, 0]], [[4, 0], [4, 4]], [[4, 4], [0, 4]], [[0, 4], [0, 0]]], dtype=np.float64)
 NONE = np.empty((0, 2, 2))

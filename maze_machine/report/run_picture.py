@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from maze_machine.drive.trail import TrailKeeper
+from maze_machine.drive.path_recorder import PathRecorder
 from maze_machine.simulated.world import SimulatedWorld
-from maze_machine.view.picture import Scene, Trail, save_picture
+from maze_machine.view.run_figure import Scene, Trail, save_picture
 from sim.maze import Maze
 from transport.messages import Pose
 
@@ -24,13 +24,13 @@ def scene_of(maze: Maze) -> Scene:
     return Scene(_pairs(maze.barriers), _pairs(doors), _pairs(maze.exits))
 
 
-def trail_of(kept: TrailKeeper, poses: Sequence[Pose]) -> Trail:
+def trail_of(kept: PathRecorder, poses: Sequence[Pose]) -> Trail:
     """What a picture shows of a run that was at these poses at the ticks kept."""
     positions = np.array([(pose.x, pose.y) for pose in poses], dtype=np.float64).reshape(-1, 2)
     return Trail(np.array(kept.times), positions[: len(kept.times)], kept.states)
 
 
-def save_run(file: Path, world: SimulatedWorld | None, kept: TrailKeeper, title: str) -> None:
+def save_run(file: Path, world: SimulatedWorld | None, kept: PathRecorder, title: str) -> None:
     """Save the picture of a run: in the maze where it was simulated here, by odometry alone where it was not.
 
     Raises:

@@ -2,14 +2,14 @@
 
 import pytest
 
-from sim.track import Track
+from sim.pose_history import PoseHistory
 from transport.messages import Pose
 
 POSES = [Pose(0.1 * k, -0.2 * k, 0.3 * k) for k in range(5)]
 
 
 def test_a_track_is_a_sequence_of_its_poses():
-    track = Track()
+    track = PoseHistory()
     for pose in POSES:
         track.append(pose)
     assert list(track) == POSES
@@ -22,4 +22,4 @@ def test_a_track_is_a_sequence_of_its_poses():
 
 def test_an_empty_track_has_no_pose():
     with pytest.raises(IndexError):
-        Track()[0]
+        PoseHistory()[0]

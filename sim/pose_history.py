@@ -9,7 +9,7 @@ from typing import overload
 from transport.messages import Pose
 
 
-class Track(Sequence[Pose]):
+class PoseHistory(Sequence[Pose]):
     """A sequence of poses that only grows at its end; 24 bytes each."""
 
     def __init__(self) -> None:

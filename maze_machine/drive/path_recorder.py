@@ -9,7 +9,7 @@ from transport.messages import Pose
 
 
 @dataclass(slots=True)
-class TrailKeeper:
+class PathRecorder:
     """Remembers each tick's time, pose and state; a watcher of ticks.
 
     Attributes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,11 @@ from hsm.testing.coverage.table import coverage_table, missed_lines, total_share
 from hsm.testing.generation.generating import MOST_STEPS as MOST_GENERATED
 from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import survey
-from hsm.testing.proofs.proving import check
+from hsm.testing.proofs.possible import UNREACHABLE, unreachable
+from hsm.testing.proofs.proving import examine
 from hsm.testing.proofs.verdicts import Assumptions, PropertyVerdict, Status
 from hsm.testing.scenarios.running import Failure, ScenarioResult, run_suite
-from hsm.testing.scenarios.trial import Trial
+from hsm.testing.scenarios.tested_machine import TestedMachine
 from hsm.testing.scenarios.watching import watches
 from hsm.testing.scenarios.writing import Writer
 from maze_machine.errors import UsageError
@@ -77,7 +78,7 @@ class Demand:
     depth: int | None = None
 
 
-def run_trial(trial: Trial, demand: Demand, reports: Reports) -> TrialReport:
+def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialReport:
     """Run all scenarios and decide all properties of a machine.
 
     Raises:
@@ -97,10 +98,11 @@ def run_trial(trial: Trial, demand: Demand, reports: Reports) -> TrialReport:
             lines.append(f"  {'passed' if result.passed else 'FAILED'}  {result.scenario.name}")
             if result.failure is not None:
                 lines += [f"    {line}" for line in result.failure.lines()]
-    verdicts = check(trial.machine, demand.assumptions, depth=demand.depth)
+    examined = examine(trial.machine, demand.assumptions, depth=demand.depth)
+    verdicts = examined.verdicts
     writer = Writer(model)
     assumed = demand.assumptions.lines(model)
-    lines.append(f"{model.files[0] if model.files else model.name}: properties, assuming")
+    lines.append(f"{model.name}: properties, assuming")
     lines += [f"    {line}" for line in assumed]
     for verdict in verdicts:
         lines.append(f"  {verdict}")
@@ -109,23 +111,27 @@ def run_trial(trial: Trial, demand: Demand, reports: Reports) -> TrialReport:
     failed = sum(not one.passed for one in results)
     enough_known = all(one.meets(demand.required) for one in verdicts)
     unmet = [one.name for one in verdicts if not one.meets(demand.required) and not one.violated]
-    measured = list(measurements.machines.values())
+    beyond = frozenset[tuple[object, ...]]() if examined.possible is None else unreachable(model, examined.possible)
+    measured = [replace(one, unreachable=beyond) for one in measurements.machines.values()]
     share = total_share(measured)
     enough = reports.fail_under is None or share >= reports.fail_under
     losses: list[str] = []
     lines += _written(measured, reports, losses)
+    left_out = [f"{one.text}: {UNREACHABLE}" for each in measured for one in each.left_out]
+    lines += left_out
     if unmet and demand.required is not None:
         lines.append(f"required: {_REQUIREMENTS[demand.required]}; it is not so of {', '.join(unmet)}")
     lines.append(
         f"{_count(len(results), 'scenario')}, {failed} failed; {_properties_text(verdicts)}; "
-        f"{share:.1f}% covered{'' if enough else f', which is under {reports.fail_under:g}%'}"
+        f"{_covered_text(share, reports.fail_under) if results else 'nothing covered'}"
     )
     as_json = {
         "machine": model.name,
         "scenarios": [_result_json(one) for one in results],
         "assumptions": assumed,
         "properties": [_verdict_json(one, writer) for one in verdicts],
-        "coverage": round(share, 2),
+        "coverage": round(share, 2) if results else 0.0,
+        "unreachable": left_out,
         "missed": [line for one in measured for line in missed_lines(one)],
     }
     return TrialReport(not failed and enough_known and enough, lines, as_json, losses)
@@ -136,6 +142,7 @@ def generated(machine: Machine, steps: int | None, output: Path | None) -> Trial
     model = machine.model
     found = generate(machine, steps=steps or MOST_GENERATED)
     unreached = [f"{f'line {one.line}: ' if one.line else ''}{one.text}: {one.reason}" for one in found.unreached]
+    all_proved = all(one.proved for one in found.unreached)
     comment = [f"Generated from machine {model.name}: {len(found.scenarios)} scenarios.", *unreached]
     text = Writer(model).suite(found.scenarios, comment)
     as_json = {
@@ -147,15 +154,15 @@ def generated(machine: Machine, steps: int | None, output: Path | None) -> Trial
         "text": text,
     }
     if output is None:
-        return TrialReport(not unreached, [text.rstrip("\n")], as_json)
+        return TrialReport(all_proved, [text.rstrip("\n")], as_json)
     losses: list[str] = []
     with _noting(losses):
         write_text(output, text)
     told = f"{output}: {len(found.scenarios)} scenarios from {found.moments} situations; {len(unreached)} not reached"
-    return TrialReport(not unreached, [*unreached, told], as_json, losses)
+    return TrialReport(all_proved, [*unreached, told], as_json, losses)
 
 
-def mutated(trial: Trial) -> TrialReport:
+def mutated(trial: TestedMachine) -> TrialReport:
     """Run all scenarios on machines with small mistakes.
 
     Raises:
@@ -259,6 +266,11 @@ def _properties_text(verdicts: Sequence[PropertyVerdict]) -> str:
     }
     counts = [(sum(one.status is status for one in verdicts), word) for status, word in words.items()]
     return f"{_count(len(verdicts), 'property', 'properties')}: " + ", ".join(f"{n} {word}" for n, word in counts if n)
+
+
+def _covered_text(share: float, fail_under: float | None) -> str:
+    under = fail_under is not None and share < fail_under
+    return f"{share:.1f}% covered{f', which is under {fail_under:g}%' if under else ''}"
 
 
 def _count(number: int, one: str, many: str | None = None) -> str:

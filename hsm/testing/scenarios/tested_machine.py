@@ -14,7 +14,7 @@ from hsm.testing.scenarios.scenarios import Suite
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class TestedMachine:
     """A machine and its tests.
 
     Attributes:
@@ -40,7 +40,7 @@ def load_machine(path: str | Path, library: Library) -> Machine:
     return Machine(load_model(tested_machine(path) if path.suffix == SUFFIX else path, library))
 
 
-def load_trial(path: str | Path, library: Library) -> Trial:
+def load_tested_machine(path: str | Path, library: Library) -> TestedMachine:
     """A machine with its scenarios.
 
     Args:
@@ -61,7 +61,7 @@ def load_trial(path: str | Path, library: Library) -> Trial:
             findings.extend(error.diagnostics)
     if findings:
         raise MachineError(findings)
-    return Trial(machine, tuple(suites))
+    return TestedMachine(machine, tuple(suites))
 
 
 def suites_beside(machine: Path) -> list[Path]:

@@ -1,0 +1,363 @@
+"""Executable content of charts with a data model: blocks of steps that change the data and send events."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from hsm.interchange.scxml.datamodel.expressions import DataError, Environment, Evaluate, compile_expression, truth
+from hsm.interchange.scxml.datamodel.tokens import InvalidExpressionError, UnsupportedError
+from hsm.interchange.scxml.elements import Element
+from hsm.model.chart import Cancel, Send
+from hsm.model.messages import STORE, Message, Store
+
+PROCESSOR = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
+_DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
+_SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
+_NAME = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
+_LOCATION = re.compile(r"\s*([A-Za-z_$][A-Za-z0-9_$]*)((?:\.[A-Za-z_$][A-Za-z0-9_$]*)*)\s*")
+_STATEMENT = re.compile(r"(?:(?:var|let|const)\s+)?([A-Za-z_$][A-Za-z0-9_$]*)\s*=(?!=)\s*(.+)")
+_LONGEST_LOOP = 10_000
+_SYSTEM = ("_event", "_sessionid", "_name", "_ioprocessors", "_x")
+
+
+class CommunicationError(DataError):
+    """Something that cannot be reached: SCXML's ``error.communication``."""
+
+
+@dataclass(slots=True)
+class Session:
+    """What a block runs in.
+
+    Attributes:
+        memo: holds the data, under ``STORE``.
+        active: the active states, by index.
+        queue: takes the events that are raised or sent.
+        states: the index of each state, by name.
+        system: the chart's own constants.
+        processor: what the data model calls the processor of the chart's own events.
+    """
+
+    memo: dict[Any, Any]
+    active: Any
+    queue: Any
+    states: Mapping[str, int]
+    system: Mapping[str, Any]
+    processor: str = PROCESSOR
+
+    @property
+    def store(self) -> Store:
+        """The data."""
+        found: Store = self.memo[STORE]
+        return found
+
+    def set(self, name: str, value: Any) -> None:
+        """Give a piece of data a value."""
+        self.memo[STORE] = replace(self.store, values={**self.store.values, name: value})
+
+    def evaluate(self, expression: Evaluate) -> Any:
+        """The value of an expression; a copy, which nothing else changes."""
+        value = expression(Environment(self.store, self.active, self.states, self.system, self.processor))
+        return deepcopy(value) if isinstance(value, list | dict) else value
+
+    def fail(self, error: DataError, sendid: str | None = None) -> None:
+        """Announce an error to the chart."""
+        what = "communication" if isinstance(error, CommunicationError) else "execution"
+        self.queue.append(Message(f"error.{what}", "platform", str(error), sendid))
+
+
+Step = Callable[[Session], None]
+_NOWHERE = Environment(Store(), (), {}, {})
+
+
+@dataclass(slots=True)
+class Builder:
+    """Makes steps from elements.
+
+    Attributes:
+        refuse: takes an element, what it has that is not supported, and a way out.
+        prefix: of the identifiers that are made.
+    """
+
+    refuse: Callable[[Element, str, str], None]
+    prefix: str = "send"
+    _made: int = field(default=0)
+
+    def expression(self, element: Element, text: str) -> Evaluate:
+        """The function of an expression; one that is none at all fails when it is evaluated."""
+        try:
+            return compile_expression(text)
+        except UnsupportedError as error:
+            self.refuse(element, f"`{text.strip()[:60]}` is not supported: {error}", "compute it from simpler data")
+            reason = str(error)
+        except InvalidExpressionError as error:
+            reason = f"`{text.strip()[:60]}` is no expression: {error}"
+
+        def fail(_: Environment) -> Any:
+            raise DataError(reason)
+
+        return fail
+
+    def block(self, elements: Iterable[Element]) -> list[Step]:
+        """The steps of some executable content."""
+        return [step for one in elements if (step := self._step(one)) is not None]
+
+    def _step(self, element: Element) -> Step | None:
+        makers: dict[str, Callable[[Element], Step | None]] = {
+            "raise": self._raise,
+            "log": self._log,
+            "assign": self._assign,
+            "if": self._if,
+            "foreach": self._foreach,
+            "send": self._send,
+            "cancel": self._cancel,
+            "script": self.script,
+        }
+        maker = makers.get(element.tag)
+        if maker is not None:
+            return maker(element)
+        self.refuse(element, f"<{element.tag}> is not supported", "leave it out")
+        return None
+
+    def _raise(self, element: Element) -> Step:
+        name = element.attributes.get("event", "")
+        return lambda session: session.queue.append(Message(name, "internal"))
+
+    def _log(self, element: Element) -> Step | None:
+        text = element.attributes.get("expr")
+        if text is None:
+            return None
+        expression = self.expression(element, text)
+        return lambda session: session.evaluate(expression) and None
+
+    def value(self, element: Element) -> Evaluate:
+        """The value of an element with ``expr``, or with the value in it."""
+        text = element.attributes.get("expr")
+        if text is not None:
+            return self.expression(element, text)
+        if element.children:
+            self.refuse(element, "XML as data is not supported", "write the data as an expression")
+        body = element.text.strip()
+        if not body:
+            return lambda _: None
+        try:
+            value = compile_expression(body)(_NOWHERE)
+        except (InvalidExpressionError, UnsupportedError, DataError):
+            value = " ".join(body.split())  # no literal: a text
+        return lambda _: value
+
+    def _assign(self, element: Element) -> Step:
+        value = self.value(element)
+        location = _LOCATION.fullmatch(element.attributes.get("location", ""))
+
+        def assign(session: Session) -> None:
+            new = session.evaluate(value)
+            if location is None or location[1] in _SYSTEM or location[1] not in session.store.values:
+                raise DataError(f"`{element.attributes.get('location')}` cannot be assigned to")
+            name, path = location[1], location[2].split(".")[1:]
+            session.set(name, _changed(session.store.values[name], path, new))
+
+        return assign
+
+    def script(self, element: Element) -> Step:
+        """A script that consists of assignments to whole pieces of data."""
+        steps: list[tuple[str, Evaluate]] = []
+        if "src" in element.attributes:
+            self.refuse(element, "`src` of <script> is not supported", "write the assignments themselves")
+        for statement in filter(None, map(str.strip, re.split(r"[;\n]", element.text))):
+            found = _STATEMENT.fullmatch(statement)
+            if found is None or found[1] in _SYSTEM:
+                reason = f"`{statement[:60]}` is not supported in a <script>"
+                self.refuse(element, reason, "use <assign>, <if> or <foreach>")
+            else:
+                steps.append((found[1], self.expression(element, found[2])))
+
+        def run(session: Session) -> None:
+            for name, value in steps:
+                session.set(name, session.evaluate(value))
+
+        return run
+
+    def _if(self, element: Element) -> Step:
+        branches: list[tuple[Evaluate, list[Element]]] = [(self._condition(element), [])]
+        for child in element.children:
+            if child.tag == "elseif":
+                branches.append((self._condition(child), []))
+            elif child.tag == "else":
+                branches.append((lambda _: True, []))
+            else:
+                branches[-1][1].append(child)
+        steps = [(condition, self.block(content)) for condition, content in branches]
+
+        def choose(session: Session) -> None:
+            for condition, block in steps:
+                if truth(self._tested(session, condition)):
+                    for step in block:
+                        step(session)
+                    return
+
+        return choose
+
+    def _condition(self, element: Element) -> Evaluate:
+        return self.expression(element, element.attributes.get("cond", ""))
+
+    @staticmethod
+    def _tested(session: Session, condition: Evaluate) -> Any:
+        try:
+            return session.evaluate(condition)
+        except DataError as error:
+            session.fail(error)
+            return False
+
+    def _foreach(self, element: Element) -> Step:
+        array = self.expression(element, element.attributes.get("array", ""))
+        item, index = element.attributes.get("item", ""), element.attributes.get("index")
+        block = self.block(element.children)
+
+        def each(session: Session) -> None:
+            values = session.evaluate(array)
+            if not isinstance(values, list) or len(values) > _LONGEST_LOOP:
+                raise DataError("`foreach` goes over a list")
+            for name in (item, index):
+                if name is not None and (_NAME.fullmatch(name) is None or name in _SYSTEM):
+                    raise DataError(f"`{name}` is no name for data")
+            for name in (item, index):
+                if name is not None and name not in session.store.values:
+                    session.set(name, None)
+            for number, value in enumerate(values):
+                session.set(item, value)
+                if index is not None:
+                    session.set(index, number)
+                for step in block:
+                    step(session)
+
+        return each
+
+    def payload(self, element: Element) -> Callable[[Session], Any]:
+        """What the parameters, the content and the name list of an element carry."""
+        content = next(iter(element.of("content")), None)
+        if content is not None:
+            value = self.value(content)
+            return lambda session: session.evaluate(value)
+        names = element.attributes.get("namelist", "").split()
+        parameters = [
+            (
+                one.attributes.get("name", ""),
+                self.expression(one, one.attributes.get("expr") or one.attributes.get("location", "")),
+            )
+            for one in element.of("param")
+        ]
+        listed = [(name, self.expression(element, name)) for name in names]
+
+        def collect(session: Session) -> Any:
+            found = {name: session.evaluate(value) for name, value in listed}
+            for name, value in parameters:
+                try:
+                    found[name] = session.evaluate(value)
+                except DataError as error:
+                    session.fail(error)
+            return found or None
+
+        return collect
+
+    def _either(self, element: Element, name: str, default: str | None = None) -> Callable[[Session], Any]:
+        """The value of an attribute, or of its ``...expr``."""
+        computed = element.attributes.get(f"{name}expr")
+        if computed is None:
+            value = element.attributes.get(name, default)
+            return lambda _: value
+        expression = self.expression(element, computed)
+        return lambda session: session.evaluate(expression)
+
+    def _send(self, element: Element) -> Step:
+        if any("basichttp" in value.lower() for value in element.attributes.values()):
+            self.refuse(element, "events over HTTP are not supported", "a chart sends to itself only")
+        event, target = self._either(element, "event"), self._either(element, "target", "")
+        kind, delay = self._either(element, "type", PROCESSOR), self._either(element, "delay", "0s")
+        payload, place = self.payload(element), element.attributes.get("idlocation")
+        given = element.attributes.get("id")
+        self._made += 1
+        made = f"{self.prefix}.{self._made}"
+
+        def send(session: Session) -> None:
+            label = given or (made if place is not None else None)
+            try:
+                if place is not None:
+                    if place not in session.store.values:
+                        raise DataError(f"there is no data `{place}`")
+                    session.set(place, made)
+                name, processor, where = event(session), kind(session), target(session)
+                seconds = _seconds(delay(session))
+                data = payload(session)
+                if not isinstance(name, str) or not name:
+                    raise DataError("an event that is sent has a name")
+                _check_processor(processor)
+                internal = _internal(where, session.system["_sessionid"])
+            except DataError as error:
+                session.fail(error, label)
+                raise ReportedError from None
+            origin = f"#_scxml_{session.system['_sessionid']}"
+            if internal:
+                session.queue.append(Message(name, "internal", data, label))
+            else:
+                message = Message(name, "external", data, label, origin)
+                session.queue.append(Send(name, seconds, label, element.place, message))
+
+        return send
+
+    def _cancel(self, element: Element) -> Step:
+        label = self._either(element, "sendid")
+        return lambda session: session.queue.append(Cancel(str(label(session)), element.place))
+
+
+class ReportedError(DataError):
+    """An error that the chart was told about already."""
+
+
+def run_block(steps: list[Step], session: Session) -> None:
+    """Run a block; an error ends it, and the chart is told."""
+    try:
+        for step in steps:
+            step(session)
+    except ReportedError:
+        return
+    except DataError as error:
+        session.fail(error)
+    except RecursionError:
+        session.fail(DataError("the data is nested too deep"))
+
+
+def _changed(value: Any, path: list[str], new: Any) -> Any:
+    if not path:
+        return new
+    if not isinstance(value, dict):
+        raise DataError(f"{value!r:.40} has no `{path[0]}`")
+    return {**value, path[0]: _changed(value.get(path[0]), path[1:], new)}
+
+
+def _seconds(value: Any) -> float:
+    if value in (0, "0"):
+        return 0.0
+    found = _DELAY.fullmatch(value) if isinstance(value, str) else None
+    if found is None:
+        raise DataError(f"`{value}` is no delay")
+    return float(found[1]) * _SECONDS[found[2]]
+
+
+def _check_processor(kind: Any) -> None:
+    if kind not in ("scxml", PROCESSOR, PROCESSOR.removesuffix("#SCXMLEventProcessor")):
+        raise DataError(f"there is no event processor `{kind}`")
+
+
+def _internal(target: Any, session: str) -> bool:
+    """Whether an event goes to the chart's own queue of internal events; otherwise it comes from outside."""
+    if target == "#_internal":
+        return True
+    if target in ("", None, f"#_scxml_{session}"):
+        return False
+    if isinstance(target, str) and target.startswith("#_"):
+        raise CommunicationError(f"`{target}` cannot be reached")
+    raise DataError(f"`{target}` is no target")

@@ -1,0 +1,127 @@
+"""The data model of one chart: its guards, blocks and data as the engine's conditions and actions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from hsm.interchange.scxml.datamodel.content import PROCESSOR, Builder, Session, Step, run_block
+from hsm.interchange.scxml.datamodel.expressions import DataError, Environment, Evaluate, truth
+from hsm.interchange.scxml.elements import Element
+from hsm.model.chart import Execute
+from hsm.model.expressions import Computed
+from hsm.model.messages import STORE
+from hsm.model.registry import SignalDeclaration
+from hsm.model.types import BOOLEAN
+
+DATA_MODELS = {"ecmascript": PROCESSOR, "python": "scxml"}
+"""The names under which the subset of expressions goes, and what ``_event.origintype`` is in each.
+
+The standard leaves that to its ECMAScript model; the public Python editions of its tests use the short name.
+"""
+
+
+@dataclass(slots=True)
+class DataModel:
+    """Turns what needs data into conditions and actions.
+
+    Attributes:
+        name: of the chart.
+        processor: what ``_event.origintype`` is.
+        states: the index of each state, by name.
+        refuse: takes an element, what it has that is not supported, and a way out.
+    """
+
+    name: str
+    processor: str
+    states: Mapping[str, int]
+    refuse: Callable[[Element, str, str], None]
+    system: Mapping[str, Any] = field(init=False)
+    _builder: Builder = field(init=False)
+
+    def __post_init__(self) -> None:
+        session = self.name or "chart"
+        location = {"location": f"#_scxml_{session}"}
+        self.system = {
+            "_sessionid": session,
+            "_name": self.name,
+            "_ioprocessors": {PROCESSOR: location, "scxml": location},
+            "_x": {},
+        }
+        self._builder = Builder(self.refuse)
+
+    def guard(self, element: Element) -> Computed:
+        """The condition of a transition."""
+        text = element.attributes["cond"].strip()
+        condition = self._builder.expression(element, text)
+
+        def compute(memo: Mapping[Any, Any], active: Collection[int]) -> bool:
+            return truth(condition(Environment(memo[STORE], active, self.states, self.system, self.processor)))
+
+        declared = SignalDeclaration(text, BOOLEAN, lambda _: False)
+        return Computed(declared, (), element.place, compute)
+
+    def script(self, element: Element) -> tuple[Execute, ...]:
+        """A script that is run when the chart begins."""
+        return (self._execute(element, [self._builder.script(element)]),)
+
+    def block(self, element: Element) -> tuple[Execute, ...]:
+        """The executable content of an element, which an error ends as a whole."""
+        steps = self._builder.block(element.children)
+        return (self._execute(element, steps),) if steps else ()
+
+    def begin(self, elements: Iterable[Element], state: int, *, first: bool) -> tuple[Execute, ...]:
+        """Set data when a state is entered.
+
+        Args:
+            elements: the ``data`` elements.
+            state: index of the state.
+            first: only on its first entry.
+        """
+        found = [(one.attributes.get("id", ""), self._data(one), one) for one in elements]
+        if not found:
+            return ()
+
+        def begin(session: Session) -> None:
+            if first and state in session.store.begun:
+                return
+            session.memo[STORE] = replace(session.store, begun=session.store.begun | {state})
+            for name, value, _ in found:
+                try:
+                    session.set(name, session.evaluate(value))
+                except DataError as error:
+                    session.set(name, None)
+                    session.fail(error)
+
+        return (self._execute(found[0][2], [begin]),)
+
+    def _data(self, element: Element) -> Evaluate:
+        if "src" in element.attributes:
+            self.refuse(element, "`src` of <data> is not supported", "write the data itself: `expr`")
+        return self._builder.value(element)
+
+    def declare(self, names: Iterable[str]) -> dict[str, Any]:
+        """All data as it is before it is set."""
+        return dict.fromkeys(names)
+
+    def result(self, element: Element, state: int) -> tuple[Execute, ...]:
+        """What the completion of a state carries, set when its final state is entered."""
+        payload = self._builder.payload(element)
+
+        def note(session: Session) -> None:
+            try:
+                value = payload(session)
+            except DataError as error:
+                value = None
+                session.fail(error)
+            session.memo[STORE] = replace(session.store, results={**session.store.results, state: value})
+
+        return (self._execute(element, [note]),)
+
+    def _execute(self, element: Element, steps: list[Step]) -> Execute:
+        def run(memo: dict[Any, Any], active: Collection[int], queue: Any) -> None:
+            run_block(steps, Session(memo, active, queue, self.states, self.system, self.processor))
+
+        text = ", ".join(one.tag for one in element.children) or element.tag
+        return Execute(text, run, element.place)

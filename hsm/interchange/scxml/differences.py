@@ -1,0 +1,123 @@
+"""What an exported machine means otherwise in SCXML: each difference by name, with the place and a way out.
+
+What is not listed here is translated truly: read back, it takes the same transitions at the same stamps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hsm.model.chart import (
+    After,
+    Every,
+    Held,
+    Model,
+    On,
+    Raise,
+    Send,
+    State,
+    StateKind,
+    Transition,
+    TransitionKind,
+    When,
+)
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic
+from hsm.model.expressions import Literal
+from hsm.model.rewriting import actions_of
+
+_WAITS = "SCXML sends the time-out once: a guard that is false then loses it; here it stays due until the guard holds"
+_SOONER = "SCXML takes a condition before any event, and again between events; here it is looked at after them"
+_ORDER = "of what happens in one tick SCXML takes the earliest first; here events come before time-outs"
+
+
+def differences(model: Model) -> list[Diagnostic]:
+    """What of a machine changes its meaning when it is written as SCXML; empty where nothing does."""
+    return [*_transitions(model), *_names(model), *_same_tick(model)]
+
+
+def _transitions(model: Model) -> Iterator[Diagnostic]:
+    raises = any(isinstance(one, Raise) for one in actions_of(model))
+    for transition in model.transitions:
+        source = model.states[transition.source]
+        match transition.trigger:
+            case On(prefix=True):
+                continue  # read from SCXML
+            case On(names):
+                yield from _events(transition, names)
+                if raises and _only_some_finals(model, source, names):
+                    reason = "SCXML asks which final state is active once the machine's own events were handled"
+                    yield _difference(transition, reason, "handle all final states alike, or `done` in their own state")
+            case _:
+                yield from _timing(transition)
+        if _leaves_regions_only(source, transition):
+            reason = "SCXML leaves a parallel state with its regions; here `->` leaves the regions alone"
+            yield _difference(transition, reason, "write `=>`, which leaves the state in both")
+
+
+def _timing(transition: Transition) -> Iterator[Diagnostic]:
+    """What a condition or a time-out means otherwise."""
+    match transition.trigger:
+        case When():
+            yield _difference(transition, _SOONER, "let an event tell when the condition has become true")
+        case After(duration):
+            if transition.guard is not None:
+                yield _difference(transition, _WAITS, "let the guarded state be entered only when the guard holds")
+            if not isinstance(duration, Literal) or duration.value <= 0:
+                reason = "SCXML acts on a time-out of zero in the step that enters the state; here in the next"
+                yield _difference(transition, reason, "write a time-out above zero")
+        case Every():
+            if transition.guard is not None or transition.targets:
+                yield _difference(transition, _WAITS, "let it repeat without a guard and without a target")
+        case Held():
+            reason = "SCXML has no word for how long a condition holds: it is written as the condition alone"
+            yield _difference(transition, reason, "let a state be entered by the condition, and wait in it")
+
+
+def _events(transition: Transition, names: tuple[str, ...]) -> Iterator[Diagnostic]:
+    """What a pattern or a fault means otherwise."""
+    if "*" in names:
+        yield _difference(transition, "in SCXML `*` also matches completions and errors", "name the events")
+    if "fault" in names:
+        reason = "SCXML has no `fault`: an error there does not undo anything, and every state sees it"
+        yield _difference(transition, reason, "write `error.execution` by hand where it is meant")
+
+
+def _only_some_finals(model: Model, source: State, names: tuple[str, ...]) -> bool:
+    """Whether a transition waits for some of the final states of a state, and not for all."""
+    for around in model.states[max(source.index, 1) : source.last + 1]:
+        finals = [model.states[one] for one in around.children if model.states[one].kind is StateKind.FINAL]
+        meant = [one for one in finals if one.own_name in names]
+        if 0 < len(meant) < len(finals):
+            return True
+    return False
+
+
+def _leaves_regions_only(source: State, transition: Transition) -> bool:
+    inside = bool(transition.targets) and all(source.index < one <= source.last for one in transition.targets)
+    return source.kind is StateKind.PARALLEL and inside and transition.kind is TransitionKind.LOCAL
+
+
+def _names(model: Model) -> Iterator[Diagnostic]:
+    """Events whose names begin another's: SCXML's descriptors match by their leading parts."""
+    waited = {one.index: one.trigger.names for one in model.transitions if isinstance(one.trigger, On)}
+    sent = {one.event for one in actions_of(model) if isinstance(one, Raise | Send)}
+    known = sorted(sent.union(*waited.values(), model.events or ()))
+    for index, names in waited.items():
+        transition = model.transitions[index]
+        for name in names:
+            longer = next((one for one in known if one.startswith(f"{name}.")), None)
+            if longer is not None:
+                reason = f"in SCXML `{name}` also matches `{longer}`"
+                yield _difference(transition, reason, "give one of them another name")
+
+
+def _same_tick(model: Model) -> Iterator[Diagnostic]:
+    """One finding for a machine in which a time-out and something else could come in one tick."""
+    timed = [one for one in model.transitions if isinstance(one.trigger, After | Every)]
+    if timed and len(model.transitions) > 1:
+        yield _difference(timed[0], _ORDER, "none is needed where the order within a tick does not matter")
+
+
+def _difference(transition: Transition, reason: str, hint: str) -> Diagnostic:
+    return finding("W0923", transition.place, reason, hint)

@@ -1,0 +1,141 @@
+"""What the standard lets an element of SCXML have: attributes, what may lie in it, and which of them exclude others.
+
+Source: W3C, State Chart XML (SCXML), sections 3 to 6. Attributes and elements of other namespaces are not SCXML's
+business; attributes are skipped, elements are refused by the reader.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from hsm.interchange.scxml.elements import Element
+from hsm.model.codes import finding
+from hsm.model.diagnostics import Diagnostic
+
+_CONTENT = frozenset({"raise", "if", "foreach", "log", "assign", "script", "send", "cancel"})
+_STATES = frozenset({"state", "parallel", "history", "final"})
+_HANDLERS = frozenset({"onentry", "onexit"})
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """One element.
+
+    Attributes:
+        attributes: those that it may have.
+        children: the elements that may lie in it.
+        exclusive: pairs of attributes that exclude each other.
+        text: whether there may be text in it.
+    """
+
+    attributes: frozenset[str]
+    children: frozenset[str] = frozenset()
+    exclusive: tuple[tuple[str, str], ...] = ()
+    text: bool = False
+
+
+def _rule(attributes: str, children: frozenset[str] = frozenset(), exclusive: str = "", *, text: bool = False) -> Rule:
+    pairs = [one.partition("|") for one in exclusive.split()]
+    return Rule(frozenset(attributes.split()), children, tuple((first, second) for first, _, second in pairs), text)
+
+
+RULES: dict[str, Rule] = {
+    # Transitions, handlers and activities of the whole chart are an extension: this project's own charts have them.
+    "scxml": _rule(
+        "initial name version datamodel binding",
+        (_STATES - {"history"}) | _HANDLERS | {"datamodel", "script", "initial", "transition", "invoke", "history"},
+    ),
+    "state": _rule("id initial", _STATES | _HANDLERS | {"transition", "initial", "datamodel", "invoke"}),
+    "parallel": _rule("id", _STATES - {"final"} | _HANDLERS | {"transition", "datamodel", "invoke"}),
+    "final": _rule("id", _HANDLERS | {"donedata"}),
+    "history": _rule("id type", frozenset({"transition"})),
+    "initial": _rule("", frozenset({"transition"})),
+    "transition": _rule("event cond target type", _CONTENT),
+    "onentry": _rule("", _CONTENT),
+    "onexit": _rule("", _CONTENT),
+    "raise": _rule("event"),
+    "if": _rule("cond", _CONTENT | {"elseif", "else"}),
+    "elseif": _rule("cond"),
+    "else": _rule(""),
+    "foreach": _rule("array item index", _CONTENT),
+    "log": _rule("label expr"),
+    "datamodel": _rule("", frozenset({"data"})),
+    "data": _rule("id src expr", exclusive="src|expr", text=True),
+    "assign": _rule("location expr", text=True),
+    "donedata": _rule("", frozenset({"param", "content"})),
+    "content": _rule("expr", text=True),
+    "param": _rule("name expr location", exclusive="expr|location"),
+    "script": _rule("src", text=True),
+    "send": _rule(
+        "event eventexpr target targetexpr type typeexpr id idlocation delay delayexpr namelist",
+        frozenset({"param", "content"}),
+        "event|eventexpr target|targetexpr type|typeexpr id|idlocation delay|delayexpr namelist|content",
+    ),
+    "cancel": _rule("sendid sendidexpr", exclusive="sendid|sendidexpr"),
+    "invoke": _rule(
+        "type typeexpr src srcexpr id idlocation namelist autoforward",
+        frozenset({"param", "content", "finalize"}),
+        "type|typeexpr src|srcexpr id|idlocation",
+    ),
+    "finalize": _rule("", _CONTENT),
+}
+"""The rule of each element of the standard."""
+
+_VALUES = {
+    ("scxml", "version"): ("1.0",),
+    ("scxml", "binding"): ("early", "late"),
+    ("transition", "type"): ("internal", "external"),
+    ("history", "type"): ("shallow", "deep"),
+}
+_OPAQUE = ("content", "data", "assign")
+"""What lies in these is data, whatever it looks like."""
+
+
+def breaches(top: Element) -> Iterator[Diagnostic]:
+    """Everything in a document that the standard does not allow, with what was probably meant."""
+    pending = [top]
+    while pending:
+        element = pending.pop()
+        rule = RULES.get(element.tag)
+        if rule is None:
+            continue  # the reader refuses it by name
+        yield from _attributes(element, rule)
+        if not rule.text and element.text.strip():
+            message = f"text in <{element.tag}>: `{element.text.strip()[:40]}`"
+            yield finding("E0903", element.place, message, "remove it, or make it a comment")
+        if element.tag in _OPAQUE:
+            continue
+        for child in element.children:
+            if child.tag in RULES and child.tag not in rule.children:
+                hint = f"in it may lie: {', '.join(sorted(rule.children)) or 'nothing'}"
+                yield finding("E0903", child.place, f"<{child.tag}> cannot lie in <{element.tag}>", hint)
+            elif child.tag not in RULES and not child.tag.startswith("{"):
+                close = get_close_matches(child.tag, sorted(rule.children), 1)
+                hint = f"did you mean `{close[0]}`?" if close else "leave it out"
+                yield finding("E0903", child.place, f"<{child.tag}> is not supported", hint)
+        pending.extend(reversed(element.children))
+
+
+def _attributes(element: Element, rule: Rule) -> Iterator[Diagnostic]:
+    for name, value in element.attributes.items():
+        if name.startswith("{"):
+            continue
+        if name not in rule.attributes:
+            close = get_close_matches(name, sorted(rule.attributes), 1)
+            hint = f"did you mean `{close[0]}`?" if close else "leave it out"
+            yield finding("E0904", element.place, f"`{name}` of <{element.tag}> is not supported", hint)
+        elif not value.strip() and (element.tag, name) != ("log", "label"):
+            message = f"`{name}` of <{element.tag}> is empty"
+            yield finding("E0910", element.place, message, "give it a value, or leave it out")
+        elif value not in _VALUES.get((element.tag, name), (value,)):
+            known = " or ".join(f"`{one}`" for one in _VALUES[element.tag, name])
+            yield finding("E0910", element.place, f"`{name}` of <{element.tag}> is {known}, not `{value}`")
+    for first, second in rule.exclusive:
+        both = first in element.attributes and (
+            second in element.attributes or any(child.tag == second for child in element.children)
+        )
+        if both:
+            message = f"<{element.tag}> has `{first}` and `{second}`, which exclude each other"
+            yield finding("E0904", element.place, message, "keep one of them")

@@ -1,0 +1,46 @@
+"""Events with data, and the data of a chart: what charts in SCXML hold beyond typed variables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+STORE = "store"
+"""Under this key the signals of a step keep the data of the chart."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Message:
+    """An event with data, with SCXML's fields.
+
+    Attributes:
+        name: its name.
+        kind: ``external``, ``internal``, or ``platform`` for errors and completions.
+        data: what it carries; None for nothing.
+        sendid: the identifier of the ``send`` that failed or made it.
+        origin: where an answer would go.
+    """
+
+    name: str
+    kind: str = "external"
+    data: Any = None
+    sendid: str | None = None
+    origin: str | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Store:
+    """The data of a chart at one moment; it is replaced, never changed.
+
+    Attributes:
+        values: the data, by name.
+        event: the event that is handled, or was last.
+        results: what the completion of each state carries, by index.
+        begun: the states whose data was set on their first entry.
+    """
+
+    values: Mapping[str, Any] = field(default_factory=dict)
+    event: Message | None = None
+    results: Mapping[int, Any] = field(default_factory=dict)
+    begun: frozenset[int] = frozenset()

@@ -1,0 +1,120 @@
+"""The properties of a machine decided on one graph: proved, violated by a run on the engine, or neither."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+from hsm.model.expressions import Literal
+from hsm.model.properties import Never, Property, Recurrence, Response
+from hsm.model.types import BOOLEAN
+from hsm.testing.proofs.graph import Budget, Graph
+from hsm.testing.proofs.search import Search
+from hsm.testing.proofs.values import Undecided
+from hsm.testing.proofs.verdicts import NO_FAULT, Method, PropertyVerdict, Status
+from hsm.testing.proofs.witness import Replayer
+from hsm.testing.scenarios.scenarios import Scenario
+
+CANDIDATES = 12
+"""So many ways to a violation are tried on the engine, the shortest first."""
+
+NO_FAULT_TEXT = "no guard, assignment or duration fails, no transitions follow one another without end"
+
+
+@dataclass(frozen=True, slots=True)
+class Decider:
+    """Decides properties on a graph.
+
+    Attributes:
+        graph: of the machine.
+        replayer: makes runs of ways through it.
+        longest_tick: in nanoseconds.
+        budget: for all properties together.
+        asked: whether the graph was to be of a certain depth only.
+    """
+
+    graph: Graph
+    replayer: Replayer
+    longest_tick: int
+    budget: Budget
+    asked: bool
+
+    def decided(self, stated: Property) -> PropertyVerdict:
+        """Search without time, then with time, then for runs that meet deadlines exactly."""
+        found = None
+        if not isinstance(stated.claim, Recurrence | Response):
+            found = self._searched(stated, self._search(stated, timed=False))
+        if found is None or found.status is Status.UNDECIDED:
+            found = self._searched(stated, self._search(stated, timed=True))
+        if found.status is Status.UNDECIDED:
+            exact = self._search(stated, timed=True)
+            exact.rounding = 0
+            shown = self._searched(stated, exact)
+            return shown if shown.violated else found
+        return found
+
+    def without_fault(self) -> PropertyVerdict:
+        """Whether a step fails anywhere."""
+        graph, states = self.graph, len(self.graph.locations)
+        if graph.faults:
+            example = next(self._faults(), None)
+            if example is not None:
+                return PropertyVerdict(NO_FAULT, NO_FAULT_TEXT, Status.VIOLATED, counterexample=example, states=states)
+            reason = "a step may fail" + self._inexact()
+            return PropertyVerdict(NO_FAULT, NO_FAULT_TEXT, Status.UNDECIDED, reason=reason, states=states)
+        if graph.complete and not graph.failures:
+            return PropertyVerdict(NO_FAULT, NO_FAULT_TEXT, Status.PROVED, Method.REACHABILITY, states=states)
+        return self._bounded(NO_FAULT, NO_FAULT_TEXT, graph.depth, states)
+
+    def _search(self, stated: Property, *, timed: bool) -> Search:
+        return Search(self.graph, stated, timed=timed, longest_tick=self.longest_tick, budget=self.budget)
+
+    def _searched(self, stated: Property, search: Search) -> PropertyVerdict:
+        clear: int | None = None
+        name, text = stated.name, stated.text
+        try:
+            for visit in islice(search.violations(), CANDIDATES):
+                clear = search.depth if clear is None else clear
+                example = self.replayer.violation(search.path(visit), name)
+                if example is not None:
+                    states = len(search.visits)
+                    return PropertyVerdict(
+                        name, text, Status.VIOLATED, counterexample=example, depth=clear, states=states
+                    )
+        except Undecided as error:
+            return PropertyVerdict(name, text, Status.UNDECIDED, reason=str(error))
+        states = len(search.visits)
+        if clear is not None:
+            reason = "a violation that the abstraction shows does not happen on the engine" + self._inexact()
+            return PropertyVerdict(name, text, Status.UNDECIDED, reason=reason, depth=clear, states=states)
+        if search.complete and not self.graph.failures:
+            method = Method.ZONES if search.timed else Method.REACHABILITY
+            return PropertyVerdict(name, text, Status.PROVED, method, states=states)
+        depth = self.graph.depth if search.complete else min(search.depth, self.graph.depth)
+        return self._bounded(name, text, depth, states)
+
+    def _bounded(self, name: str, text: str, depth: int, states: int) -> PropertyVerdict:
+        if self.graph.failures:
+            reason = ", ".join(self.graph.failures)
+            return PropertyVerdict(name, text, Status.UNDECIDED, reason=reason, depth=depth, states=states)
+        reason = "as asked" if self.asked else f"{states} states, and there are more"
+        return PropertyVerdict(name, text, Status.BOUNDED, reason=reason, depth=depth, states=states)
+
+    def _faults(self) -> Iterator[Scenario]:
+        """Runs on the engine that end in a fault."""
+        nothing: Any = Never(Literal(value=False, type=BOOLEAN))
+        search = self._search(Property("", nothing, ""), timed=True)
+        next(search.violations(), None)
+        for number, due, failure in self.graph.faults[:CANDIDATES]:
+            visits = (one for one in search.visits if one.location == number)
+            for visit in islice(visits, CANDIDATES):
+                example = self.replayer.fault(search.path(visit), due, failure, NO_FAULT)
+                if example is not None:
+                    yield example
+
+    def _inexact(self) -> str:
+        """What of the machine is not followed exactly."""
+        what = self.graph.symbols.followed_roughly()
+        return f"; not followed exactly: {', '.join(what[:3])}" if what else ""

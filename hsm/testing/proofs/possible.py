@@ -1,0 +1,76 @@
+"""What steps of a machine may exercise, as coverage counts it; the rest is unreachable once all steps are known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from hsm.engine.configuration import Plan
+from hsm.engine.coverage import Coverage
+from hsm.model.chart import Model
+from hsm.testing.coverage.items import points
+from hsm.testing.proofs.diagrams import FALSE, Diagram
+
+UNREACHABLE = "proved unreachable"
+
+
+@dataclass(slots=True)
+class Possible:
+    """What was found to be possible so far.
+
+    Attributes:
+        states: that may be entered.
+        transitions: that may be taken.
+        guards: for each transition the paths through its guard.
+        outcomes: the states with the outcomes that their activities may report.
+        history: the history states, each with whether it remembers something.
+        untold: transitions of whose guards all paths count as possible, as there are many.
+    """
+
+    states: set[int] = field(default_factory=set)
+    transitions: set[int] = field(default_factory=set)
+    guards: dict[int, set[int]] = field(default_factory=dict)
+    outcomes: set[tuple[int, str]] = field(default_factory=set)
+    history: set[tuple[int, bool]] = field(default_factory=set)
+    untold: set[int] = field(default_factory=set)
+
+    def take(self, plan: Plan) -> None:
+        """A microstep is possible."""
+        self.states.update(plan.entered)
+        self.transitions.update(plan.transitions)
+        self.history.update(plan.restored)
+
+    def paths(
+        self,
+        paths: Sequence[tuple[int, int, Diagram]],
+        among: Diagram,
+        both: Callable[[Diagram, Diagram], Diagram],
+    ) -> None:
+        """Guards are evaluated with these signals."""
+        for transition, path, condition in paths:
+            known = self.guards.setdefault(transition, set())
+            if path not in known and both(among, condition) != FALSE:
+                known.add(path)
+
+    def coverage(self) -> Coverage:
+        """All that tests could exercise."""
+        return Coverage(
+            dict.fromkeys(sorted(self.states), 1),
+            dict.fromkeys(sorted(self.transitions), 1),
+            {index: frozenset(paths) for index, paths in sorted(self.guards.items())},
+            dict.fromkeys(sorted(self.outcomes), 1),
+            dict.fromkeys(sorted(self.history), 1),
+        )
+
+
+def unreachable(model: Model, possible: Possible) -> frozenset[tuple[object, ...]]:
+    """The keys of the points of a machine that no test can cover.
+
+    Args:
+        model: the machine.
+        possible: all that a step may exercise.
+    """
+    left = (one.key for one in points(model, possible.coverage()) if not one.covered)
+    return frozenset(
+        key for key in left if key[0] not in ("guard", "condition", "mcdc") or key[1] not in possible.untold
+    )

@@ -1,0 +1,289 @@
+"""A machine without its robot, driven line by line by a person: every line that is accepted is a line of a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from hsm.engine.machine import Machine
+from hsm.model.diagnostics import MachineError
+from hsm.model.faults import MachineFault
+from hsm.model.registry import Library
+from hsm.model.types import Type
+from hsm.model.unparse import trigger_text, value_text
+from hsm.testing.scenarios.driver import TICK, Driver
+from hsm.testing.scenarios.reading import parse_suite
+from hsm.testing.scenarios.running import performed_text, unmet_claims
+from hsm.testing.scenarios.scenarios import Expectation, Scenario, Stimulus
+from hsm.testing.scenarios.script import scripted_machine
+
+_LINES = ("given", "when", "after", "expect")
+"""What the lines of a scenario begin with."""
+
+
+class SessionError(Exception):
+    """A line that cannot be done; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Where a run stands, and what has happened since the moment before.
+
+    Attributes:
+        time: seconds since the start.
+        states: the active states, in document order.
+        doing: what the activities of active states are asked to do.
+        variables: variables and parameters by name, as text.
+        taken: the transitions that were taken, with their lines.
+        called: the actions that were called.
+        raised: the events that the machine raised.
+        outcome: the final state that ended the run, or None.
+    """
+
+    time: float
+    states: tuple[str, ...]
+    doing: tuple[str, ...]
+    variables: Mapping[str, str]
+    taken: tuple[str, ...]
+    called: tuple[str, ...]
+    raised: tuple[str, ...]
+    outcome: str | None
+
+
+@dataclass(slots=True)
+class _Seen:
+    """What has happened since a line was given."""
+
+    taken: list[str] = field(default_factory=list)
+    called: list[str] = field(default_factory=list)
+    raised: list[str] = field(default_factory=list)
+
+
+class _Break(Exception):  # noqa: N818 - how a wait ends early
+    """A condition to stop at holds."""
+
+
+class Session:
+    """One run of a machine, driven by the lines of a scenario; it can go back.
+
+    Attributes:
+        machine: the machine's name.
+        lines: the lines that were accepted, in order.
+    """
+
+    def __init__(
+        self, machine: Machine, library: Library[Any, Any], parameters: Mapping[str, Any] | None = None
+    ) -> None:
+        """Start a run.
+
+        Args:
+            machine: the machine.
+            library: what it was checked against.
+            parameters: its parameters, in SI units.
+
+        Raises:
+            SessionError: it cannot start.
+        """
+        self._machine = scripted_machine(machine)
+        self._model = machine.model
+        self.machine = machine.model.name
+        self._library = library
+        self._parameters = dict(parameters or {})
+        self._types: dict[str, Type] = {one.name: one.type for one in self._model.parameters}
+        self._types.update((one.name, one.type) for one in self._model.variables)
+        self.lines: list[str] = []
+        self._break: tuple[str, Expectation] | None = None
+        self._seen = _Seen()
+        self._driver = self._started()
+
+    @property
+    def moment(self) -> Moment:
+        """Where the run stands."""
+        driver, seen = self._driver, self._seen
+        return Moment(
+            driver.time,
+            tuple(sorted(driver.configuration, key=driver.machine.indices.__getitem__)),
+            tuple(f"{state}: {performed_text(driver, state)}" for state in driver.doing),
+            {name: value_text(value, self._types.get(name)) for name, value in driver.variables.items()},
+            tuple(seen.taken),
+            tuple(seen.called),
+            tuple(seen.raised),
+            driver.outcome,
+        )
+
+    def do(self, line: str) -> Moment:
+        """Do one line of a scenario.
+
+        Args:
+            line: such as ``when door.near, not space.front``, ``when rotate reports done``, ``after 2 s``,
+                ``when event go``, ``expect driving`` or ``given door.near``, which begins anew with that.
+
+        Raises:
+            SessionError: it cannot be read, what it expects does not hold, or the run has ended.
+        """
+        text = line.strip()
+        if text.split(" ", 1)[0] == "given":
+            given = [one for one in self.lines if one.startswith("given")]
+            rest = [one for one in self.lines if not one.startswith("given")]
+            self._replay([*given, text, *rest])
+            return self.moment
+        self._seen = _Seen()
+        for step in self._read([text]).steps:
+            text = self._perform(step, text)
+        self.lines.append(text)
+        return self.moment
+
+    def tick(self) -> Moment:
+        """Let one tick pass."""
+        return self.do(f"after {TICK} s")
+
+    def back(self, count: int = 1) -> Moment:
+        """Take lines back: the run is played again without them.
+
+        Raises:
+            SessionError: there are not so many.
+        """
+        if count > len(self.lines):
+            raise SessionError(f"there {'is' if len(self.lines) == 1 else 'are'} {len(self.lines)} to take back")
+        self._replay(self.lines[: len(self.lines) - count])
+        return self.moment
+
+    def stop_when(self, condition: str | None) -> None:
+        """Have a wait stop where something comes to hold.
+
+        Args:
+            condition: what an ``expect`` line may say, such as ``in_door`` or ``turns == 2``; None to take it back.
+
+        Raises:
+            SessionError: it cannot be read.
+        """
+        if condition is None:
+            self._break = None
+            return
+        (step,) = self._read([f"expect {condition}"]).steps
+        assert isinstance(step, Expectation)
+        self._break = (condition, step)
+
+    def why(self, state: str | None = None) -> list[str]:
+        """What became of the transitions that the last step looked at.
+
+        Args:
+            state: only those of this state, by its own name or its full one.
+
+        Raises:
+            SessionError: there is no such state.
+        """
+        states = self._machine.model.states
+        names = [one.name for one in states[1:]]
+        if state is not None:
+            full = [one for one in names if one == state or one.rpartition(".")[2] == state]
+            if not full:
+                raise SessionError(f"there is no state `{state}`; the states: {', '.join(names)}")
+        looked = [
+            one for one in self._driver.last.considered if state is None or states[one.transition.source].name in full
+        ]
+        if not looked:
+            return ["the last step looked at none of them: the state was not active, or its triggers did not come"]
+        return [
+            f"line {one.transition.place.line if one.transition.place else '-'}: "
+            f"{trigger_text(one.transition.trigger, one.transition.guard)}: {one.reason}"
+            for one in looked
+        ]
+
+    def scenario(self, name: str) -> str:
+        """The session as a scenario: what was done and, at the end, where that led."""
+        moment = self.moment
+        states = self._machine.model.states
+        expected = ", ".join(one for one in moment.states if not states[self._machine.indices[one]].children)
+        body = [*self.lines, f"expect {expected}"] if expected else self.lines
+        return f"scenario {name}\n" + "".join(f"    {line}\n" for line in body)
+
+    # How it is done.
+
+    def _started(self, given: Mapping[Any, Any] | None = None, parameters: Mapping[str, Any] | None = None) -> Driver:
+        values = {**self._parameters, **(parameters or {})}
+        try:
+            return Driver(self._machine, values, given, watch=self._watch)
+        except (MachineFault, ValueError, TypeError) as error:
+            raise SessionError(str(error)) from None
+
+    def _replay(self, lines: Sequence[str]) -> None:
+        """Begin anew and do lines; where one fails, all is as before."""
+        before = (self._driver, self.lines, self._break, self._seen)
+        scenario = self._read(lines)
+        try:
+            self._break, self.lines, self._seen = None, list(lines), _Seen()
+            self._driver = self._started(scenario.given, scenario.parameters)
+            for step in scenario.steps:
+                self._seen = _Seen()
+                self._perform(step, "")
+        except SessionError:
+            self._driver, self.lines, self._break, self._seen = before
+            raise
+        self._break = before[2]
+
+    def _read(self, lines: Sequence[str]) -> Scenario:
+        for line in lines:
+            if line.split(" ", 1)[0] not in _LINES:
+                raise SessionError(f"a line begins with {', '.join(_LINES)}; `help` lists what else there is")
+        # A scenario must expect something; what is added here is dropped again.
+        last = f"expect {self._model.states[1].name}"
+        text = f"test {self._model.name}\nscenario session\n" + "".join(f"    {line}\n" for line in (*lines, last))
+        try:
+            suite = parse_suite(text, self._model, self._library, "session")
+        except MachineError as error:
+            found = error.diagnostics[0]
+            raise SessionError(found.message + (f"; {found.suggestion}" if found.suggestion else "")) from None
+        (scenario,) = suite.scenarios
+        return replace(scenario, steps=scenario.steps[:-1])
+
+    def _perform(self, step: Stimulus | Expectation, text: str) -> str:
+        """Do a step; the line that says what was done, which is shorter where a wait was stopped."""
+        driver = self._driver
+        if isinstance(step, Expectation):
+            self._expect(step)
+            return text
+        if driver.outcome is not None:
+            raise SessionError(f"the machine has ended, as {driver.outcome}; `back` takes lines back")
+        began = driver.time
+        driver.fail(step.failing)
+        try:
+            if step.after is None:
+                driver.step(step.signals, step.reports, step.events)
+            else:
+                driver.wait(step.after, step.signals, step.reports, step.events)
+        except _Break:
+            return f"after {driver.time - began:.10g} s"
+        except LookupError as error:
+            raise SessionError(str(error.args[0])) from None
+        except MachineFault as error:
+            raise SessionError(str(error)) from None
+        return text
+
+    def _expect(self, step: Expectation) -> None:
+        """Wait for what is expected.
+
+        Raises:
+            SessionError: it does not come to hold.
+        """
+        driver = self._driver
+        end = driver.time + (step.within or 0.0)
+        while (
+            (unmet := unmet_claims(driver, step.claims)) and driver.outcome is None and driver.time + TICK <= end + 1e-9
+        ):
+            driver.step()
+        if unmet:
+            raise SessionError(f"not so: {', '.join(one.text for one in unmet)}")
+
+    def _watch(self, driver: Driver) -> None:
+        """After each step: remember what was done, and stop a wait at the break."""
+        states = driver.machine.model.states
+        for one in driver.last.transitions:
+            targets = ", ".join(states[target].name for target in one.targets)
+            line = f" (line {one.place.line})" if one.place else ""
+            self._seen.taken.append(f"{states[one.source].name}{f' -> {targets}' if targets else ''}{line}")
+        self._seen.called += [one.name for one in driver.calls]
+        self._seen.raised += driver.raised
+        if self._break is not None and driver.time > 0 and not unmet_claims(driver, self._break[1].claims):
+            raise _Break

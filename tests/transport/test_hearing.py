@@ -1,0 +1,59 @@
+"""What is said of a network on which a robot's topics are missed."""
+
+from __future__ import annotations
+
+import pytest
+
+from transport.hearing import Topic, heard_instead, topic_of
+from transport.keys import RobotKeys
+from transport.memory_bus import MemoryNetwork
+from transport.settings import LinkSettings
+
+TOKEN = "@ros2_lv/3/abc/0/1/{}/%/%bot/driver/%bot%scan/sensor_msgs::msg::dds_::LaserScan_/RIHS01_00/::,1:,:,:,,"
+SCAN = "sensor_msgs::msg::dds_::LaserScan_"
+
+
+@pytest.mark.parametrize(
+    ("key", "topic"),
+    [
+        ("bot/scan", Topic("bridge", 0, "bot/scan")),
+        ("scan", Topic("bridge", 0, "scan")),
+        (f"3/bot/front/scan/{SCAN}/RIHS01_00", Topic("rmw_zenoh", 3, "bot/front/scan", SCAN)),
+        (TOKEN.format("MP"), Topic("rmw_zenoh", 3, "bot/scan", SCAN)),
+        (TOKEN.format("MS"), None),
+        ("@ros2_lv/3/abc/0/0/NN/%/%bot/driver", None),
+        ("@/abc/router", None),
+        ("@ros2_lv/x/abc/0/1/MP/%/%/a/%scan/b/c/d", None),
+    ],
+)
+def test_topics_are_read_from_keys_and_from_tokens_of_publishers(key: str, topic: Topic | None) -> None:
+    assert topic_of(key) == topic
+
+
+@pytest.mark.parametrize(
+    ("there", "told"),
+    [
+        ([], "nothing else is to be heard there"),
+        (["bot/scan", "bot/odom"], "heard `bot/odom`, `bot/scan`; give --set robot.namespace=bot"),
+        (["scan"], "heard `scan`; give --set robot.namespace="),
+        (["camera/image"], "heard `camera/image`"),
+        ([f"3/toy/scan/{SCAN}/RIHS01_00"], f"`toy/scan` ({SCAN}); give --set link.keys=rmw_zenoh --set link.domain=3"),
+        ([f"t/{k:02}" for k in range(10)], "`t/07` and 2 more"),
+    ],
+)
+def test_the_sentence_ends_with_the_settings_that_reach_the_scan(there: list[str], told: str) -> None:
+    network = MemoryNetwork()
+    talker = network.bus()
+
+    class Talking:
+        """While one listens, the others talk."""
+
+        def wait(self, seconds: float) -> None:
+            assert seconds == 1.0
+            for key in there:
+                talker.publisher(key).put(b"")
+
+    network.clock = Talking()
+    sentence = heard_instead(network.bus(), RobotKeys("toy", LinkSettings(gate=False)))
+    assert sentence.startswith("listened on `toy/scan` and `toy/odom`; ")
+    assert sentence.endswith(told)

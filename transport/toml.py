@@ -1,0 +1,63 @@
+"""TOML from files and from the command line, in bounded time and memory."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+LARGEST = 2**20
+"""No file that is read has more bytes."""
+
+
+class TomlError(ValueError):
+    """A text that is no TOML, or a file of settings that nobody wrote."""
+
+
+class NoTomlError(TomlError):
+    """A text that is no TOML."""
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The table in a file.
+
+    Raises:
+        TomlError: it is not TOML in UTF-8, or larger than a MiB.
+        OSError: it cannot be read.
+    """
+    with path.open("rb") as file:  # not to its end, which a device may not have
+        content = file.read(LARGEST + 1)
+    if len(content) > LARGEST:
+        raise TomlError("it is larger than 1 MiB, which no settings are")
+    try:
+        return parse_toml(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise TomlError(f"byte {error.start + 1} is not UTF-8") from None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The table in a text.
+
+    Raises:
+        TomlError: it is not TOML, or nested too deep.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise NoTomlError(str(error)) from None
+    except ValueError:
+        raise TomlError("a number in it has too many digits") from None
+    except RecursionError:
+        raise TomlError("it is nested too deep") from None
+
+
+def toml_value(text: str) -> Any:
+    """The value that a text on the command line stands for; a bare word is a string: a shell would eat its quotes.
+
+    Raises:
+        TomlError: it is nested too deep, or a number has too many digits.
+    """
+    try:
+        return parse_toml(f"value = {text}")["value"]
+    except NoTomlError:
+        return text

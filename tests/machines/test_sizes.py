@@ -35,11 +35,11 @@ def of_size(size):
 
 
 BRIEF = 2
-"""Ticks: where two thresholds are crossed at nearly the same time, what does not grow, as the noise, says which is first."""
+"""Ticks: where two thresholds are crossed at nearly the same time, what does not grow says which comes first."""
 
 
 def states(machine, size, limit=200.0):
-    """The states that a machine goes through in a maze of its robot's size but for brief ones, and whether it is out."""
+    """The states that a machine goes through in a maze of its robot's size, but for brief ones; whether it is out."""
     profile = of_size(size)
     maze = scaled(generate(Recipe(columns=4, rows=3, corridor=1.0, doors=0), 5), size)
     robot = LockstepRobot(SimulatedWorld(maze, profile.robot, 0, IDEAL))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from perception.mapping.frames import compose, placed
 from perception.mapping.settings import FreeSpaceSettings
 from perception.sweep import Mask, ScanPoints
+from transport.arithmetic import distance_between
 from transport.description import Point
 from transport.messages import Pose
 
@@ -130,7 +131,7 @@ class FreeSpace:
             (i, j)
             for i in range(column - away, column + away + 1)
             for j in range(row - away, row + away + 1)
-            if math.dist(self.middle((i, j)), (pose.x, pose.y)) <= radius
+            if distance_between(self.middle((i, j)), (pose.x, pose.y)) <= radius
         ]
         columns, rows = np.array(cells, dtype=np.intp).reshape(-1, 2).T
         return columns, rows

@@ -114,7 +114,8 @@ class FreeSpace:
         away = np.sqrt(x[:, None] ** 2 + y[None, :] ** 2)
         heading = sensor.heading - fan.mount.heading
         first = float(fan.angles[0])
-        bearing = (directions(x[:, None], y[None, :]) - heading - first) % math.tau
+        towards = directions(x[:, None].astype(np.float64), y[None, :].astype(np.float64))
+        bearing = (towards - heading - first) % math.tau
         beam = np.rint(bearing / fan.step).astype(np.intp)
         inside = beam < len(sweep.ranges)
         free = sweep.free - settings.before

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from perception.mapping.frames import compose, placed
 from perception.mapping.settings import FreeSpaceSettings
 from perception.sweep import Mask, ScanPoints
-from transport.arithmetic import distance_between
+from transport.arithmetic import directions, distance_between
 from transport.description import Point
 from transport.messages import Pose
 
@@ -114,7 +114,8 @@ class FreeSpace:
         away = np.sqrt(x[:, None] ** 2 + y[None, :] ** 2)
         heading = sensor.heading - fan.mount.heading
         first = float(fan.angles[0])
-        bearing = (np.arctan2(y[None, :], x[:, None]) - heading - first) % math.tau
+        towards = directions(x[:, None].astype(np.float64), y[None, :].astype(np.float64))
+        bearing = (towards - heading - first) % math.tau
         beam = np.rint(bearing / fan.step).astype(np.intp)
         inside = beam < len(sweep.ranges)
         free = sweep.free - settings.before

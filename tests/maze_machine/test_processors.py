@@ -76,8 +76,6 @@ BY_PROCESSOR = {
 ALLOWED = {
     # Which beams may meet a wall; whether they do is decided by the four operations.
     ("sim/lidar.py", "np.arctan2"),
-    # Not free of it yet: which beam looks at a cell, where the cell lies between two to the last bit.
-    ("perception/mapping/free_space.py", "np.arctan2"),
 }
 
 

@@ -184,7 +184,11 @@ class Scene:
         """End the robot's side without a word."""
         self.gate = None
         self.bus.close()
-        self.told.append((self.clock.now(), STOP))  # a base whose gate is gone has a time-out of its own
+        self.stand()
+
+    def stand(self) -> None:
+        """Note that the base stands by itself: a driver has a time-out of its own, a frozen simulation is frozen."""
+        self.told.append((self.clock.now(), STOP))
 
     def take(self) -> RealtimeRobot:
         """Take the robot."""
@@ -248,6 +252,7 @@ def realtime_fault(seed: int) -> tuple[str, str, str]:
                 clock.wait(length)
             case "robot's side", "stop":
                 scene.frozen = True
+                scene.stand()
                 scene.drive(min(length, 2.0))
                 scene.frozen = False
             case _:

@@ -250,7 +250,7 @@ def run_result(name: str, odometry: str, limit: float, seed: int = 0) -> RunResu
     ending = drive(prepare("tremaux", profile, time_limit=limit), robot, robot, [observer])
     apart = [math.hypot(off.x, off.y) for off in observer.off]
     return RunResult(
-        maze=name,
+        maze=Path(name).stem,
         odometry=odometry,
         ticks=ending.ticks,
         rms=root_mean_square(apart),
@@ -279,7 +279,7 @@ def simulator(mazes: Iterable[str], limit: float, *, as_json: bool) -> None:
                 print(json.dumps(rounded), flush=True)
                 continue
             print(
-                f"{name:12} {odometry:8} {result.ticks:6} {result.rms:6.4f} {result.largest:7.4f}"
+                f"{result.maze:12} {odometry:8} {result.ticks:6} {result.rms:6.4f} {result.largest:7.4f}"
                 f" {result.heading:7.3f} {result.baseline:8.3f} {result.keyframes:9} {result.loops:5} {result.false:5}"
                 f" {result.nees:5.2f} {result.tick:5.2f} {result.worst:5.1f}",
                 flush=True,

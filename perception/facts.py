@@ -230,5 +230,7 @@ class Perception:
         self.world.move(observation.odometry)
         self.world.survey(facts.sweep)
         self.world.align(facts.compass)
+        if self.world.surveyor and self.world.surveyor.drawing:
+            self.world.notice_doors(facts.doors)
         self.world.follow_lane(facts.sweep, self.robot.footprint)
         return facts

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from perception.compass import Compass
@@ -29,6 +30,10 @@ def to_robot(pose: Pose, point: Point) -> Point:
     cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
     dx, dy = point[0] - pose.x, point[1] - pose.y
     return (dx * cosine + dy * sine, dy * cosine - dx * sine)
+
+
+BEYOND = 1.0
+"""So far from where the robot has left the maze it shall drive the next time, m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +79,9 @@ class WorldModel:
         doors: the doors tried so far, in order.
         marks: the junctions that the robot has marked.
         surveyor: keeps the map; None before one is begun.
+        dead_ends: those seen since then that may be doors, in order.
+        dismissed: those of them that the robot has stood before.
+        way_out: a place outside, straight on from where an earlier attempt has left the maze, m; None where none has.
     """
 
     settings: PerceptionSettings
@@ -87,6 +95,9 @@ class WorldModel:
     doors: list[DoorPlace] = field(default_factory=list)
     marks: Marks = field(init=False)
     surveyor: Surveyor | None = None
+    dead_ends: list[DoorPlace] = field(default_factory=list)
+    dismissed: list[DoorPlace] = field(default_factory=list)
+    way_out: Point | None = None
     _odometry: Pose | None = None
     _aligned: bool = False
     _axis: float = 0.0
@@ -97,10 +108,15 @@ class WorldModel:
     def from_the_start(self) -> WorldModel:
         """The world model of a robot that begins again where the run began, roughly as it stood there.
 
-        It knows the junctions of this run; all else is as new, for doors have shut again.
+        It knows the junctions of this run, and where there is a map, that and where the way out is; all else is as new,
+        for doors have shut again.
         """
         again = WorldModel(self.settings)
         again.marks = Marks(self.marks.tolerance, known=tuple(self.marks.places))
+        if self.surveyor is not None:
+            again.surveyor, again._aligned = self.surveyor.from_the_start(), self._aligned
+            again.dead_ends = list(self.dead_ends)
+            again.way_out = to_world(self.pose, (BEYOND, 0.0))
         return again
 
     def move(self, odometry: Odometry) -> None:
@@ -133,11 +149,17 @@ class WorldModel:
         x, y = to_world(Pose(heading=correction), (self.pose.x, self.pose.y))
         self.pose = Pose(x, y, self.pose.heading + correction)
 
-    def begin_map(self, sweep: ScanPoints) -> None:
-        """Begin a map where the robot is, with what it sees there; nothing where there is one."""
+    def begin_map(self, sweep: ScanPoints) -> Surveyor:
+        """Begin a map where the robot is, with what it sees there, unless there is one; returns what keeps it."""
         if self.surveyor is None:
             self.surveyor = Surveyor(self.settings.mapping, self.pose)
             self.surveyor.see(sweep)
+        return self.surveyor
+
+    @property
+    def place_known(self) -> bool:
+        """Whether the last scan fits the map, or odometry has not led far since one did; false without a map."""
+        return self.surveyor is not None and self.surveyor.sure
 
     def survey(self, sweep: ScanPoints) -> None:
         """Take in what the scan shows of the surroundings, if there is a map."""
@@ -175,6 +197,26 @@ class WorldModel:
         """Whether a door in sight has been tried."""
         place = self.place(door)
         return any(self._same(other, place) for other in self.doors)
+
+    def notice_doors(self, doors: Iterable[Door]) -> None:
+        """Note the dead ends in sight that may be doors; one already noted is moved to where it is now seen."""
+        for door in doors:
+            place = self.place(door)
+            for index, other in enumerate(self.dead_ends):
+                if self._same(other, place):
+                    self.dead_ends[index] = place
+                    break
+            else:
+                self.dead_ends.append(place)
+
+    def dismiss_door(self, place: DoorPlace) -> None:
+        """Note that the robot has stood before a dead end."""
+        self.dismissed.append(place)
+
+    def untried_doors(self) -> list[DoorPlace]:
+        """The dead ends that may be doors, have not been tried, and before which the robot has not stood."""
+        done = [*self.doors, *self.dismissed]
+        return [place for place in self.dead_ends if not any(self._same(other, place) for other in done)]
 
     def _same(self, one: DoorPlace, other: DoorPlace) -> bool:
         apart = distance_between(one.centre, other.centre)

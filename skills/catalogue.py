@@ -16,6 +16,7 @@ from skills.activities.cross_space import CrossSpace
 from skills.activities.door import Ring
 from skills.activities.drive import Drive
 from skills.activities.drive_to import DriveTo
+from skills.activities.explore import Explore, GoToDoor
 from skills.activities.follow_wall import FollowWall
 from skills.activities.make_room import MakeRoom
 from skills.activities.move import Move
@@ -26,7 +27,7 @@ from skills.activities.stop import Stop
 from skills.chance import chance
 from skills.library import LIBRARY
 from skills.settings import SkillSettings
-from skills.strategies import marks
+from skills.strategies import marks, places
 from transport.description import RobotDescription
 from transport.messages import Command
 
@@ -37,7 +38,9 @@ ACTIVITIES: tuple[type[Activity[Facts, Command]], ...] = (
     CrossSpace,
     Drive,
     DriveTo,
+    Explore,
     FollowWall,
+    GoToDoor,
     LeaveJunction,
     MakeRoom,
     Move,
@@ -54,10 +57,14 @@ SIGNALS: tuple[Callable[..., Any], ...] = (
     marks.junction_marks,
     marks.junction_leads_out,
     marks.junction_new,
+    places.map_known,
+    places.map_doors,
+    places.place_known,
+    places.place_deviation,
 )
 """What it may ask, beside perception's signals."""
 
-ACTIONS: tuple[Callable[..., Any], ...] = (marks.junction_arrive, marks.junction_mark)
+ACTIONS: tuple[Callable[..., Any], ...] = (marks.junction_arrive, marks.junction_mark, places.map_begin)
 """What it may note."""
 
 

@@ -127,6 +127,19 @@ class ArcSettings(Settings):
     """The turn is over when less than this is left, rad."""
 
 
+class ExploreSettings(Settings):
+    """Choosing where to drive on the map."""
+
+    outward: Positive = 8.0
+    """A place counts as so much farther off for each metre that it is inside of what has been seen, s."""
+    change: Positive = 2.0
+    """Another place than the one chosen must be better by so much, s."""
+    patience: Positive = 3.5
+    """With no such place left the robot waits so long, s: a door that opens shows on the map a little later."""
+    before_door: Positive = 0.6
+    """The robot stands so far before a dead end that may be a door, m."""
+
+
 class RingSettings(Settings):
     """Ringing at a door and passing it."""
 
@@ -177,5 +190,7 @@ class SkillSettings(Settings):
     """Turning while driving."""
     door: RingSettings = RingSettings()
     """Opening doors."""
+    explore: ExploreSettings = ExploreSettings()
+    """Choosing where to drive on the map."""
     safety: SafetySettings = SafetySettings()
     """Keeping off the walls."""

@@ -151,10 +151,14 @@ class Loops:
                 continue
             off = between(self.graph.poses[link.second], compose(self.graph.poses[link.first], link.measured))
             worth |= norm(off.x, off.y) > settings.worth or abs(off.heading) > settings.worth_turn
-            self.graph.close(link)
-            self.paths.add(link)
-            self._unsolved += 1
+            self.close(link)
         return worth or self._unsolved >= settings.every
+
+    def close(self, loop: Link) -> None:
+        """Add a loop that is believed."""
+        self.graph.close(loop)
+        self.paths.add(loop)
+        self._unsolved += 1
 
     def _agree(self, loop: Link, other: Link) -> bool:
         """Whether two loops put the new keyframe into the same place."""

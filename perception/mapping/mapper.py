@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from perception.mapping.cloud import Cloud
 from perception.mapping.frames import between, compose
-from perception.mapping.graph import PoseGraph
+from perception.mapping.graph import Link, PoseGraph
 from perception.mapping.information import Symmetric
 from perception.mapping.loops import Loops
 from perception.mapping.matching import Match, Reference, matched
@@ -100,6 +100,33 @@ class Mapper:
         if way >= settings.way or abs(self.offset.heading) >= settings.turn:
             self._keep(cloud)
 
+    def resume(self, cloud: Cloud, at: int) -> bool:
+        """Go on with the map from another place: where a keyframe was made, or near it.
+
+        Args:
+            cloud: what is seen there, in the robot's frame.
+            at: the keyframe's number.
+
+        Returns:
+            Whether the scan fits; if not, the robot is taken to be where the keyframe was made, and is not sure of it.
+        """
+        track, poses = self.settings.track, self.graph.poses
+        near = range(max(0, at - track.neighbours), min(at + track.neighbours + 1, len(self.clouds)))
+        reference = self.loops.reference(at, near)
+        found = None
+        if len(cloud) and len(reference.cloud):
+            window = Window(track.blind_across, math.pi)
+            start = search(cloud, Grid.of(reference.cloud, self.settings.search), Pose(), window).pose
+            found = matched(cloud, reference, start, None, self.settings.match)
+        self.match = found if found is not None and found.share >= track.sure else None
+        seen = self.match.pose if self.match else Pose()
+        self.offset = between(poses[-1], compose(poses[at], seen))
+        self.covariance = UNKNOWN_STEP
+        self._keep(cloud)
+        if self.match is not None:
+            self.loops.close(Link(at, len(self.clouds) - 1, seen, self.match.seen))
+        return self.match is not None
+
     def work(self, pieces: int) -> None:
         """Do so many pieces of the work of finding and closing loops, if there are as many."""
         while pieces and self._work:
@@ -144,7 +171,15 @@ class Mapper:
             wide = matched(cloud, reference, guess, prior, self.settings.match, start=start)
             if wide is not None and (found is None or wide.share > found.share + track.better):
                 found = wide
-        return found if found is not None and found.share >= track.least else None
+        return found if found is not None and self._believed(found, guess, prior) else None
+
+    def _believed(self, found: Match, guess: Pose, prior: Symmetric | None) -> bool:
+        """Whether a match fits the map well, or less well but what odometry says, too."""
+        track = self.settings.track
+        if found.share >= track.least or prior is None:
+            return found.share >= track.least
+        off = between(guess, found.pose)
+        return found.share >= track.new and prior.square(off.x, off.y, off.heading) <= track.gate
 
 
 def carried(covariance: Symmetric, step: Pose) -> Symmetric:

@@ -135,12 +135,20 @@ class TrackSettings(Settings):
     """Or after so much turn, rad."""
     recent: Count = 15
     """Scans are matched with so many keyframes, the last ones."""
+    neighbours: Count = 4
+    """Where the map is gone on with from a keyframe, the scan is matched with it and so many before and after it."""
     sure: Share = 0.75
     """With a smaller share of the scan on known walls the wide search is made, too."""
     better: Share = 0.1
     """Its answer is taken if the share is larger by so much."""
     least: Share = 0.4
-    """A match with a smaller share is none; odometry alone is followed."""
+    """A match with a smaller share is believed only where it agrees with odometry: much may be new in sight."""
+    gate: Positive = 16.0
+    """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
+    lost: Positive = 0.15
+    """Where no scan fits, the robot no longer knows where it is once its place deviates by so much, m."""
+    new: Share = 0.15
+    """And with a share that is smaller still no match is believed; odometry alone is followed."""
     across: Positive = 0.6
     """Half the width of the wide search, m."""
     around: Positive = 0.4
@@ -198,6 +206,42 @@ class LoopSettings(Settings):
     """After so many loops it is solved in any case."""
 
 
+class FreeSpaceSettings(Settings):
+    """The grid of where the robot can drive."""
+
+    cell: Positive = 0.1
+    """Width of a cell, m."""
+    reach: Positive = 10.0
+    """How far to look, m."""
+    body: Positive = 0.35
+    """So far about its origin it is free, for the robot could turn there, m."""
+    before: Positive = 0.1
+    """A beam says nothing of what is nearer than this before what it hit, m."""
+    every: Count = 5
+    """Each so many ticks a scan is drawn."""
+    gain: Count = 2
+    """What a beam that goes through a cell counts for it."""
+    loss: Count = 3
+    """What a beam that ends in a cell counts against it."""
+    most: Annotated[int, Field(ge=1, le=100)] = 4
+    """What a cell's belief is limited to, either way."""
+
+
+class PlanSettings(Settings):
+    """The shortest ways over the grid."""
+
+    room: Positive = 0.9
+    """The robot's origin keeps so many of its radii from cells with a wall, middle to middle, at least."""
+    ease: Positive = 0.5
+    """Nearer to a wall than this a way is the longer the nearer it is, m."""
+    dear: Positive = 3.0
+    """At a wall by so many times."""
+    rim_room: Positive = 1.12
+    """The rim of what has been seen counts where there is so much room, in radii."""
+    least_rim: Count = 3
+    """A piece of the rim has at least so many cells: what is smaller no robot fits through."""
+
+
 class MappingSettings(Settings):
     """The map."""
 
@@ -215,3 +259,7 @@ class MappingSettings(Settings):
     """Finding places again."""
     graph: GraphSettings = GraphSettings()
     """The pose graph."""
+    free_space: FreeSpaceSettings = FreeSpaceSettings()
+    """The grid."""
+    plan: PlanSettings = PlanSettings()
+    """Ways over it."""

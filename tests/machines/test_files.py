@@ -17,6 +17,7 @@ def test_all_machines_ship():
         "corridor_2015",
         "corridor_2017",
         "door",
+        "explorer",
         "pledge",
         "pledge_smooth",
         "random_mouse",

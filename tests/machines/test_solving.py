@@ -30,7 +30,7 @@ ISLAND = """
 SOLVERS = ("pledge", "pledge_smooth", "right_hand_loop", "tremaux", "random_mouse")
 
 
-@pytest.mark.parametrize("machine", [*SOLVERS, "right_hand"])
+@pytest.mark.parametrize("machine", [*SOLVERS, "explorer", "right_hand"])
 def test_every_solver_leaves_a_maze_without_islands(solve, maze, machine):
     run = solve(machine, maze(SIMPLE), limit=1500)
     assert run.verdict.escaped, run.verdict
@@ -44,6 +44,14 @@ def test_islands_do_not_hold_who_knows_of_them(solve, maze, machine, seed):
     run = solve(machine, maze(ISLAND), seed, limit=600)
     assert run.verdict.escaped, run.verdict
     assert run.verdict.contacts == ()
+
+
+@pytest.mark.parametrize("text", [SIMPLE, ISLAND])
+def test_the_map_leads_out_without_pledge(solve, maze, text):
+    run = solve("explorer", maze(text), limit=150)
+    assert run.verdict.escaped, run.verdict
+    assert run.verdict.contacts == ()
+    assert "by_pledge" not in run.states
 
 
 @pytest.mark.parametrize("text", [SIMPLE, ISLAND])
@@ -76,7 +84,7 @@ def test_the_right_hand_circles_about_an_island_for_ever(solve):
     assert run.verdict.contacts == ()
 
 
-@pytest.mark.parametrize("machine", ["pledge", "pledge_smooth", "right_hand_loop", "tremaux"])
+@pytest.mark.parametrize("machine", ["explorer", "pledge", "pledge_smooth", "right_hand_loop", "tremaux"])
 def test_the_final_with_its_door_is_won(solve, machine):
     run = solve(machine, read_maze(shipped_mazes()["final_2015"]), seed=3, limit=420)
     assert run.verdict.escaped, run.verdict

@@ -133,6 +133,15 @@ def test_in_practice_tremaux_explores_first_and_then_drives_straight_out(made, t
     assert ["turn_180" in states for states in doing] == [True, False]
 
 
+def test_in_practice_explorer_keeps_its_map_and_drives_the_way_out(made):
+    found, verdicts = made("explorer", "final_2015", rules=["rules.practice=true"])
+    explored, direct = (verdict["path_length"] for verdict in verdicts)
+    assert [(verdict["escaped"], verdict["contacts"]) for verdict in verdicts] == [(True, []), (True, [])]
+    assert direct < 0.85 * explored
+    doing = {tick.doing for _, ticks, _ in found for tick in ticks}
+    assert not any(state.startswith("by_pledge") for state in doing)
+
+
 def test_what_a_failed_attempt_has_seen_is_forgotten(made, tmp_path):
     maze = tmp_path / "branch.maze"
     maze.write_text(BRANCH)

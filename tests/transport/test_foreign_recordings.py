@@ -21,7 +21,7 @@ from toy_world import ToyWorld, wander
 
 from transport import codec
 from transport.messages import NANOSECONDS, Pose, Scan
-from transport.recording import Recorder, RecordingError, Setting, Topics, drawings, read_recording
+from transport.recording import Recorder, RecordingError, Setting, Topics, drawings, read_recording, reading
 from transport.recording import messages as reader
 from transport.recording.frames import inverse, placed, pose_of
 from transport.world import LockstepRobot
@@ -141,11 +141,25 @@ def test_sensors_that_fall_silent_grow_old(tmp_path):
     assert ages == sorted(ages[:9]) + ages[9:]
 
 
-def test_a_recording_with_a_very_long_gap_is_refused(tmp_path):
+def test_a_long_gap_is_bridged_for_a_while_and_left_out_then(tmp_path):
     early = list(messages())
-    late = [(topic, kind, at + 10**6 * NANOSECONDS, data) for topic, kind, at, data in early]
-    with pytest.raises(RecordingError, match="longer than 1000000 beats"):
-        read_recording(bag(tmp_path / "bag", [*early, *late]))
+    later = 10**6 * NANOSECONDS
+    late = [(topic, kind, at + later, data) for topic, kind, at, data in early]
+    ticks = read_recording(bag(tmp_path / "bag", [*early, *late])).ticks
+    assert len(ticks) == pytest.approx(2 * 30 + 100, abs=2)
+    stamps = [tick.observation.stamp for tick in ticks]
+    assert stamps == sorted(stamps)
+    assert all(stamp % BEAT == 0 for stamp in stamps)
+    ages = [tick.observation.link.scan_age for tick in ticks]
+    assert max(ages) == pytest.approx(10.0, abs=0.2)
+    assert min(ages) >= 0.0
+    assert stamps[-1] > later
+
+
+def test_a_recording_of_days_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(reading, "MOST_TICKS", 20)
+    with pytest.raises(RecordingError, match="longer than 20 beats"):
+        read_recording(bag(tmp_path / "bag", messages()))
 
 
 def test_messages_that_are_none_are_skipped_and_counted(tmp_path):

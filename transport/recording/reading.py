@@ -39,6 +39,8 @@ MOST_BYTES = 1_000_000_000
 """The messages that are wanted are not longer than this together."""
 MOST_TICKS = 1_000_000
 """A recording has no more ticks, more than a day at 10 Hz."""
+GAP = 10 * NANOSECONDS
+"""For so long a controller would have waited for the next message, ns."""
 DEEPEST = 8
 """What a recorded step says is not nested deeper."""
 PERIOD = 0.1
@@ -293,18 +295,24 @@ def _listed(wanted: _Wanted, found: Sequence[str]) -> str:
 
 
 def _beats(wanted: _Wanted, topics: Topics, sensed: _Sensed, period: int) -> Iterator[RecordedTick]:
-    """The tick at each beat, from where scan and odometry are both there to the last message."""
+    """The tick at each beat, from where scan and odometry are both there to the last message.
+
+    Where nothing was recorded for longer than `GAP`, the beats after that are left out.
+    """
     named = {topics.scan, topics.odometry, topics.command}
     began = beat = last = -1
+    count = 0
     for message in sorted(wanted.messages, key=lambda message: message.stamp):
         if message.topic not in named:
             continue
-        last = message.stamp
-        if beat >= 0 and last - began > MOST_TICKS * period:
-            raise RecordingError(f"is longer than {MOST_TICKS} beats of {period / NANOSECONDS:g} s")
-        while 0 <= beat < last:
+        bridged, last = min(message.stamp, last + GAP), message.stamp
+        while 0 <= beat < bridged:
             yield sensed.tick(beat, beat - began + period)
-            beat += period
+            beat, count = beat + period, count + 1
+            if count > MOST_TICKS:
+                raise RecordingError(f"is longer than {MOST_TICKS} beats of {period / NANOSECONDS:g} s")
+        if 0 <= beat < last:
+            beat += -((beat - last) // period) * period
         sensed.take(message)
         if beat < 0 and not sensed.lacks:
             began = beat = last

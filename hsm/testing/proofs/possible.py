@@ -33,6 +33,7 @@ class Possible:
     outcomes: set[tuple[int, str]] = field(default_factory=set)
     history: set[tuple[int, bool]] = field(default_factory=set)
     untold: set[int] = field(default_factory=set)
+    _told: dict[int, Sequence[tuple[int, int, Diagram]]] = field(default_factory=dict)
 
     def take(self, plan: Plan) -> None:
         """A microstep is possible."""
@@ -47,10 +48,18 @@ class Possible:
         both: Callable[[Diagram, Diagram], Diagram],
     ) -> None:
         """Guards are evaluated with these signals."""
+        if id(paths) in self._told:
+            return
+        left = 0
         for transition, path, condition in paths:
             known = self.guards.setdefault(transition, set())
-            if path not in known and both(among, condition) != FALSE:
-                known.add(path)
+            if path not in known:
+                if both(among, condition) != FALSE:
+                    known.add(path)
+                else:
+                    left += 1
+        if not left:
+            self._told[id(paths)] = paths
 
     def coverage(self) -> Coverage:
         """All that tests could exercise."""

@@ -1,0 +1,180 @@
+"""Driving to where the map ends, and to what may be a door."""
+
+from __future__ import annotations
+
+import math
+
+from hsm.model.registry import Outcome
+from hsm.model.types import Speed
+from perception.facts import Facts
+from perception.mapping.frames import between
+from perception.mapping.planning import Frontier, Plan, Way
+from perception.world import DoorPlace
+from skills.library import LIBRARY
+from skills.motion import BLOCKED, DONE, Headway, Skill, above_zero
+from skills.steering.way import along_way
+from transport.arithmetic import distance_between, norm
+from transport.messages import Command, Pose, Twist
+from transport.section import Point
+
+EXPLORED = Outcome("explored")
+NONE = Outcome("none")
+SAME = 0.8
+"""A piece of the map's rim nearer than this to the one that was chosen is the same one, m."""
+LOOKS = 0.3
+"""Where the map ends nearer than this the robot turns to look, m."""
+THERE = 0.1
+"""The robot has arrived when it is this near, m."""
+SQUARE = 0.06
+"""And when less than this is left to turn, rad."""
+WITHIN = 0.4
+"""A place on the map that the robot cannot stand on is replaced by one at most so far away, m."""
+
+
+class OnMap(Skill):
+    """An activity that drives along ways over the map, which are found anew each time the map has changed."""
+
+    def __init__(self, speed: Speed) -> None:
+        self._speed = above_zero("speed", speed)
+        self._headway = Headway(speed=speed)
+        self._changes = -1
+        self._way: Way = ()
+
+    def _new_plan(self, facts: Facts) -> Plan | None:
+        """The ways from here, if the map has changed; begins a map where there is none."""
+        world = facts.world
+        surveyor = world.begin_map(facts.sweep)
+        if surveyor.free_space.changes == self._changes:
+            return None
+        self._changes = surveyor.free_space.changes
+        return surveyor.plan(facts.robot.radius)
+
+    def _drive(self, facts: Facts, *, to_rest: bool) -> Command | Outcome:
+        """Along the way."""
+        if self._headway.lost(facts):
+            return BLOCKED
+        twist = along_way(self.steering(facts), self._way, facts.pose, self._speed, to_rest=to_rest)
+        return Command(twist)
+
+
+@LIBRARY.activity("explore", outcomes=("explored", "blocked"), holds=("base",))
+class Explore(OnMap):
+    """Drive to where the map ends, again and again, until there is no such place left.
+
+    Of the places where it ends that is chosen which takes the least time to reach, and of these rather one at the
+    outside of all that has been seen: the exit is there. Where an earlier attempt has found the way out, that is driven
+    as long as no wall has come into it. It begins a map where there is none. Outcomes: `explored` when every way that
+    can be driven has been seen to its end; `blocked` when the robot gets no farther.
+    """
+
+    def __init__(self, speed: Speed = 0.5) -> None:
+        super().__init__(speed)
+        self._chosen: Frontier | None = None
+        self._given_up: list[Point] = []
+        self._nothing_since: float | None = None
+        self._out: Way = ()
+
+    def tick(self, facts: Facts) -> Command | Outcome:
+        """The next velocity."""
+        if self._nothing_since is None:
+            self._nothing_since = facts.time
+        plan = self._new_plan(facts)
+        if plan is not None:
+            self._out = _way_out(facts, plan)
+            self._chosen = self._best(plan)
+            if self._chosen is not None:
+                self._way, self._nothing_since = plan.way_to(plan.space.cell_of(self._chosen.place)), facts.time
+        if self._out:
+            self._way = self._out
+            return self._drive(facts, to_rest=False)
+        if self._chosen is None:
+            waited = facts.time - self._nothing_since
+            return EXPLORED if waited >= self.settings.explore.patience else Command(Twist())
+        if distance_between(self._chosen.place, (facts.pose.x, facts.pose.y)) < LOOKS:
+            return self._look(facts, self._chosen)
+        return self._drive(facts, to_rest=False)
+
+    def _look(self, facts: Facts, frontier: Frontier) -> Command:
+        """Turn to what has not been seen; what stays unseen, though the robot looks at it, is given up."""
+        self._headway = Headway(speed=self._speed)
+        target = between(facts.pose, Pose(*frontier.beyond))
+        bearing = math.atan2(target.y, target.x)
+        if abs(bearing) < SQUARE:
+            self._given_up.append(frontier.place)
+            self._changes = -1
+        rate = self.settings.rotate.rate
+        turn = max(-rate, min(rate, self.settings.rotate.gain * bearing))
+        return Command(self.steering(facts).turn(turn, (0.0, 0.0)))
+
+    def _best(self, plan: Plan) -> Frontier | None:
+        """The piece of the rim to drive to; the one already chosen unless another one is better by some time."""
+        settings = self.settings.explore
+
+        def cost(frontier: Frontier) -> float:
+            same = self._chosen is not None and distance_between(frontier.place, self._chosen.place) < SAME
+            change = 0.0 if same else settings.change
+            return frontier.distance / self._speed + settings.outward * frontier.inside + change
+
+        left = [
+            frontier
+            for frontier in plan.frontiers()
+            if all(distance_between(frontier.place, place) > LOOKS for place in self._given_up)
+        ]
+        return min(left, key=cost, default=None)
+
+
+def _way_out(facts: Facts, plan: Plan) -> Way:
+    """The way to where an earlier attempt has left the maze; empty where that is not known or cannot be reached."""
+    if facts.world.way_out is None:
+        return ()
+    cell = plan.nearest(facts.world.way_out, WITHIN)
+    return plan.way_to(cell) if cell is not None else ()
+
+
+@LIBRARY.activity("go_to_door", outcomes=("done", "none", "blocked"), holds=("base",))
+class GoToDoor(OnMap):
+    """Drive to the nearest dead end that may be a door, that has not been tried and not been driven to in this way.
+
+    Outcomes: `done` when the robot stands before it, square to it; `none` when there is no such dead end; `blocked`
+    when the robot gets no farther.
+    """
+
+    def __init__(self, speed: Speed = 0.5) -> None:
+        super().__init__(speed)
+        self._door: DoorPlace | None = None
+
+    def tick(self, facts: Facts) -> Command | Outcome:
+        """The next velocity."""
+        plan = self._new_plan(facts)
+        if plan is not None:
+            if self._door is None:
+                self._door = self._nearest(facts, plan)
+            cell = plan.nearest(self._before(self._door), WITHIN) if self._door else None
+            self._way = plan.way_to(cell) if cell is not None else ()
+        if self._door is None:
+            return NONE
+        if not self._way:
+            facts.world.dismiss_door(self._door)
+            return NONE
+        here = between(facts.pose, Pose(*self._way[-1], self._door.facing))
+        if norm(here.x, here.y) > THERE:
+            return self._drive(facts, to_rest=True)
+        if abs(here.heading) > SQUARE and not self._headway.lost(facts):
+            rate = self.settings.rotate.rate
+            turn = max(-rate, min(rate, self.settings.rotate.gain * here.heading))
+            return Command(self.steering(facts).turn(turn, (0.0, 0.0)))
+        facts.world.dismiss_door(self._door)
+        return DONE
+
+    def _before(self, door: DoorPlace) -> Point:
+        away = self.settings.explore.before_door
+        return door.centre[0] - away * math.cos(door.facing), door.centre[1] - away * math.sin(door.facing)
+
+    def _nearest(self, facts: Facts, plan: Plan) -> DoorPlace | None:
+        """The dead end to which the way is the shortest."""
+        reached = []
+        for number, door in enumerate(facts.world.untried_doors()):
+            cell = plan.nearest(self._before(door), WITHIN)
+            if cell is not None:
+                reached.append((float(plan.distance[cell]), number, door))
+        return min(reached, key=lambda one: one[:2])[2] if reached else None

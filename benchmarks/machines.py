@@ -2,6 +2,7 @@
 
     python benchmarks/machines.py draw FOLDER [--count N] [--first SEED]    draw the mazes and the corridors
     python benchmarks/machines.py run FOLDER [SET ...] [--skip N] [--count N] [--workers N]
+                                                                            [--robot PROFILE] [--set KEY=VALUE ...]
     python benchmarks/machines.py show FOLDER                               the tables of what has been run
 
 `draw` varies all that the generator offers by seed: cells, corridors' width, loops, islands, open spaces, dead ends,
@@ -135,8 +136,18 @@ def draw(folder: Path, count: int, first: int) -> None:
     (folder / "known.json").write_text(json.dumps(known, indent=1))
 
 
-def run(folder: Path, names: Iterable[str], skip: int, count: int | None, workers: int) -> None:
-    """Do what is still to be done of some sets."""
+def run(
+    folder: Path,
+    names: Iterable[str],
+    skip: int,
+    count: int | None,
+    workers: int,
+    *,
+    robot: str,
+    settings: Sequence[str],
+) -> None:
+    """Do what is still to be done of some sets, with a robot whose profile some settings override."""
+    variant = "" if robot == "pico" and not settings else "@" + ",".join([robot, *settings])
     for name in names:
         chosen = SETS[name]
         if isinstance(chosen.mazes, str):
@@ -144,8 +155,8 @@ def run(folder: Path, names: Iterable[str], skip: int, count: int | None, worker
             mazes: Sequence[str] = [str(file) for file in sorted((folder / chosen.mazes).iterdir())[skip:least]]
         else:
             mazes = chosen.mazes
-        setup = Setup(time_limit=chosen.time_limit)
-        results = Results(folder / f"{name}.jsonl", setup, jobs_of(chosen.machines, mazes, chosen.seeds))
+        setup = Setup(robot, tuple(settings), time_limit=chosen.time_limit)
+        results = Results(folder / f"{name}{variant}.jsonl", setup, jobs_of(chosen.machines, mazes, chosen.seeds))
         # Maze by maze, so that what there is after an interruption can be compared.
         todo = sorted(results.open_jobs, key=lambda job: (job.maze, job.seed))
         print(f"{name}: {len(todo)} runs", flush=True)
@@ -172,19 +183,22 @@ def show(folder: Path) -> None:
     """Print all tables as Markdown."""
     sizes = known(folder)
     for name in SETS:
-        file = folder / f"{name}.jsonl"
-        if not file.exists():
-            continue
-        records = records_of(file)
-        print(f"\n### {name}\n")
-        refused = sorted({Path(one["maze"]).stem for one in records if "refused" in one})
-        if refused:
-            print(f"No way out: {', '.join(refused)}.\n")
-        table(name, [one for one in records if "refused" not in one], sizes)
-        if name in {"contest", "mazes"}:
-            faster([one for one in records if one["solved"]])
-        if name == "right_hand":
-            right_hand_and_theory(records)
+        for file in [*folder.glob(f"{name}.jsonl"), *sorted(folder.glob(f"{name}@*.jsonl"))]:
+            show_set(name, file, sizes)
+
+
+def show_set(name: str, file: Path, sizes: dict[str, dict[str, float]]) -> None:
+    """Print the tables of one results file."""
+    records = records_of(file)
+    print(f"\n### {file.stem}\n")
+    refused = sorted({Path(one["maze"]).stem for one in records if "refused" in one})
+    if refused:
+        print(f"No way out: {', '.join(refused)}.\n")
+    table(name, [one for one in records if "refused" not in one], sizes)
+    if name in {"contest", "mazes"}:
+        faster([one for one in records if one["solved"]])
+    if name == "right_hand":
+        right_hand_and_theory(records)
 
 
 def table(name: str, records: Sequence[Record], sizes: dict[str, dict[str, float]]) -> None:
@@ -264,11 +278,23 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="the first seed")
     parser.add_argument("--skip", type=int, default=0, help="leave out so many of the first mazes")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--robot", default="pico", help="the robot's profile")
+    parser.add_argument(
+        "--set", action="append", default=[], help="a setting of the profile, such as robot.base=differential"
+    )
     arguments = parser.parse_args()
     if arguments.do == "draw":
         draw(arguments.folder, arguments.count or 500, arguments.first)
     elif arguments.do == "run":
-        run(arguments.folder, arguments.sets, arguments.skip, arguments.count, arguments.workers)
+        run(
+            arguments.folder,
+            arguments.sets,
+            arguments.skip,
+            arguments.count,
+            arguments.workers,
+            robot=arguments.robot,
+            settings=arguments.set,
+        )
     else:
         show(arguments.folder)
 

@@ -118,7 +118,10 @@ def _distance(point: Point, start: Point, end: Point) -> float:
 
 def is_near(door: Door, settings: DoorSettings) -> bool:
     """Whether a door is ahead and the whole robot within the area from which it may be rung."""
-    return abs(door.facing) <= settings.ahead and door.reach <= settings.range - settings.range_margin
+    return (
+        abs(door.facing) <= settings.ahead
+        and door.reach <= min(settings.range, settings.rule_range) - settings.range_margin
+    )
 
 
 def open_share(sweep: ScanPoints, right: Point, left: Point, settings: DoorSettings) -> float:

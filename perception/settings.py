@@ -199,6 +199,8 @@ class DoorSettings(Settings):
     """How far a corner may be from a right angle, rad."""
     range: Length = 1.3
     """The door opens for a robot of which no part is farther from it than this, m."""
+    rule_range: Positive = 1.3
+    """Nor from farther away by the rules, however large the robot is, m."""
     range_margin: NotNegative = 0.01
     """How far inside the rule's area the robot shall be before it counts as near, m."""
     ahead: Positive = math.radians(30)

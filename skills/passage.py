@@ -12,6 +12,9 @@ from skills.settings import PassageSettings, SkillSettings
 from skills.surroundings import Points
 from transport.description import RobotDescription
 
+DENSE = math.radians(0.3)
+"""Of beams closer together than this every second one will do, rad."""
+
 Gap = tuple[float, float]
 NOWHERE: Gap = (-math.inf, math.inf)
 """The gap that nothing bounds."""
@@ -43,7 +46,7 @@ class Passage:
 
 def points_along(facts: Facts, error: float, settings: PassageSettings) -> Points:
     """The hits near the robot in a frame at the robot turned by the course's ``error``, m, shape (n, 2)."""
-    points = facts.sweep.points[::2]
+    points = facts.sweep.points[:: 2 if facts.observation.scan.geometry.spacing < DENSE else 1]
     points = points[np.abs(points).max(axis=1) < settings.reach]
     cos, sin = math.cos(error), math.sin(error)
     x, y = points[:, 0], points[:, 1]

@@ -90,6 +90,11 @@ class ScanGeometry:
         """Whether the beams go all the way round, so that the gap behind the last one is about as wide as any other."""
         return math.tau - abs(self.angle_max - self.angle_min) < ALL_ROUND * abs(self.angle_increment)
 
+    @property
+    def spacing(self) -> float:
+        """The angle between neighbouring beams, rad."""
+        return abs(self.angle_increment)
+
     def angles(self) -> NDArray[np.float64]:
         """Directions of all beams, rad, shape (beams,)."""
         return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)

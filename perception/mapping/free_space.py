@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from perception.mapping.frames import compose, placed
 from perception.mapping.settings import FreeSpaceSettings
 from perception.sweep import Mask, ScanPoints
+from transport.arithmetic import directions, distance_between
 from transport.description import Point
 from transport.messages import Pose
 
@@ -113,7 +114,8 @@ class FreeSpace:
         away = np.sqrt(x[:, None] ** 2 + y[None, :] ** 2)
         heading = sensor.heading - fan.mount.heading
         first = float(fan.angles[0])
-        bearing = (np.arctan2(y[None, :], x[:, None]) - heading - first) % math.tau
+        towards = directions(x[:, None].astype(np.float64), y[None, :].astype(np.float64))
+        bearing = (towards - heading - first) % math.tau
         beam = np.rint(bearing / fan.step).astype(np.intp)
         inside = beam < len(sweep.ranges)
         free = sweep.free - settings.before
@@ -130,7 +132,7 @@ class FreeSpace:
             (i, j)
             for i in range(column - away, column + away + 1)
             for j in range(row - away, row + away + 1)
-            if math.dist(self.middle((i, j)), (pose.x, pose.y)) <= radius
+            if distance_between(self.middle((i, j)), (pose.x, pose.y)) <= radius
         ]
         columns, rows = np.array(cells, dtype=np.intp).reshape(-1, 2).T
         return columns, rows

@@ -13,6 +13,7 @@ from perception.world import DoorPlace
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, above_zero
 from skills.steering.way import along_way
+from transport.arithmetic import distance_between, norm
 from transport.messages import Command, Pose, Twist
 from transport.section import Point
 
@@ -89,7 +90,7 @@ class Explore(OnMap):
         if self._chosen is None:
             waited = facts.time - self._nothing_since
             return EXPLORED if waited >= self.settings.explore.patience else Command(Twist())
-        if math.dist(self._chosen.place, (facts.pose.x, facts.pose.y)) < LOOKS:
+        if distance_between(self._chosen.place, (facts.pose.x, facts.pose.y)) < LOOKS:
             return self._look(facts, self._chosen)
         return self._drive(facts, to_rest=False)
 
@@ -110,14 +111,14 @@ class Explore(OnMap):
         settings = self.settings.explore
 
         def cost(frontier: Frontier) -> float:
-            same = self._chosen is not None and math.dist(frontier.place, self._chosen.place) < SAME
+            same = self._chosen is not None and distance_between(frontier.place, self._chosen.place) < SAME
             change = 0.0 if same else settings.change
             return frontier.distance / self._speed + settings.outward * frontier.inside + change
 
         left = [
             frontier
             for frontier in plan.frontiers()
-            if all(math.dist(frontier.place, place) > LOOKS for place in self._given_up)
+            if all(distance_between(frontier.place, place) > LOOKS for place in self._given_up)
         ]
         return min(left, key=cost, default=None)
 
@@ -156,7 +157,7 @@ class GoToDoor(OnMap):
             facts.world.dismiss_door(self._door)
             return NONE
         here = between(facts.pose, Pose(*self._way[-1], self._door.facing))
-        if math.hypot(here.x, here.y) > THERE:
+        if norm(here.x, here.y) > THERE:
             return self._drive(facts, to_rest=True)
         if abs(here.heading) > SQUARE and not self._headway.lost(facts):
             rate = self.settings.rotate.rate

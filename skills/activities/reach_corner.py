@@ -6,11 +6,13 @@ from hsm.model.types import Length, Speed
 from perception.facts import Facts
 from skills.activities.advance import Advance
 from skills.library import LIBRARY
-from skills.passage import points_along
+from skills.passage import DENSE, points_along
 from skills.sides import Side
 
 JUST_PASSED = 2.0
 """The corner is reached when it is beside the robot's origin, or so many periods at full speed behind it."""
+BEAMS = 4
+"""Of a laser whose beams are far apart so many are to lie between a wall's end beside the robot and behind it."""
 
 
 class ToCorner(Advance):
@@ -21,6 +23,9 @@ class ToCorner(Advance):
         points = points_along(facts, facts.misalignment, self.settings.passage)
         x, y = points[:, 0], points[:, 1] * side.sign
         behind = JUST_PASSED * facts.robot.limits.speed * facts.robot.period
+        spacing = facts.observation.scan.geometry.spacing
+        if spacing >= DENSE:  # so far that some beams meet what stands there, seen from its end
+            behind += BEAMS * spacing * self.settings.opening.aside
         near = (x > -behind) & (x <= 0) & (y > self.settings.opening.beside) & (y < farthest)
         return bool(near.sum() >= 2)
 

@@ -7,6 +7,7 @@ import math
 from perception.mapping.frames import between
 from perception.mapping.planning import Way
 from skills.steering.law import Steering
+from transport.arithmetic import distance_between
 from transport.messages import Pose, Twist
 from transport.section import Point
 
@@ -27,11 +28,11 @@ def ahead_on(way: Way, here: Point) -> tuple[Point, float]:
         way: of at least one place.
         here: where the robot is.
     """
-    nearest = min(range(len(way)), key=lambda index: math.dist(way[index], here))
+    nearest = min(range(len(way)), key=lambda index: distance_between(way[index], here))
     total, stretch = 0.0, []
     before = way[nearest]
     for place in way[nearest:]:
-        total += math.dist(before, place)
+        total += distance_between(before, place)
         before = place
         if NEAREST <= total <= FARTHEST:
             stretch.append(place)

@@ -140,7 +140,7 @@ def test_the_hough_compass_is_as_fine_as_its_grid(seed):
     assert np.quantile(errors, 0.95) <= 2.0
 
 
-@pytest.mark.parametrize("degrees", [0.5, 1.0, 1.1, 2.0, 45.0, 100.0])
+@pytest.mark.parametrize("degrees", [0.5, 1.0, 1.1, 2.0, 45.0, 90.0])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_hough_compass_leaves_out_no_line_that_could_have_the_most_hits(seed, degrees):
     rng = np.random.default_rng(seed)

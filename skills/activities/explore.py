@@ -94,9 +94,10 @@ class Explore(OnMap):
             return self._look(facts, self._chosen)
         return self._drive(facts, to_rest=False)
 
-    def _look(self, facts: Facts, frontier: Frontier) -> Command:
+    def _look(self, facts: Facts, frontier: Frontier) -> Command | Outcome:
         """Turn to what has not been seen; what stays unseen, though the robot looks at it, is given up."""
-        self._headway = Headway(speed=self._speed)
+        if self._headway.lost(facts):
+            return BLOCKED
         target = between(facts.pose, Pose(*frontier.beyond))
         bearing = math.atan2(target.y, target.x)
         if abs(bearing) < SQUARE:

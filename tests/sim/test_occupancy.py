@@ -7,9 +7,9 @@ import pytest
 
 from sim.formats import read_maze
 from sim.geometry import distances
-from sim.library import shipped_mazes
 from sim.maze import Maze, Start
 from sim.occupancy import FREE, OCCUPIED, UNKNOWN, occupancy
+from sim.shipped import shipped_mazes
 from transport.messages import Pose
 
 

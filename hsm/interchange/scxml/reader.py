@@ -285,8 +285,10 @@ class _Reader:
         return len(self.transitions) - 1
 
     def _data_model(self, top: Element) -> DataModel | None:
-        """The data model that a chart asks for by name."""
+        """The data model that a chart asks for by name, if it uses it."""
         name = top.attributes.get("datamodel", "null")
+        if name in DATA_MODELS and not _uses_data(top):
+            return None
         if name in DATA_MODELS:
 
             def refuse(element: Element, reason: str, hint: str) -> None:
@@ -448,3 +450,23 @@ _ADVICE = {
     "param": "events carry no data: send one of several events instead",
     "content": "events carry no data: send one of several events instead",
 }
+
+
+_DATA_ELEMENTS = {"data", "assign", "script", "if", "foreach", "donedata", "param", "content", "log"}
+
+
+def _uses_data(top: Element) -> bool:
+    """Whether anything in a chart needs its data model: a chart may name one and use none of it."""
+    pending = [top]
+    while pending:
+        element = pending.pop()
+        pending.extend(element.children)
+        if element.tag in _DATA_ELEMENTS or any(name.endswith("expr") for name in element.attributes):
+            return True
+        condition = element.attributes.get("cond")
+        if condition is not None:
+            try:
+                parse_condition(condition, element.place)
+            except ConditionError:
+                return True
+    return False

@@ -221,7 +221,8 @@ def test_an_unknown_data_model_is_refused():
 
 
 def test_a_chart_with_data_says_what_cannot_be_done_with_it():
-    text = '<scxml version="1.0" datamodel="ecmascript" name="c"><state id="a"/></scxml>'
+    text = """<scxml version="1.0" datamodel="ecmascript" name="c">
+      <datamodel><data id="n" expr="0"/></datamodel><state id="a"/></scxml>"""
     model = read_text(text)
     with pytest.raises(MachineError, match="not written again"):
         write_text(model)
@@ -229,6 +230,11 @@ def test_a_chart_with_data_says_what_cannot_be_done_with_it():
         to_machine_text(model)
     with pytest.raises(SnapshotError, match="cannot be saved"):
         build(model).start().snapshot()
+
+
+def test_a_chart_that_names_a_data_model_and_uses_none_is_as_one_without():
+    text = '<scxml version="1.0" datamodel="ecmascript" name="c"><state id="a"/></scxml>'
+    assert read_text(write_text(read_text(text))).states[1].name == "a"
 
 
 def test_one_chart_gives_one_trace():

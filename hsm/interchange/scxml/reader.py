@@ -452,7 +452,7 @@ _ADVICE = {
 }
 
 
-_DATA_ELEMENTS = {"data", "assign", "script", "if", "foreach", "donedata", "param", "content", "log"}
+_DATA_ELEMENTS = {"data", "assign", "script", "if", "foreach", "donedata", "param", "content"}
 
 
 def _uses_data(top: Element) -> bool:
@@ -461,6 +461,8 @@ def _uses_data(top: Element) -> bool:
     while pending:
         element = pending.pop()
         pending.extend(element.children)
+        if element.tag in _SILENT:
+            continue
         if element.tag in _DATA_ELEMENTS or any(name.endswith("expr") for name in element.attributes):
             return True
         condition = element.attributes.get("cond")

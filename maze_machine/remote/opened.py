@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from threading import Condition, Thread
 from types import TracebackType
 
-from hsm.model.diagnostics import MachineError
 from maze_machine.drive.loop import Tick
 from maze_machine.drive.mission import Mission
 from maze_machine.drive.operation import checked_event
@@ -123,7 +122,7 @@ class OpenRun:
     def _operate(self, request: Request) -> None:
         try:
             answer = self._done(request.payload)
-        except (OperationError, UsageError, MachineError) as error:
+        except (OperationError, UsageError) as error:
             answer = Answer(done=False, reason=printable(str(error))[:1000])
         request.reply(answer.model_dump_json().encode())
 

@@ -80,6 +80,14 @@ def test_a_wait_stops_where_something_holds(session):
     assert session.do("after 5 s").time == pytest.approx(6.2)
 
 
+def test_a_break_stops_what_is_waited_for_too(session):
+    session.do("when event go")
+    session.do("when space.left")
+    session.stop_when("idle")
+    assert session.do("expect moving within 5 s").states == ("idle",)
+    assert session.lines[-1] == "after 1 s"
+
+
 def test_why_says_what_decided(session):
     session.do("when event go")
     session.tick()

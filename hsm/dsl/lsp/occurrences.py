@@ -133,9 +133,7 @@ class _Walker:
         role = _CALLED.get(parent) or _CALLED.get(field)
         if role is None:
             name = str(node.name)
-            role = Role.FUNCTION if name in FUNCTIONS else Role.SIGNAL
-            if name in ("doing",):
-                role = Role.FUNCTION
+            role = Role.FUNCTION if name in FUNCTIONS or name == "doing" else Role.SIGNAL
         yield _occurrence(node.name, role)
 
     def _declared_role(self, name: str, role: Role) -> Role:

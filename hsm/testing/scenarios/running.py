@@ -163,14 +163,10 @@ class _Run:
 
     def check(self, step: Expectation) -> None:
         driver, self._place = self._driven(), step.place
-        unmet = self._unmet(step.claims)
-        end = driver.time + (step.within or 0.0)
-        while unmet and driver.outcome is None and driver.tick > 0 and driver.time + driver.tick <= end + 1e-9:
-            try:
-                driver.step()
-            except MachineFault as error:
-                raise _Unmet(str(error), step.place) from None
-            unmet = self._unmet(step.claims)
+        try:
+            unmet = await_claims(driver, step)
+        except MachineFault as error:
+            raise _Unmet(str(error), step.place) from None
         if unmet:
             limit = "" if step.within is None else f" within {step.within:.10g} s"
             raise _Unmet(f"expected {', '.join(one.text for one in unmet)}{limit}", step.place)
@@ -204,8 +200,19 @@ class _Run:
                 self.driver = driver
                 raise _Unmet(message, self._place)
 
-    def _unmet(self, claims: tuple[ExpectationClause, ...]) -> list[ExpectationClause]:
-        return unmet_claims(self._driven(), claims)
+
+def await_claims(driver: Driver, expected: Expectation) -> list[ExpectationClause]:
+    """Let a run go on until what is expected holds or its time is over; the claims that do not hold then.
+
+    Raises:
+        MachineFault: the machine failed meanwhile.
+    """
+    end = driver.time + (expected.within or 0.0)
+    unmet = unmet_claims(driver, expected.claims)
+    while unmet and driver.outcome is None and driver.tick > 0 and driver.time + driver.tick <= end + 1e-9:
+        driver.step()
+        unmet = unmet_claims(driver, expected.claims)
+    return unmet
 
 
 def unmet_claims(driver: Driver, claims: Iterable[ExpectationClause]) -> list[ExpectationClause]:

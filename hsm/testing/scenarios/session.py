@@ -14,7 +14,7 @@ from hsm.model.types import Type
 from hsm.model.unparse import trigger_text, value_text
 from hsm.testing.scenarios.driver import TICK, Driver
 from hsm.testing.scenarios.reading import parse_suite
-from hsm.testing.scenarios.running import performed_text, unmet_claims
+from hsm.testing.scenarios.running import await_claims, performed_text, unmet_claims
 from hsm.testing.scenarios.scenarios import Expectation, Scenario, Stimulus
 from hsm.testing.scenarios.script import scripted_machine
 
@@ -241,14 +241,15 @@ class Session:
     def _perform(self, step: Stimulus | Expectation, text: str) -> str:
         """Do a step; the line that says what was done, which is shorter where a wait was stopped."""
         driver = self._driver
-        if isinstance(step, Expectation):
-            self._expect(step)
-            return text
-        if driver.outcome is not None:
+        if driver.outcome is not None and isinstance(step, Stimulus):
             raise SessionError(f"the machine has ended, as {driver.outcome}; `back` takes lines back")
         began = driver.time
-        driver.fail(step.failing)
         try:
+            if isinstance(step, Expectation):
+                if unmet := await_claims(driver, step):
+                    raise SessionError(f"not so: {', '.join(one.text for one in unmet)}")
+                return text
+            driver.fail(step.failing)
             if step.after is None:
                 driver.step(step.signals, step.reports, step.events)
             else:
@@ -260,21 +261,6 @@ class Session:
         except MachineFault as error:
             raise SessionError(str(error)) from None
         return text
-
-    def _expect(self, step: Expectation) -> None:
-        """Wait for what is expected.
-
-        Raises:
-            SessionError: it does not come to hold.
-        """
-        driver = self._driver
-        end = driver.time + (step.within or 0.0)
-        while (
-            (unmet := unmet_claims(driver, step.claims)) and driver.outcome is None and driver.time + TICK <= end + 1e-9
-        ):
-            driver.step()
-        if unmet:
-            raise SessionError(f"not so: {', '.join(one.text for one in unmet)}")
 
     def _watch(self, driver: Driver) -> None:
         """After each step: remember what was done, and stop a wait at the break."""

@@ -246,6 +246,7 @@ class RandomRuns:
             for part in parts_of(one)
             if isinstance(part, SignalValue)
         }
+        self._events = sorted(model.events or ())
         self._values = {name: _worth_trying(name) for name in sorted(asked)}
 
     def violated(self, runs: int, ticks: int = 24) -> set[str]:
@@ -274,7 +275,7 @@ class RandomRuns:
                     for name in self._values:
                         if draw.random() < 0.5:
                             script.signals[name] = draw.choice(self._values[name])
-                events = draw.choices(("go", "back", "tick"), k=draw.choice((0, 0, 0, 1, 1, 2)))
+                events = draw.choices(self._events, k=draw.choice((0, 0, 0, 1, 1, 2))) if self._events else ()
                 found.update(one.property.name for one in monitor.look(script, run.step(time, events, script)))
         except MachineFault:
             pass

@@ -8,13 +8,15 @@ from math import inf
 from hsm.engine.configuration import Plan
 from hsm.engine.limits import within_limits
 from hsm.engine.machine import Machine
-from hsm.model.chart import Action, After, Assign, Call, Raise
+from hsm.model.chart import Action, After, Assign, Call, Model, Raise
 from hsm.model.events import Event, StateEvent
-from hsm.model.types import Quantity, Type
+from hsm.model.expressions import Binary, Expression, Literal, VariableValue
+from hsm.model.rewriting import actions_of
+from hsm.model.types import LARGEST_INTEGER, Integer, Quantity, Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.points import Point, Timer
-from hsm.testing.proofs.values import UNKNOWN, Derived, Exact, Undecided, Value
+from hsm.testing.proofs.values import UNKNOWN, Derived, Exact, Truth, Undecided, Value
 
 
 class Microsteps:
@@ -41,6 +43,7 @@ class Microsteps:
         self._duration = duration
         model = machine.model
         self._types: list[Type] = [one.type for one in model.parameters] + [one.type for one in model.variables]
+        self._counters = counters(model)
 
     def planned(self, point: Point, plan: Plan) -> tuple[Point, tuple[Event, ...], Diagram]:
         """A microstep: where it leads, the events that it raises, and the signals for which nothing in it fails."""
@@ -79,7 +82,7 @@ class Microsteps:
         for slot in self._machine.generator.opened(state):
             variable = model.variables[slot - len(model.parameters)]
             values[slot] = self._evaluator.at(values, active).value(variable.initial)
-            possible = self._diagrams.both(possible, self._held(values[slot], variable.type))
+            possible = self._diagrams.both(possible, self._held(values[slot], variable.name, variable.type))
         for index in model.states[state].transitions:
             trigger = model.transitions[index].trigger
             if isinstance(trigger, After):
@@ -95,7 +98,7 @@ class Microsteps:
             case Assign(variable, expression):
                 slot = self._evaluator.slots[variable]
                 values[slot] = self._evaluator.at(values, active).value(expression)
-                return self._held(values[slot], self._types[slot])
+                return self._held(values[slot], variable, self._types[slot])
             case Call():
                 pass
             case Raise(event):
@@ -104,17 +107,17 @@ class Microsteps:
                 raise Undecided(f"an action of a kind that proofs do not know: {type(action).__name__}")
         return TRUE
 
-    def _held(self, value: Value, kind: Type) -> Diagram:
-        """Where a variable can hold a value: whole numbers of 63 bits are taken to be enough, floats are finite."""
-        if value == UNKNOWN:
-            return FALSE
-        if not isinstance(kind, Quantity):
-            return TRUE
+    def _held(self, value: Value, name: str, kind: Type) -> Diagram:
+        """Where a variable can hold a value: floats are finite, whole numbers have 63 bits."""
         match value:
+            case Truth() if value == UNKNOWN:
+                return FALSE
             case Exact(content):
                 return TRUE if content is None or within_limits(content, kind) else FALSE
-            case Derived():
+            case Derived() if isinstance(kind, Quantity):
                 return self._between(value, -inf, inf)
+            case Derived() if isinstance(kind, Integer) and name not in self._counters:
+                return self._between(value, -LARGEST_INTEGER - 2, LARGEST_INTEGER + 1)
         return TRUE
 
     def _lasting(self, duration: Value) -> Diagram:
@@ -128,6 +131,30 @@ class Microsteps:
         return FALSE
 
     def _between(self, value: Derived, low: float, high: float) -> Diagram:
+        """Where a value is between two others, both excluded."""
         compared = self._evaluator.symbols.compared
         above, below = compared(">", value, Exact.of(low)).true, compared("<", value, Exact.of(high)).true
         return self._diagrams.both(above, below)
+
+
+def counters(model: Model) -> frozenset[str]:
+    """The variables that only count: set to constants, or changed by a constant of at most 31 bits.
+
+    In a run of fewer than 2^32 microsteps none of them leaves the 63 bits that a whole number has.
+    """
+    found = {one.name for one in model.variables if isinstance(one.type, Integer) and _constant(one.initial)}
+    for action in actions_of(model):
+        if isinstance(action, Assign) and not _counts(action.variable, action.value):
+            found.discard(action.variable)
+    return frozenset(found)
+
+
+def _counts(name: str, value: Expression) -> bool:
+    match value:
+        case Binary("+" | "-", VariableValue(own), step) if own == name:
+            return _constant(step)
+    return _constant(value)
+
+
+def _constant(value: Expression) -> bool:
+    return isinstance(value, Literal) and isinstance(value.value, int) and abs(value.value) < 1 << 31

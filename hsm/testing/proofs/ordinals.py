@@ -11,7 +11,7 @@ import math
 import struct
 from typing import Any
 
-from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
+from hsm.model.types import LARGEST_INTEGER, Boolean, Enumeration, Integer, Quantity, Type
 
 NOT_A_NUMBER = 0x7FF0000000000000 + 1
 """The ordinal of what is not a number."""
@@ -77,10 +77,14 @@ def domain(kind: Type, *, not_a_number: bool = True) -> tuple[int, int]:
 
 
 def held(kind: Type) -> tuple[int, int]:
-    """The least and the greatest ordinal of what a variable or parameter can hold: a float in it is finite."""
-    if isinstance(kind, Quantity):
-        infinity = float_ordinal(math.inf)
-        return 1 - infinity, infinity - 1
+    """The least and the greatest ordinal of what a variable or parameter can hold: floats are finite, whole numbers
+    have 63 bits."""
+    match kind:
+        case Quantity():
+            infinity = float_ordinal(math.inf)
+            return 1 - infinity, infinity - 1
+        case Integer():
+            return -LARGEST_INTEGER - 1, LARGEST_INTEGER
     return domain(kind)
 
 

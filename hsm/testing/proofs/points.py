@@ -3,29 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import IntEnum
 
 from hsm.model.events import Event
 from hsm.testing.proofs.diagrams import Diagram
 from hsm.testing.proofs.values import Value
+from hsm.testing.proofs.zones import Clock
 
 
 @dataclass(frozen=True, slots=True)
 class Timer:
-    """A time-out that runs.
+    """A time-out that runs, or an event on its way.
 
     Attributes:
-        transition: its index.
+        transition: its index; of an event on its way the number of the action that sent it, negative.
         least: its duration in nanoseconds, at least.
         most: at most.
+        clock: what measures its time: the state, for those that run from its entry on, or one of its own.
         due: whether its time had come in an earlier step or has come in this one.
         fresh: whether it began in this step.
+        beats: whether it was due in this step and goes on to its next time.
     """
 
     transition: int
     least: int
     most: int
+    clock: Clock
     due: bool = False
     fresh: bool = False
+    beats: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +44,7 @@ class Point:
         over: states whose activity has ended.
         timers: the time-outs that run.
         values: the variables.
+        acted: conditions that have held long enough, by transition: they wait until they are false.
         entered: the states that were entered in this step, as far as anybody asks.
         outcome: how the run ended, or None.
     """
@@ -47,17 +54,31 @@ class Point:
     over: frozenset[int]
     timers: tuple[Timer, ...]
     values: tuple[Value, ...]
+    acted: frozenset[int] = frozenset()
     entered: frozenset[int] = frozenset()
     outcome: str | None = None
     _hash: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         # Points are looked up many times, and each time all that is in them would be hashed.
-        own = (self.leaves, self.history, self.over, self.timers, self.values, self.entered, self.outcome)
+        own = (self.leaves, self.history, self.over, self.timers, self.values, self.acted, self.entered, self.outcome)
         object.__setattr__(self, "_hash", hash(own))
 
     def __hash__(self) -> int:
         return self._hash
+
+
+class Part(IntEnum):
+    """The parts of a step, in order."""
+
+    ARRIVALS = 0
+    REPORTS = 1
+    OUTSIDE = 2
+    TIME_OUTS = 3
+    CONDITIONS = 4
+    WATCH = 5
+    END = 6
+    SETTLING = 7
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +86,16 @@ class Stage:
     """What a step does next.
 
     Attributes:
-        number: 0 outcomes, 1 events from outside, 2 time-outs, 3 conditions, 4 nothing more.
+        part: of the step.
         reports: the activities that may report something, from this one on.
         due: the time-outs that are due and have not been looked at.
+        held: the conditions that are watched for some time and have not been looked at, by transition.
     """
 
-    number: int
+    part: Part
     reports: tuple[int, ...] = ()
     due: frozenset[int] = frozenset()
+    held: tuple[int, ...] = ()
 
 
 Place = tuple[Stage, Point, tuple[Event, ...]]
@@ -97,7 +120,7 @@ class Failure:
     label: Label
 
 
-ENDED = Stage(4)
+ENDED = Stage(Part.END)
 
-SETTLING = Stage(5)
+SETTLING = Stage(Part.SETTLING)
 """The start: only what follows by itself."""

@@ -34,7 +34,7 @@ class Selections:
     Attributes:
         untold: transitions whose guards have more paths than are followed.
         failures: guards that may fail in a machine that handles faults, which is not followed: in words.
-        handled: whether the machine handles faults.
+        handling: states with transitions that handle faults.
         diagrams: the sets of signals.
     """
 
@@ -47,7 +47,8 @@ class Selections:
         self._paths: dict[tuple[Selector, frozenset[int] | None, tuple[Value, ...]], list[Path]] = {}
         self._candidates: dict[Selector, frozenset[int]] = {}
         triggers = [one.trigger for one in machine.model.transitions]
-        self.handled = any(isinstance(one, On) and "fault" in one.names for one in triggers)
+        handlers = [one for one in machine.model.transitions if isinstance(one.trigger, On) and "fault" in one.trigger.names]
+        self.handling = frozenset(one.source for one in handlers)
         self.failures: dict[str, None] = {}
         decisions = map(machine.generator.decision, range(len(triggers)))
         self.untold = {index for index, one in enumerate(decisions) if one.count > MOST_PATHS}
@@ -158,7 +159,7 @@ class Selections:
             decision = self._machine.generator.decision(transition)
             evaluator = self._evaluator.at(values, active)
             found = self._truth(decision.tree, [evaluator.truth(one) for one in decision.conditions])
-            if self.handled and self.diagrams.either(found.true, found.false) != TRUE:
+            if self.handling and self.diagrams.either(found.true, found.false) != TRUE:
                 place = self._machine.model.transitions[transition].place
                 self.failures[f"a guard that may fail in a machine that handles faults ({place})"] = None
             self._guards[key] = found

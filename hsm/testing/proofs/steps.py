@@ -68,6 +68,10 @@ class Stepper:
         plan = self._machine.planner.start()
         self.possible.take(plan)
         first, queue, possible = self._microsteps.planned(nowhere, plan)
+        if possible != TRUE:
+            self._fails(plan, self._diagrams.complement(possible), None)
+            self.faults += [Failure((SETTLING, nowhere, ()), among, None) for among, _ in self._failed]
+            self._failed.clear()
         begun: dict[Place, Diagram] = {}
         for point, among in self._run({(SETTLING, first, queue): possible}, heard=()):
             due = frozenset(one.transition for one in point.timers if one.most <= 1)
@@ -223,7 +227,7 @@ class Stepper:
             outcome: StateEvent((outcome,), state, f"done.invoke.{declared.name}")
             for outcome in declared.activity.activity.outcomes
         }
-        if self._selections.handled:
+        if self._selections.handling:
             events[FAULT] = fault_event(state)
         self.possible.outcomes.update((state, outcome) for outcome in events)
         for outcome, event in events.items():
@@ -286,8 +290,18 @@ class Stepper:
         following, raised, possible = self._microsteps.planned(point, plan)
         further = self._diagrams.both(among, possible)
         if further != among:
-            self._failed.append((self._diagrams.without(among, possible), label))
+            self._fails(plan, self._diagrams.without(among, possible), label)
         return (stage, following, (*queue, *raised)), further, label
+
+    def _fails(self, plan: Plan, among: Diagram, label: Label) -> None:
+        """A microstep fails: that ends the run, unless the machine handles it, which is not followed."""
+        self._failed.append((among, label))
+        model, topology = self._machine.model, self._machine.topology
+        sources = (model.transitions[index].source for index in plan.transitions)
+        around = {state for one in (*sources, *plan.exited, *plan.entered) for state in topology.up(one)}
+        if self._selections.handling & around:
+            what = next((model.transitions[index].place for index in plan.transitions), None)
+            self._selections.failures[f"an action that may fail in a machine that handles faults ({what})"] = None
 
 
 def _on_cycles(ways: Ways) -> set[int]:

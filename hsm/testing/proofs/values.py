@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hsm.engine.evaluation import BINARY, UNARY
-from hsm.model.types import Enumeration, Type
+from hsm.model.types import Enumeration, Integer, Type
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram, Diagrams
 from hsm.testing.proofs.ordinals import NOT_A_NUMBER, domain, held, value_at
 
@@ -188,7 +188,7 @@ class Symbols:
     def domain(self, number: int) -> tuple[int, int]:
         """The least and the greatest ordinal of a symbol."""
         symbol = self._symbols[number]
-        if symbol.what == "variable":
+        if symbol.what == "variable" or (symbol.what == "signal" and isinstance(symbol.type, Integer)):
             return held(symbol.type)
         return domain(symbol.type, not_a_number=self._not_a_number or symbol.what != "signal")
 

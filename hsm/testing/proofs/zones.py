@@ -12,15 +12,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 Clock = int
-"""The state whose entry a clock counts from, or ``PROMISE``."""
+"""The state whose entry a clock counts from, ``PROMISE``, or that of one time-out alone (``own_clock``)."""
 
 PROMISE = -1
 """The clock of a property."""
+
+_NOW = -2
+"""A clock that is of use for a moment only."""
 
 _FREE = 1 << 80
 """No bound."""
 
 _AT_MOST_ZERO = 1
+
+
+def own_clock(transition: int) -> Clock:
+    """The clock of one time-out alone, or of one event on its way."""
+    return -3 - 2 * transition if transition >= 0 else -4 + 2 * (transition + 1)
 
 
 def at_most(value: int) -> int:
@@ -71,8 +79,8 @@ class Zone:
 
     def later_by(self, most: int) -> Zone:
         """After some time, at most so many nanoseconds."""
-        extended = self._with(-2).later()
-        limited = extended.limited(-2, None, at_most(most))
+        extended = self._with(_NOW).later()
+        limited = extended.limited(_NOW, None, at_most(most))
         assert limited is not None, "no time at all is some time"
         return limited.only(self.clocks)
 
@@ -93,6 +101,30 @@ class Zone:
             if clock not in zone.clocks:
                 zone = zone._with(clock)
         return zone.only(kept)
+
+    def back(self, clock: Clock, by: int) -> Zone:
+        """One clock put back by so many nanoseconds."""
+        size, at = len(self.clocks) + 1, self.clocks.index(clock) + 1
+        bounds = list(self.bounds)
+        for other in range(size):
+            if other != at:
+                if bounds[at * size + other] < _FREE:
+                    bounds[at * size + other] -= 2 * by
+                if bounds[other * size + at] < _FREE:
+                    bounds[other * size + at] += 2 * by
+        return Zone(self.clocks, tuple(bounds))
+
+    def anywhere(self, clock: Clock, below: int) -> Zone:
+        """One clock set to any time below so many nanoseconds."""
+        others = tuple(one for one in self.clocks if one != clock)
+        zone = self.only(others)._with(clock)
+        size = len(zone.clocks) + 1
+        at, bounds = size - 1, list(zone.bounds)
+        for other in range(size - 1):
+            if bounds[at * size + other] < _FREE:
+                bounds[at * size + other] = _sum(less(below), bounds[other])
+        found = Zone(zone.clocks, tuple(bounds))
+        return found.only(self.clocks)
 
     def only(self, clocks: tuple[Clock, ...]) -> Zone:
         """Without all clocks but these, in this order."""

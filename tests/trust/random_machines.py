@@ -89,6 +89,7 @@ class _Writer:
         kinds = {
             "n += 1": 3, "n = 0": 1, "n = steps": 1, "n -= 1": 1, "d = ahead": 2, "d += 0.1 m": 1,
             "seen = space.left": 1, "hue = light": 1, "raise tick": 1, f"seen = {self.condition()}": 1, "log(n)": 1,
+            f"raise late after {self.draw.choice(_DURATIONS)}": 1,
         }  # fmt: skip
         if self.chance(0.6):
             return ""
@@ -99,7 +100,7 @@ class _Writer:
         self.lines = [f"machine {name}", ""]
         if part is not None:
             self.lines.append(f"import {part}")
-        self.lines += ["event go, back, tick", "var n : int = 0", "var d : length = 0 m", "var seen : bool = false",
+        self.lines += ["event go, back, tick, late", "var n : int = 0", "var d : length = 0 m", "var seen : bool = false",
                        "var hue : Light = red", "PROPERTIES"]  # fmt: skip
         if two_regions:
             self.lines.append("parallel both")
@@ -149,7 +150,7 @@ class _Writer:
             self.block(indent + 4, None)
 
     def transition(self, pad: str, outcomes: list[str], targets: list[str]) -> None:
-        trigger = self.draw.choice(["when", "when", "after", "after if", "on", "event"])
+        trigger = self.draw.choice(["when", "when", "after", "after if", "on", "event", "held", "every", "any"])
         guard = f" if {self.condition()}" if self.chance(0.3) else ""
         match trigger:
             case "when":
@@ -158,11 +159,19 @@ class _Writer:
                 head = f"after {self.draw.choice(_DURATIONS)}"
             case "after if":
                 head = f"after {self.draw.choice(_DURATIONS)} if {self.condition()}"
+            case "held":
+                head = f"when {self.condition()} for {self.draw.choice(_DURATIONS)}{guard}"
+            case "every":
+                head = f"every {self.draw.choice(_DURATIONS)}{guard}"
+            case "any" if self.chance(0.3):
+                head = f"on *{guard}"
             case "on" if outcomes:
                 head = f"on {self.draw.choice(outcomes)}{guard}"
             case _:
-                head = f"on {self.draw.choice(('go', 'back', 'tick'))}{guard}"
-        self.lines.append(f"{pad}{head} -> {self.draw.choice(targets)}{self.actions()}")
+                head = f"on {self.draw.choice(('go', 'back', 'tick', 'late'))}{guard}"
+        stays = trigger in ("held", "every") and self.chance(0.6)
+        target = "" if stays else f" -> {self.draw.choice(targets)}"
+        self.lines.append(f"{pad}{head}{target}{self.actions() or ' / n += 1' * stays}")
 
     def properties(self) -> list[str]:
         return [f"property p{number} : {self.claim()}" for number in range(3)]

@@ -14,7 +14,7 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.machine import Machine
-from hsm.model.chart import After, Always, Assign, Model, On, When
+from hsm.model.chart import After, Always, Assign, Every, Held, Model, On, Send, When
 from hsm.model.expressions import Expression, Literal, VariableValue
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
@@ -27,6 +27,7 @@ from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
 from hsm.testing.proofs.values import Exact, Region, Symbols, Value
+from hsm.testing.proofs.zones import Clock
 
 NEVER = 1 << 60
 """In nanoseconds: longer than any run."""
@@ -42,6 +43,7 @@ class Location:
         over: states whose activity has ended.
         timers: the time-outs that run.
         values: the variables, as values or regions.
+        acted: conditions that have held long enough, by transition.
         outcome: how the run ended, or None.
     """
 
@@ -50,6 +52,7 @@ class Location:
     over: frozenset[int]
     timers: tuple[Timer, ...]
     values: tuple[Kept, ...]
+    acted: frozenset[int]
     outcome: str | None
 
 
@@ -61,7 +64,8 @@ class Edge:
         source: number of the location that it begins in; -1 for the first step, which comes with the start.
         target: number of the location that it leads to.
         due: the time-outs that come due in it.
-        fresh: the states whose time-outs begin in it.
+        fresh: the clocks that begin in it.
+        beats: the time-outs that were due in it and go on to their next times.
         among: the signals for which it leads there.
         point: its end, with what the variables are in terms of the signals.
     """
@@ -69,14 +73,15 @@ class Edge:
     source: int
     target: int
     due: frozenset[int]
-    fresh: frozenset[int]
+    fresh: frozenset[Clock]
+    beats: tuple[Timer, ...]
     among: Diagram
     point: Point
 
     @property
     def idle(self) -> bool:
         """Whether the machine stays as it is."""
-        return self.source == self.target and not (self.due or self.fresh or self.point.entered)
+        return self.source == self.target and not (self.due or self.fresh or self.beats or self.point.entered)
 
 
 @dataclass(slots=True)
@@ -201,7 +206,16 @@ class Graph:
         location = self.locations[number]
         values, among = self.regions.opened(location.values)
         timers = tuple(replace(one, due=True) if one.transition in due else one for one in location.timers)
-        return Point(location.leaves, location.history, location.over, timers, values, outcome=location.outcome), among
+        point = Point(
+            location.leaves,
+            location.history,
+            location.over,
+            timers,
+            values,
+            location.acted,
+            outcome=location.outcome,
+        )
+        return point, among
 
     def number_of(self, location: Location) -> int:
         """The number of a location; a new one if it was not known."""
@@ -221,23 +235,22 @@ class Graph:
         self, source: int, due: frozenset[int], ends: Sequence[tuple[Point, Diagram]] | Iterator[tuple[Point, Diagram]]
     ) -> Iterator[Edge]:
         for point, among in ends:
-            timers = tuple(replace(one, fresh=False) for one in point.timers)
-            sources = self.machine.model.transitions
-            fresh = frozenset(sources[one.transition].source for one in point.timers if one.fresh)
+            timers = tuple(replace(one, fresh=False, beats=False) for one in point.timers)
+            fresh = frozenset(one.clock for one in point.timers if one.fresh)
+            beats = tuple(one for one in point.timers if one.beats)
             for values, further in self.regions.closed(point.values, among):
                 if point.outcome is None:
-                    target = Location(point.leaves, point.history, point.over, timers, values, None)
+                    target = Location(point.leaves, point.history, point.over, timers, values, point.acted, None)
                 else:  # nothing follows
-                    target = Location(point.leaves, (), frozenset(), (), values, point.outcome)
-                yield Edge(source, self.number_of(target), due, fresh, further, point)
+                    target = Location(point.leaves, (), frozenset(), (), values, frozenset(), point.outcome)
+                yield Edge(source, self.number_of(target), due, fresh, beats, further, point)
 
     def _patterns(self, location: Location) -> Iterator[frozenset[int]]:
         """Which time-outs may come due in one step: of those of one state the shorter ones first."""
-        clocks: dict[int, dict[tuple[int, int], set[int]]] = {}
+        clocks: dict[Clock, dict[tuple[int, int], set[int]]] = {}
         for one in location.timers:
             if not one.due:
-                source = self.machine.model.transitions[one.transition].source
-                clocks.setdefault(source, {}).setdefault((one.least, one.most), set()).add(one.transition)
+                clocks.setdefault(one.clock, {}).setdefault((one.least, one.most), set()).add(one.transition)
         choices: list[list[frozenset[int]]] = []
         for durations in clocks.values():
             ordered = [durations[key] for key in sorted(durations)]
@@ -268,17 +281,23 @@ class Graph:
 def unsupported(model: Model) -> str | None:
     """What a machine has that proofs do not follow; None where there is nothing."""
     for one in model.transitions:
-        if not isinstance(one.trigger, On | When | After | Always):
+        if not isinstance(one.trigger, On | When | After | Every | Held | Always):
             return f"a trigger of a kind that proofs do not know ({one.place})"
-        if isinstance(one.trigger, On) and (one.trigger.prefix or "*" in one.trigger.names):
-            return "events that are matched by a pattern"
+        if isinstance(one.trigger, On) and (one.trigger.prefix or ("*" in one.trigger.names and model.events is None)):
+            return f"events that are matched by a pattern ({one.place})"
+    for action in actions_of(model):
+        if isinstance(action, Send) and (action.message is not None or action.delay <= 0 or model.events is None):
+            return f"an event that is sent without a delay, or with data ({action.place})"
     return None
 
 
 def events_of(model: Model) -> list[str]:
     """The names that may come from outside, of those that some transition waits for; raised ones among them."""
     waited = (name for one in model.transitions if isinstance(one.trigger, On) for name in one.trigger.names)
-    return [name for name in dict.fromkeys(waited) if model.events is None or name in model.events]
+    names = dict.fromkeys(waited)
+    if model.events is None:
+        return list(names)
+    return [name for name in ([*names, *sorted(model.events)] if "*" in names else names) if name in model.events]
 
 
 def _constants(model: Model) -> Iterator[tuple[str, Any]]:
@@ -295,7 +314,10 @@ def _deciding(model: Model) -> Iterator[Expression]:
         match one.trigger:
             case When(condition):
                 yield condition
-            case After(duration):
+            case After(duration) | Every(duration):
+                yield duration
+            case Held(condition, duration):
+                yield condition
                 yield duration
         if one.guard is not None:
             yield one.guard

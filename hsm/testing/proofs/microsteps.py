@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import inf
 
+from hsm.engine.codegen import Block, Occasion
 from hsm.engine.configuration import Plan
 from hsm.engine.limits import within_limits
 from hsm.engine.machine import Machine
-from hsm.model.chart import Action, After, Assign, Call, Model, Raise
+from hsm.model.chart import Action, After, Assign, Call, Cancel, Every, Held, Model, Raise, Send
 from hsm.model.events import Event, StateEvent
 from hsm.model.expressions import Binary, Expression, Literal, VariableValue
 from hsm.model.rewriting import actions_of
@@ -17,6 +19,10 @@ from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.points import Point, Timer
 from hsm.testing.proofs.values import UNKNOWN, Derived, Exact, Truth, Undecided, Value
+from hsm.testing.proofs.zones import own_clock
+
+_SHORTEST = 0.6e-9
+"""In seconds: what is shorter counts as no nanosecond."""
 
 
 class Microsteps:
@@ -27,6 +33,9 @@ class Microsteps:
         evaluator: evaluates its expressions.
         scopes: states of which it matters whether they were entered.
         duration: the least and the greatest duration that a value stands for, in nanoseconds.
+
+    Attributes:
+        sends: the events that are sent with a delay: the name, the delay in seconds, the label.
     """
 
     def __init__(
@@ -44,22 +53,26 @@ class Microsteps:
         model = machine.model
         self._types: list[Type] = [one.type for one in model.parameters] + [one.type for one in model.variables]
         self._counters = counters(model)
+        self.sends = list(dict.fromkeys(_sent(one) for one in actions_of(model) if isinstance(one, Send)))
 
     def planned(self, point: Point, plan: Plan) -> tuple[Point, tuple[Event, ...], Diagram]:
         """A microstep: where it leads, the events that it raises, and the signals for which nothing in it fails."""
         timers = [one for one in point.timers if one.transition not in plan.disarmed]
         values = list(point.values)
         raised: list[Event] = []
+        acted = point.acted.difference(plan.disarmed).union(plan.acted)
         possible = TRUE
         for item in plan.work:
             if isinstance(item, StateEvent):
                 raised.append(item)
                 continue
             block, active = item
+            if block.role is Occasion.REPEAT:
+                possible = self._diagrams.both(possible, self._repeat(block, plan, values, timers, active))
             if block.enters:
                 possible = self._diagrams.both(possible, self._enter(block.state, values, timers, active))
             for action in block.actions:
-                possible = self._diagrams.both(possible, self._act(action, values, raised, active))
+                possible = self._diagrams.both(possible, self._act(action, values, raised, timers, active))
         history = dict(point.history)
         history.update(plan.remembered)
         return (
@@ -67,8 +80,9 @@ class Microsteps:
                 plan.target.leaves,
                 tuple(sorted(history.items())),
                 point.over.difference(plan.exited, plan.entered),
-                tuple(sorted(timers, key=lambda one: one.transition)),
+                _ordered(timers),
                 tuple(values),
+                acted,
                 point.entered | self._scopes.intersection(plan.entered),
                 plan.outcome or point.outcome,
             ),
@@ -85,14 +99,46 @@ class Microsteps:
             possible = self._diagrams.both(possible, self._held(values[slot], variable.name, variable.type))
         for index in model.states[state].transitions:
             trigger = model.transitions[index].trigger
-            if isinstance(trigger, After):
+            if isinstance(trigger, After | Every):
                 duration = self._evaluator.at(values, active).value(trigger.duration)
-                possible = self._diagrams.both(possible, self._lasting(duration))
-                timers[:] = [one for one in timers if one.transition != index]
-                timers.append(Timer(index, *self._duration(duration), fresh=True))
+                possible = self._diagrams.both(possible, self._lasting(duration, again=isinstance(trigger, Every)))
+                clock = state if isinstance(trigger, After) else own_clock(index)
+                _begin(timers, Timer(index, *self._duration(duration), clock, fresh=True))
         return possible
 
-    def _act(self, action: Action, values: list[Value], raised: list[Event], active: frozenset[int]) -> Diagram:
+    def watched(self, point: Point, index: int) -> tuple[Point, Diagram]:
+        """A condition has begun to hold; the signals for which its duration can be computed."""
+        trigger = self._machine.model.transitions[index].trigger
+        assert isinstance(trigger, Held), "nothing else is watched"
+        active = self._machine.configuration(point.leaves).active
+        duration = self._evaluator.at(point.values, active).value(trigger.duration)
+        timers = list(point.timers)
+        _begin(timers, Timer(index, *self._duration(duration), own_clock(index), fresh=True))
+        return replace(point, timers=_ordered(timers)), self._lasting(duration)
+
+    def _repeat(
+        self, block: Block, plan: Plan, values: list[Value], timers: list[Timer], active: frozenset[int]
+    ) -> Diagram:
+        """The next time of what is repeated: its clock goes on from the one that has come."""
+        possible = TRUE
+        for index in plan.transitions:
+            trigger = self._machine.model.transitions[index].trigger
+            if isinstance(trigger, Every) and self._machine.model.transitions[index].source == block.state:
+                duration = self._evaluator.at(values, active).value(trigger.duration)
+                possible = self._diagrams.both(possible, self._lasting(duration, again=True))
+                begun = next((one for one in timers if one.transition == index), None)
+                new = begun is None or begun.fresh
+                _begin(timers, Timer(index, *self._duration(duration), own_clock(index), fresh=new, beats=not new))
+        return possible
+
+    def _act(
+        self,
+        action: Action,
+        values: list[Value],
+        raised: list[Event],
+        timers: list[Timer],
+        active: frozenset[int],
+    ) -> Diagram:
         """Do one action; the signals for which it does not fail."""
         match action:
             case Assign(variable, expression):
@@ -103,6 +149,16 @@ class Microsteps:
                 pass
             case Raise(event):
                 raised.append(event)
+            case Send(_, delay) if delay > 0:
+                number = -1 - self.sends.index(_sent(action))
+                # Of several on their way the first is followed; any may come at any time, as from outside.
+                if all(one.transition != number for one in timers):
+                    least, most = self._duration(Exact.of(delay))
+                    _begin(timers, Timer(number, least, most, own_clock(number), fresh=True))
+            case Cancel(label):
+                timers[:] = [
+                    one for one in timers if one.transition >= 0 or self.sends[-1 - one.transition][2] != label
+                ]
             case _:
                 raise Undecided(f"an action of a kind that proofs do not know: {type(action).__name__}")
         return TRUE
@@ -120,13 +176,14 @@ class Microsteps:
                 return self._between(value, -LARGEST_INTEGER - 2, LARGEST_INTEGER + 1)
         return TRUE
 
-    def _lasting(self, duration: Value) -> Diagram:
-        """Where a time-out can have a duration."""
+    def _lasting(self, duration: Value, *, again: bool = False) -> Diagram:
+        """Where a time-out can have a duration; that of what is done again and again takes some time."""
+        shortest = _SHORTEST if again else 0.0
         match duration:
             case Exact(content):
-                return TRUE if content is not None and 0 <= content < inf else FALSE
+                return TRUE if content is not None and shortest <= content < inf else FALSE
             case Derived():
-                least = self._evaluator.symbols.compared(">=", duration, Exact.of(0.0)).true
+                least = self._evaluator.symbols.compared(">=", duration, Exact.of(shortest)).true
                 return self._diagrams.both(least, self._between(duration, -inf, inf))
         return FALSE
 
@@ -135,6 +192,20 @@ class Microsteps:
         compared = self._evaluator.symbols.compared
         above, below = compared(">", value, Exact.of(low)).true, compared("<", value, Exact.of(high)).true
         return self._diagrams.both(above, below)
+
+
+def _begin(timers: list[Timer], timer: Timer) -> None:
+    """A time-out begins; one that runs already begins anew."""
+    timers[:] = [one for one in timers if one.transition != timer.transition]
+    timers.append(timer)
+
+
+def _ordered(timers: list[Timer]) -> tuple[Timer, ...]:
+    return tuple(sorted(timers, key=lambda one: one.transition))
+
+
+def _sent(send: Send) -> tuple[str, float, str | None]:
+    return send.event, send.delay, send.label
 
 
 def counters(model: Model) -> frozenset[str]:

@@ -77,8 +77,10 @@ def domain(kind: Type, *, not_a_number: bool = True) -> tuple[int, int]:
 
 
 def held(kind: Type) -> tuple[int, int]:
-    """The least and the greatest ordinal of what a variable or parameter can hold: floats are finite, whole numbers
-    have 63 bits."""
+    """The least and the greatest ordinal of what a variable or parameter can hold.
+
+    Floats in it are finite, whole numbers have 63 bits.
+    """
     match kind:
         case Quantity():
             infinity = float_ordinal(math.inf)

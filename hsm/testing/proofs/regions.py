@@ -41,13 +41,15 @@ class Precision:
     Attributes:
         whole: between the outermost thresholds of a variable, so many whole numbers at most.
         floats: so many floats of one variable.
+        counted: so many whole numbers of one variable beyond its thresholds.
     """
 
     whole: int
     floats: int
+    counted: int
 
 
-FINE, MIDDLE, COARSE = Precision(80, 40), Precision(12, 12), Precision(0, 1)
+FINE, MIDDLE, COARSE = Precision(80, 40, 30), Precision(12, 12, 0), Precision(0, 1, 0)
 
 
 class Regions:
@@ -79,7 +81,7 @@ class Regions:
         }
         self._numbers = {slot: number for number, slot in self._slots.items()}
         self._thresholds: list[set[int]] = [set() for _ in types]
-        self._floats: list[set[int]] = [set() for _ in types]
+        self._seen: list[set[int]] = [set() for _ in types]
         self._cuts: list[list[int] | None] = [None for _ in types]
         self._precision = precision
         self._relevant = [name in relevant for name in names]
@@ -255,11 +257,11 @@ class Regions:
             at = bisect_right(cuts, number)
             if 0 < at < len(cuts) and cuts[at] == cuts[at - 1] + 1:
                 return Exact.of(content)
-        else:
-            seen = self._floats[slot]
-            if number in seen or len(seen) < self._precision.floats:
-                seen.add(number)
-                return Exact.of(content)
+        seen = self._seen[slot]
+        most = self._precision.counted if isinstance(kind, Integer) else self._precision.floats
+        if number in seen or len(seen) < most:
+            seen.add(number)
+            return Exact.of(content)
         return self._single(next(Region(*one) for one in self._cells(slot) if one[0] <= number <= one[1]), kind)
 
     def _cells(self, slot: int) -> Iterator[tuple[int, int]]:

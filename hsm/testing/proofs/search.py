@@ -7,14 +7,13 @@ passes at once.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 from hsm.engine.machine import Machine
 from hsm.model.expressions import Expression
 from hsm.model.properties import Property
 from hsm.testing.proofs.automata import Automaton, Branch, Memory
-from hsm.testing.proofs.diagrams import FALSE
 from hsm.testing.proofs.graph import Budget, Edge, Graph
 from hsm.testing.proofs.points import Timer
 from hsm.testing.proofs.values import Truth, Value
@@ -49,6 +48,23 @@ class Visit:
     repeated: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class _Move:
+    """A step with a way for the property to go on.
+
+    Attributes:
+        edge: the step.
+        branch: how the property goes on.
+        reset: the clocks that begin anew.
+        clocks: those that run afterwards.
+    """
+
+    edge: Edge
+    branch: Branch
+    reset: frozenset[Clock]
+    clocks: tuple[Clock, ...]
+
+
 @dataclass(slots=True)
 class Search:
     """Looks for violations of one property.
@@ -74,29 +90,33 @@ class Search:
     depth: int = 0
     complete: bool = False
     _known: dict[tuple[int, Memory], list[Zone | None]] = field(default_factory=dict)
-    _truths: dict[tuple[Expression, tuple[int, ...], tuple[Value, ...]], Truth] = field(default_factory=dict)
+    _known_moves: dict[tuple[int, Memory], list[_Move]] = field(default_factory=dict)
+    _truths: dict[tuple[int, tuple[int, ...], tuple[Value, ...]], Truth] = field(default_factory=dict)
+    _scope: int | None = field(init=False)
+    _automaton: Automaton = field(init=False)
 
     def violations(self) -> Iterator[Visit]:
         """Places at which the property is violated, near ones first."""
         machine = self.graph.machine
-        scope = None if self.stated.scope is None else machine.indices[self.stated.scope]
-        automaton = Automaton(self.stated, scope, self.graph.symbols.diagrams, self._truth)
+        self._scope = None if self.stated.scope is None else machine.indices[self.stated.scope]
+        self._automaton = Automaton(self.stated, self._scope, self.graph.symbols.diagrams, self._truth)
+        begun = self._automaton.begin()
         for edge in self.graph.initial:
-            for branch in self._branches(automaton, automaton.begin(), edge, scope):
+            for branch in self._branches(begun, edge):
                 zone = Zone.origin(self._clocks(edge.target, branch.memory)) if self.timed else None
                 visit = Visit(edge.target, branch.memory, zone, -1, edge, branch)
                 if branch.violated or (branch.least or 0) > 0:
                     if branch.least is None:
                         yield visit
                     continue
-                self._add(automaton, scope, visit)
+                self._add(visit)
         done = 0
         while done < len(self.visits):
             end = len(self.visits)
             for number in range(done, end):
                 if self.budget.spent or self.visits[number].location >= len(self.graph.edges):
                     return
-                yield from self._onward(automaton, scope, number)
+                yield from self._onward(number)
             done = end
             self.depth += 1
         self.complete = self.graph.complete
@@ -108,31 +128,48 @@ class Search:
             way.append(self.visits[way[-1].before])
         return way[::-1]
 
-    def _onward(self, automaton: Automaton, scope: int | None, number: int) -> Iterator[Visit]:
+    def _onward(self, number: int) -> Iterator[Visit]:
         visit = self.visits[number]
         later = None
         limits: dict[frozenset[int], Zone | None] = {}
         if visit.zone is not None:
             later = visit.zone.later_by(self.longest_tick)
-        for edge in self.graph.edges[visit.location]:
+        for move in self._moves(visit.location, visit.memory):
             zone = None
             if later is not None:
-                if edge.due not in limits:
-                    limits[edge.due] = self._at(later, visit.location, edge.due)
-                zone = limits[edge.due]
+                due = move.edge.due
+                if due not in limits:
+                    limits[due] = self._at(later, visit.location, due)
+                zone = limits[due]
                 if zone is None:
                     continue
-            for branch in self._branches(automaton, visit.memory, edge, scope):
-                found = self._taken(visit, number, edge, branch, zone)
-                if found is None:
-                    continue
-                if branch.violated:
-                    yield found
-                self._add(automaton, scope, found)
-                if edge.idle and branch.restarts and not branch.violated and visit.memory is branch.memory:
-                    self._add(automaton, scope, self._again(visit, number, edge, branch))
+            found = self._taken(number, move, zone)
+            if found is None:
+                continue
+            if move.branch.violated:
+                yield found
+            self._add(found)
+            if move.edge.idle and move.branch.restarts and not move.branch.violated and visit.memory is found.memory:
+                self._add(self._again(visit, number, move))
 
-    def _taken(self, visit: Visit, number: int, edge: Edge, branch: Branch, zone: Zone | None) -> Visit | None:
+    def _moves(self, location: int, memory: Memory) -> list[_Move]:
+        """The steps from a location, each with a way for the property to go on; of those to the same effect one."""
+        key = (location, memory)
+        found = self._known_moves.get(key)
+        if found is None:
+            distinct: dict[Hashable, _Move] = {}
+            for edge in self.graph.edges[location]:
+                for branch in self._branches(memory, edge):
+                    reset = frozenset((*edge.fresh, *((PROMISE,) if branch.restarts else ())))
+                    move = _Move(edge, branch, reset, self._clocks(edge.target, branch.memory))
+                    effect = (branch.memory, branch.least, branch.most, branch.restarts)
+                    same = (edge.target, edge.due, edge.fresh, edge.beats, edge.idle, effect)
+                    distinct.setdefault((edge.among, branch.among, len(distinct)) if branch.violated else same, move)
+            found = self._known_moves[key] = list(distinct.values())
+        return found
+
+    def _taken(self, number: int, move: _Move, zone: Zone | None) -> Visit | None:
+        edge, branch = move.edge, move.branch
         if zone is not None:
             if PROMISE in zone.clocks and (branch.least is not None or branch.most is not None):
                 least = None if branch.least is None else at_most(self.rounding - branch.least)
@@ -141,23 +178,32 @@ class Search:
                 if limited is None:
                     return None
                 zone = limited
-            zone = zone.reset(self._reset(edge, branch), self._clocks(edge.target, branch.memory))
+            zone = self._beaten(zone, edge).reset(move.reset, move.clocks)
         return Visit(edge.target, branch.memory, zone, number, edge, branch)
 
-    def _again(self, visit: Visit, number: int, edge: Edge, branch: Branch) -> Visit:
+    def _beaten(self, zone: Zone, edge: Edge) -> Zone:
+        """Where what is repeated goes on: its clock counts from the time that has come, not from the step."""
+        before = {one.transition: one for one in self.graph.locations[edge.source].timers} if edge.beats else {}
+        for timer in edge.beats:
+            due = before[timer.transition]
+            kept = due.least == due.most == timer.least == timer.most
+            if kept and timer.transition in edge.due and self.longest_tick + self.rounding < due.least:
+                zone = zone.back(timer.clock, due.least)
+            else:
+                zone = zone.anywhere(timer.clock, timer.most + self.rounding)
+        return zone
+
+    def _again(self, visit: Visit, number: int, move: _Move) -> Visit:
         """A step in which only the time of the property begins anew, any number of times."""
         assert visit.zone is not None, "only what is timed begins anew"
         later = self._at(visit.zone.later(), visit.location, frozenset())
         assert later is not None, "no time at all is some time"
-        zone = later.reset({PROMISE}, self._clocks(edge.target, branch.memory))
-        return Visit(edge.target, branch.memory, zone, number, edge, branch, repeated=True)
+        zone = later.reset({PROMISE}, move.clocks)
+        return Visit(move.edge.target, move.branch.memory, zone, number, move.edge, move.branch, repeated=True)
 
-    def _reset(self, edge: Edge, branch: Branch) -> set[Clock]:
-        return {*edge.fresh, *((PROMISE,) if branch.restarts else ())}
-
-    def _add(self, automaton: Automaton, scope: int | None, visit: Visit) -> None:
+    def _add(self, visit: Visit) -> None:
         if visit.zone is not None:
-            visit = self._with_idling(automaton, scope, visit)
+            visit = self._with_idling(visit)
         known = self._known.setdefault((visit.location, visit.memory), [])
         if visit.zone is None:
             if known:
@@ -169,31 +215,26 @@ class Search:
         known.append(visit.zone)
         self.visits.append(visit)
 
-    def _with_idling(self, automaton: Automaton, scope: int | None, visit: Visit) -> Visit:
+    def _with_idling(self, visit: Visit) -> Visit:
         """The place with all the time that may pass in it while nothing changes."""
         assert visit.zone is not None
         if visit.location >= len(self.graph.edges):
             return visit
-        for edge in self.graph.edges[visit.location]:
-            if not edge.idle:
-                continue
-            for branch in self._branches(automaton, visit.memory, edge, scope):
-                if branch.memory is visit.memory and not (branch.restarts or branch.violated):
-                    later = self._at(visit.zone.later(), visit.location, frozenset())
-                    if later is not None and PROMISE in later.clocks and branch.most is not None:
-                        later = later.limited(PROMISE, None, at_most(branch.most + self.rounding))
-                    if later is not None:
-                        return Visit(
-                            visit.location, visit.memory, later, visit.before, visit.edge, visit.branch,
-                            (edge, branch), visit.repeated,
-                        )  # fmt: skip
+        for move in self._moves(visit.location, visit.memory):
+            edge, branch = move.edge, move.branch
+            if edge.idle and branch.memory is visit.memory and not (branch.restarts or branch.violated):
+                later = self._at(visit.zone.later(), visit.location, frozenset())
+                if later is not None and PROMISE in later.clocks and branch.most is not None:
+                    later = later.limited(PROMISE, None, at_most(branch.most + self.rounding))
+                if later is not None:
+                    return replace(visit, zone=later, idle=(edge, branch))
         return visit
 
     def _at(self, zone: Zone, location: int, due: frozenset[int]) -> Zone | None:
         """Where some time-outs come due at a step, and others do not."""
         found: Zone | None = zone
         for timer in self._running(location):
-            clock = self._clock(timer)
+            clock = timer.clock
             if found is None:
                 return None
             if timer.transition in due:
@@ -205,21 +246,18 @@ class Search:
     def _running(self, location: int) -> Iterator[Timer]:
         return (one for one in self.graph.locations[location].timers if not one.due)
 
-    def _clock(self, timer: Timer) -> Clock:
-        return self.graph.machine.model.transitions[timer.transition].source
-
     def _clocks(self, location: int, memory: Memory) -> tuple[Clock, ...]:
-        clocks = {self._clock(one) for one in self._running(location)}
+        clocks = {one.clock for one in self._running(location)}
         if memory is Memory.WAITING:
             clocks.add(PROMISE)
         return tuple(sorted(clocks))
 
-    def _branches(self, automaton: Automaton, memory: Memory, edge: Edge, scope: int | None) -> list[Branch]:
-        active = scope is None or scope in self._configuration(edge.point.leaves)
-        return [one for one in automaton.branches(memory, edge, active=active) if one.among != FALSE]
+    def _branches(self, memory: Memory, edge: Edge) -> Sequence[Branch]:
+        active = self._scope is None or self._scope in self._configuration(edge.point.leaves)
+        return self._automaton.branches(memory, edge, active=active)
 
     def _truth(self, condition: Expression, edge: Edge) -> Truth:
-        key = (condition, edge.point.leaves, edge.point.values)
+        key = (id(condition), edge.point.leaves, edge.point.values)
         found = self._truths.get(key)
         if found is None:
             evaluator = self.graph.evaluator.at(edge.point.values, self._configuration(edge.point.leaves))

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from hsm.engine.configuration import Picked, Selector
 from hsm.engine.decisions import Condition, Constant, Negation, Tree
 from hsm.engine.machine import Machine
-from hsm.model.chart import On
+from hsm.model.chart import Held, On
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.points import Point
@@ -47,7 +47,9 @@ class Selections:
         self._paths: dict[tuple[Selector, frozenset[int] | None, tuple[Value, ...]], list[Path]] = {}
         self._candidates: dict[Selector, frozenset[int]] = {}
         triggers = [one.trigger for one in machine.model.transitions]
-        handlers = [one for one in machine.model.transitions if isinstance(one.trigger, On) and "fault" in one.trigger.names]
+        handlers = [
+            one for one in machine.model.transitions if isinstance(one.trigger, On) and "fault" in one.trigger.names
+        ]
         self.handling = frozenset(one.source for one in handlers)
         self.failures: dict[str, None] = {}
         decisions = map(machine.generator.decision, range(len(triggers)))
@@ -76,6 +78,14 @@ class Selections:
         if paths is None:
             paths = self._paths[key] = list(self._all_paths(selector, point, due))
         return paths
+
+    def held(self, index: int, point: Point) -> Truth:
+        """Where a condition that is watched for some time is true and where it is false."""
+        trigger = self._machine.model.transitions[index].trigger
+        assert isinstance(trigger, Held), "nothing else is watched"
+        return self._evaluator.at(point.values, self._machine.configuration(point.leaves).active).truth(
+            trigger.condition
+        )
 
     def _offered(self, selector: Selector, due: frozenset[int] | None) -> frozenset[int] | None:
         """Of the time-outs that are due, those of a selector."""

@@ -8,16 +8,17 @@ planned by the engine's own planner. Ways that come to the same point are one wa
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
-from hsm.engine.configuration import Picked, Selector
+from hsm.engine.configuration import Picked, Plan, Selector
 from hsm.engine.execution import fault_event
 from hsm.engine.machine import Machine
 from hsm.model.events import Event, StateEvent
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.microsteps import Microsteps
-from hsm.testing.proofs.points import ENDED, SETTLING, FailingStep, Label, Place, Point, Stage
+from hsm.testing.proofs.points import ENDED, SETTLING, FailingStep, Label, Part, Place, Point, Stage
 from hsm.testing.proofs.possible import Possible
+from hsm.testing.proofs.selections import Path as GuardPath
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.values import TooMany, Value
 from hsm.testing.scenarios.script import FAULT
@@ -27,6 +28,51 @@ MOST_POINTS = 4_000
 
 Ways = dict[int, dict[int, Diagram]]
 """From one place to others, by their numbers, each with the signals."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """One way to go on from a place.
+
+    Attributes:
+        target: number of the place that it leads to.
+        among: the signals.
+        label: what is heard.
+        plan: the microstep that is done, or None.
+        grows: whether a value there would grow without end.
+    """
+
+    target: int
+    among: Diagram
+    label: Label
+    plan: Plan | None = None
+    grows: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class _Failing:
+    """A way on which something fails.
+
+    Attributes:
+        among: the signals.
+        label: what is heard.
+        states: those that a fault may be handled in or around.
+        obstacle: why the proof does not go on where it is handled.
+    """
+
+    among: Diagram
+    label: Label
+    states: tuple[int, ...]
+    obstacle: str
+
+
+@dataclass(slots=True)
+class _Expansion:
+    """Where a place leads to, whatever the signals are."""
+
+    ways: list[_Way] = field(default_factory=list)
+    failing: list[_Failing] = field(default_factory=list)
+    paths: list[Sequence[GuardPath]] = field(default_factory=list)
 
 
 class Stepper:
@@ -58,7 +104,9 @@ class Stepper:
         self._events = events
         self._settled = settled
         self._diagrams = selections.diagrams
-        self._failed: list[tuple[Diagram, Label]] = []
+        self._numbers: dict[Place, int] = {}
+        self._places: list[Place] = []
+        self._expansions: dict[int, _Expansion] = {}
         self.faults: list[FailingStep] = []
         self.possible = Possible(untold=selections.untold)
 
@@ -69,15 +117,13 @@ class Stepper:
         self.possible.take(plan)
         first, queue, possible = self._microsteps.planned(nowhere, plan)
         if possible != TRUE:
-            self._fails(plan, self._diagrams.complement(possible), None)
-            self.faults += [Failure((SETTLING, nowhere, ()), among, None) for among, _ in self._failed]
-            self._failed.clear()
+            self._fail((SETTLING, nowhere, ()), self._failing(plan, self._diagrams.complement(possible), None), TRUE)
         begun: dict[Place, Diagram] = {}
-        for point, among in self._run({(SETTLING, first, queue): possible}, heard=()):
-            due = frozenset(one.transition for one in point.timers if one.most <= 1)
-            place = (Stage(2, due=due) if point.outcome is None else ENDED, point, ())
+        for point, among in self._run({(SETTLING, first, queue): possible}):
+            stage = Stage(Part.TIME_OUTS, due=_due(point)) if point.outcome is None else ENDED
+            place = (stage, point, ())
             begun[place] = self._diagrams.either(begun.get(place, FALSE), among)
-        return self._run(begun, heard=())
+        return self._run(begun)
 
     def step(
         self, point: Point, among: Diagram, parents: dict[Place, tuple[Place, Label]] | None = None
@@ -93,57 +139,45 @@ class Stepper:
             return []
         configuration = self._machine.configuration(point.leaves)
         running = tuple(one for one in configuration.activities if one not in point.over)
-        return self._run({(Stage(0, running), point, ()): among}, self._events, parents)
+        return self._run({(Stage(Part.ARRIVALS, running), point, ()): among}, parents)
 
     def _run(
-        self,
-        begin: Mapping[Place, Diagram],
-        heard: Sequence[str],
-        parents: dict[Place, tuple[Place, Label]] | None = None,
+        self, begin: Mapping[Place, Diagram], parents: dict[Place, tuple[Place, Label]] | None = None
     ) -> list[tuple[Point, Diagram]]:
         """Follow all ways from some places to their ends."""
         either, without = self._diagrams.either, self._diagrams.without
-        numbers: dict[Place, int] = {}
-        places: list[Place] = []
-        seen: list[Diagram] = []
-        pending: dict[int, Diagram] = {}
+        pending = {self._number(place): among for place, among in begin.items()}
+        seen: dict[int, Diagram] = {}
         ends: dict[int, Diagram] = {}
         ways: Ways = {}
-
-        def meet(place: Place, among: Diagram) -> int:
-            number = numbers.setdefault(place, len(places))
-            if number == len(places):
-                places.append(place)
-                seen.append(FALSE)
-                if number > MOST_POINTS:
-                    raise TooMany(f"one step with more than {MOST_POINTS} ways to go")
-            pending[number] = either(pending.get(number, FALSE), among)
-            return number
-
-        for place, among in begin.items():
-            meet(place, among)
-        first = len(places)
+        first = set(pending)
         while pending:
             number = next(iter(pending))
-            place, fresh = places[number], without(pending.pop(number), seen[number])
+            known = seen.get(number, FALSE)
+            fresh = without(pending.pop(number), known)
             if fresh == FALSE:
                 continue
-            seen[number] = either(seen[number], fresh)
-            if place[0].number == ENDED.number:
+            seen[number] = either(known, fresh)
+            if len(seen) > MOST_POINTS:
+                raise TooMany(f"one step with more than {MOST_POINTS} ways to go")
+            if self._places[number][0] == ENDED:
                 ends[number] = seen[number]
                 continue
-            for following, further, label in self._all_onward(place, fresh, heard):
-                known = len(places)
-                target = meet(following, further)
-                if parents is not None and target >= max(known, first):
-                    parents[following] = (place, label)
+            for target, further, label in self._onward(number, fresh):
+                if parents is not None and target not in seen and target not in pending and target not in first:
+                    parents[self._places[target]] = (self._places[number], label)
+                pending[target] = either(pending.get(target, FALSE), further)
                 if label is None:
                     onward = ways.setdefault(number, {})
                     onward[target] = either(onward.get(target, FALSE), further)
-            self.faults += [FailingStep(place, among, label) for among, label in self._failed]
-            self._failed.clear()
-        self.faults += [FailingStep(places[one], among, None) for one, among in self._spinning(ways)]
-        return [(places[number][1], among) for number, among in ends.items()]
+        self.faults += [FailingStep(self._places[one], among, None) for one, among in self._spinning(ways)]
+        return [(self._places[number][1], among) for number, among in ends.items()]
+
+    def _number(self, place: Place) -> int:
+        number = self._numbers.setdefault(place, len(self._places))
+        if number == len(self._places):
+            self._places.append(place)
+        return number
 
     def _spinning(self, ways: Ways) -> Iterator[tuple[int, Diagram]]:
         """Places from which what follows by itself comes round to where it was, with the signals for which it does."""
@@ -163,62 +197,118 @@ class Stepper:
                     alive[place], changed = left, True
         return ((place, among) for place, among in alive.items() if among != FALSE)
 
-    def _all_onward(self, place: Place, among: Diagram, heard: Sequence[str]) -> Iterator[tuple[Place, Diagram, Label]]:
-        """What a place leads to, values that would grow without end replaced."""
-        for (stage, point, queue), further, label in self._onward(place, among, heard):
-            for values, part in self._settled(point.values, further):
-                settled = point if values is point.values else replace(point, values=values)
-                yield (stage, settled, queue), part, label
+    def _onward(self, number: int, among: Diagram) -> Iterator[tuple[int, Diagram, Label]]:
+        """What a place leads to with some signals; values that would grow without end are replaced."""
+        both = self._diagrams.both
+        expansion = self._expansion(number)
+        for paths in expansion.paths:
+            self.possible.paths(paths, among, both)
+        for failing in expansion.failing:
+            self._fail(self._places[number], failing, among)
+        for way in expansion.ways:
+            further = both(among, way.among)
+            if further == FALSE:
+                continue
+            if way.plan is not None:
+                self.possible.take(way.plan)
+            if way.grows:
+                stage, point, queue = self._places[way.target]
+                for values, part in self._settled(point.values, further):
+                    yield self._number((stage, replace(point, values=values), queue)), part, way.label
+            else:
+                yield way.target, further, way.label
 
-    def _onward(self, place: Place, among: Diagram, heard: Sequence[str]) -> Iterator[tuple[Place, Diagram, Label]]:
+    def _expansion(self, number: int) -> _Expansion:
+        """What a place leads to, worked out once for all signals."""
+        found = self._expansions.get(number)
+        if found is None:
+            found = self._expansions[number] = _Expansion()
+            place = self._places[number]
+            for way in self._all_ways(place, found):
+                if way.among != FALSE:
+                    target = self._places[way.target][1].values
+                    found.ways.append(replace(way, grows=self._settled(target, TRUE)[0][0] is not target))
+        return found
+
+    def _fail(self, place: Place, failing: _Failing, among: Diagram) -> None:
+        """Take down that a step fails with some signals."""
+        further = self._diagrams.both(among, failing.among)
+        if further != FALSE:
+            self.faults.append(FailingStep(place, further, failing.label))
+            topology = self._machine.topology
+            if self._selections.handling & {state for one in failing.states for state in topology.up(one)}:
+                self._selections.failures[failing.obstacle] = None
+
+    def _way(self, place: Place, among: Diagram, label: Label = None, plan: Plan | None = None) -> _Way:
+        return _Way(self._number(place), among, label, plan)
+
+    def _all_ways(self, place: Place, found: _Expansion) -> Iterator[_Way]:
         """What a place leads to: first what follows by itself, then what comes next."""
         stage, point, queue = place
         if point.outcome is not None:
-            yield (ENDED, point, ()), among, None
+            yield self._way((ENDED, point, ()), TRUE)
             return
         configuration = self._machine.configuration(point.leaves)
-        rest = among
+        rest = TRUE
         if configuration.always is not None:
-            for picked, further in self._picked(configuration.always, point, among):
+            for picked, further in self._picked(found, configuration.always, point, rest):
                 if picked is not None:
-                    yield self._fired(place, picked, further)
+                    yield self._fired(found, place, picked, further)
                     rest = self._diagrams.without(rest, further)
         if rest == FALSE:
             return
         if queue:
-            yield from self._heard((stage, point, queue[1:]), queue[0], rest, None)
+            yield from self._heard(found, (stage, point, queue[1:]), queue[0], rest, None)
             return
-        match stage.number:
-            case 0:
-                yield from self._reports(stage, point, rest)
-            case 1:
-                yield from self._outside(stage, point, rest, heard)
-            case 2:
-                yield from self._time_outs(stage, point, rest)
-            case 3:
-                yield from self._conditions(stage, point, rest)
-            case _:
-                yield (ENDED, point, ()), rest, None
+        yield from self._next(found, stage, point, rest)
 
-    def _outside(
-        self, stage: Stage, point: Point, among: Diagram, heard: Sequence[str]
-    ) -> Iterator[tuple[Place, Diagram, Label]]:
+    def _next(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+        """What comes next in a step, once nothing follows by itself."""
+        match stage.part:
+            case Part.ARRIVALS:
+                yield from self._arrivals(found, stage, point, among)
+            case Part.REPORTS:
+                yield from self._reports(found, stage, point, among)
+            case Part.OUTSIDE:
+                yield from self._outside(found, point, among)
+            case Part.TIME_OUTS:
+                yield from self._time_outs(found, stage, point, among)
+            case Part.CONDITIONS:
+                yield from self._conditions(found, stage, point, among)
+            case Part.WATCH:
+                yield from self._watch(found, stage, point, among)
+            case _:
+                yield self._way((ENDED, point, ()), among)
+
+    def _arrivals(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+        """The events on their way that arrive: those whose time has come, in any order; others at any time."""
+        sends = self._microsteps.sends
+        arriving = [one for one in point.timers if one.transition < 0 and one.due]
+        for one in arriving:
+            left = replace(point, timers=tuple(other for other in point.timers if other is not one))
+            yield from self._heard(found, (stage, left, ()), sends[-1 - one.transition][0], among, None)
+        for name in dict.fromkeys(one[0] for one in sends):
+            yield from self._heard(found, (stage, point, ()), name, among, ("event", name, ""))
+        if not arriving:
+            yield self._way((Stage(Part.REPORTS, stage.reports), point, ()), among)
+
+    def _outside(self, found: _Expansion, point: Point, among: Diagram) -> Iterator[_Way]:
         """One more event from outside, or none."""
         configuration = self._machine.configuration(point.leaves)
-        for name in heard:
+        for name in self._events:
             if configuration.on(name) is not None:
-                yield from self._heard((stage, point, ()), name, among, ("event", name, ""))
-        due = frozenset(one.transition for one in point.timers if one.due or (one.fresh and one.most <= 1))
-        yield (Stage(2, due=due), point, ()), among, None
+                place = (Stage(Part.OUTSIDE), point, ())
+                yield from self._heard(found, place, name, among, ("event", name, ""))
+        yield self._way((Stage(Part.TIME_OUTS, due=_due(point)), point, ()), among)
 
-    def _reports(self, stage: Stage, point: Point, among: Diagram) -> Iterator[tuple[Place, Diagram, Label]]:
+    def _reports(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
         """What the activities report, one after the other; what they were doing was begun before this step."""
         if not stage.reports:
-            yield (Stage(1), point, ()), among, None
+            yield self._way((Stage(Part.OUTSIDE), point, ()), among)
             return
         state, *others = stage.reports
-        following = Stage(0, tuple(others))
-        yield (following, point, ()), among, None
+        following = Stage(Part.REPORTS, tuple(others))
+        yield self._way((following, point, ()), among)
         declared = self._machine.model.states[state]
         assert declared.activity is not None, "only states with an activity are asked"
         configuration = self._machine.configuration(point.leaves)
@@ -232,76 +322,112 @@ class Stepper:
         self.possible.outcomes.update((state, outcome) for outcome in events)
         for outcome, event in events.items():
             if outcome != FAULT or configuration.on(event) is not None:
-                yield from self._heard((following, ended, ()), event, among, ("report", declared.name, outcome))
+                label = ("report", declared.name, outcome)
+                yield from self._heard(found, (following, ended, ()), event, among, label)
 
-    def _heard(
-        self, place: Place, event: Event, among: Diagram, label: Label
-    ) -> Iterator[tuple[Place, Diagram, Label]]:
+    def _heard(self, found: _Expansion, place: Place, event: Event, among: Diagram, label: Label) -> Iterator[_Way]:
         """What an event leads to."""
         point = place[1]
         selector = self._machine.configuration(point.leaves).on(event)
         if selector is None:
-            yield place, among, label
+            yield self._way(place, among, label)
             return
-        for picked, further in self._picked(selector, point, among, label=label):
-            yield (place, further, label) if picked is None else self._fired(place, picked, further, label)
+        for picked, further in self._picked(found, selector, point, among, label=label):
+            if picked is None:
+                yield self._way(place, further, label)
+            else:
+                yield self._fired(found, place, picked, further, label)
 
-    def _time_outs(self, stage: Stage, point: Point, among: Diagram) -> Iterator[tuple[Place, Diagram, Label]]:
+    def _time_outs(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
         configuration = self._machine.configuration(point.leaves)
         if not stage.due or configuration.after is None:
-            yield (Stage(3), point, ()), among, None
+            yield self._way((Stage(Part.CONDITIONS), point, ()), among)
             return
-        for picked, further in self._picked(configuration.after, point, among, stage.due):
+        for picked, further in self._picked(found, configuration.after, point, among, due=stage.due):
             if picked is None:
-                yield (Stage(3), point, ()), further, None
+                yield self._way((Stage(Part.CONDITIONS), point, ()), further)
             else:
                 plan = self._machine.planner.plan(configuration, picked, dict(point.history))
-                left = Stage(2, due=stage.due.difference(plan.disarmed))
-                yield self._fired((left, point, ()), picked, further)
+                left = Stage(Part.TIME_OUTS, due=stage.due.difference(plan.disarmed, plan.transitions))
+                yield self._fired(found, (left, point, ()), picked, further)
 
-    def _conditions(self, stage: Stage, point: Point, among: Diagram) -> Iterator[tuple[Place, Diagram, Label]]:
-        when = self._machine.configuration(point.leaves).when
-        if when is None:
-            yield (ENDED, point, ()), among, None
+    def _conditions(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+        configuration = self._machine.configuration(point.leaves)
+        after = Stage(Part.WATCH, held=configuration.held) if configuration.held else ENDED
+        if configuration.when is None:
+            yield self._way((after, point, ()), among)
             return
-        for picked, further in self._picked(when, point, among):
-            ended = ((ENDED, point, ()), further, None)
-            yield ended if picked is None else self._fired((stage, point, ()), picked, further)
+        for picked, further in self._picked(found, configuration.when, point, among):
+            if picked is None:
+                yield self._way((after, point, ()), further)
+            else:
+                yield self._fired(found, (stage, point, ()), picked, further)
+
+    def _watch(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
+        """The time of conditions begins that hold now, and ends of those that do not."""
+        if not stage.held:
+            yield self._way((ENDED, point, ()), among)
+            return
+        index, *others = stage.held
+        following = Stage(Part.WATCH, held=tuple(others))
+        truth = self._selections.held(index, point)
+        holds, not_so = (self._diagrams.both(among, one) for one in (truth.true, truth.false))
+        timers = tuple(one for one in point.timers if one.transition != index)
+        yield self._way((following, replace(point, timers=timers, acted=point.acted - {index}), ()), not_so)
+        if index in point.acted or any(one.transition == index for one in point.timers):
+            yield self._way((following, point, ()), holds)
+        else:
+            begun, possible = self._microsteps.watched(point, index)
+            holds = self._diagrams.both(holds, possible)
+            yield self._way((following, begun, ()), holds)
+        failing = self._diagrams.without(self._diagrams.without(among, holds), not_so)
+        declared = self._machine.model.transitions[index]
+        obstacle = f"a condition that may fail in a machine that handles faults ({declared.place})"
+        found.failing.append(_Failing(failing, None, (declared.source,), obstacle))
 
     def _picked(
-        self, selector: Selector, point: Point, among: Diagram, due: frozenset[int] | None = None, label: Label = None
+        self,
+        found: _Expansion,
+        selector: Selector,
+        point: Point,
+        among: Diagram,
+        *,
+        due: frozenset[int] | None = None,
+        label: Label = None,
     ) -> Iterator[tuple[Picked | None, Diagram]]:
         """What a selector can pick, None for nothing, each with the signals for which it does."""
-        self.possible.paths(self._selections.paths(selector, point, due), among, self._diagrams.both)
+        found.paths.append(self._selections.paths(selector, point, due))
         for picked, condition in self._selections.choices(selector, point, due):
             further = self._diagrams.both(among, condition)
             if further != FALSE:
                 among = self._diagrams.without(among, condition)
                 yield picked, further
-        if among != FALSE:
-            self._failed.append((among, label))
+        found.failing.append(_Failing(among, label, (), ""))
 
-    def _fired(self, place: Place, picked: Picked, among: Diagram, label: Label = None) -> tuple[Place, Diagram, Label]:
+    def _fired(self, found: _Expansion, place: Place, picked: Picked, among: Diagram, label: Label = None) -> _Way:
         """What a selector picked is done: where it leads, and the signals for which nothing in it fails."""
         stage, point, queue = place
         configuration = self._machine.configuration(point.leaves)
         plan = self._machine.planner.plan(configuration, picked, dict(point.history))
-        self.possible.take(plan)
         following, raised, possible = self._microsteps.planned(point, plan)
         further = self._diagrams.both(among, possible)
-        if further != among:
-            self._fails(plan, self._diagrams.without(among, possible), label)
-        return (stage, following, (*queue, *raised)), further, label
+        found.failing.append(self._failing(plan, self._diagrams.without(among, possible), label))
+        return self._way((stage, following, (*queue, *raised)), further, label, plan)
 
-    def _fails(self, plan: Plan, among: Diagram, label: Label) -> None:
+    def _failing(self, plan: Plan, among: Diagram, label: Label) -> _Failing:
         """A microstep fails: that ends the run, unless the machine handles it, which is not followed."""
-        self._failed.append((among, label))
-        model, topology = self._machine.model, self._machine.topology
-        sources = (model.transitions[index].source for index in plan.transitions)
-        around = {state for one in (*sources, *plan.exited, *plan.entered) for state in topology.up(one)}
-        if self._selections.handling & around:
-            what = next((model.transitions[index].place for index in plan.transitions), None)
-            self._selections.failures[f"an action that may fail in a machine that handles faults ({what})"] = None
+        transitions = [self._machine.model.transitions[index] for index in plan.transitions]
+        place = transitions[0].place if transitions else None
+        states = (*(one.source for one in transitions), *plan.exited, *plan.entered)
+        obstacle = f"an action that may fail in a machine that handles faults ({place})"
+        return _Failing(among, label, states, obstacle)
+
+
+def _due(point: Point) -> frozenset[int]:
+    """The time-outs that are due."""
+    return frozenset(
+        one.transition for one in point.timers if one.transition >= 0 and (one.due or (one.fresh and one.most <= 1))
+    )
 
 
 def _on_cycles(ways: Ways) -> set[int]:

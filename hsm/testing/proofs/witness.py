@@ -17,7 +17,7 @@ from hsm.testing.proofs.automata import Branch
 from hsm.testing.proofs.diagrams import FALSE, Diagram
 from hsm.testing.proofs.graph import FREE, Edge, Graph
 from hsm.testing.proofs.ordinals import ordinal
-from hsm.testing.proofs.points import ENDED, FailingStep, Label, Place
+from hsm.testing.proofs.points import ENDED, FailingStep, Label, Part, Place
 from hsm.testing.proofs.search import Visit
 from hsm.testing.proofs.timing import MARGIN, Schedule, first_solved
 from hsm.testing.proofs.valuations import Valuations, readable
@@ -96,7 +96,7 @@ class Replayer:
             name: title of the scenario.
         """
         last = way[-1]
-        edge = Edge(last.location, last.location, due, frozenset(), failure.among, failure.place[1])
+        edge = Edge(last.location, last.location, due, frozenset(), (), failure.among, failure.place[1])
         ticks = self._planned(
             [*way, Visit(last.location, last.memory, None, -1, edge, Branch(last.memory, edge.among))]
         )
@@ -154,7 +154,7 @@ class Replayer:
     def _schedule(self, way: Sequence[Visit], apart: int) -> tuple[Schedule, list[tuple[int, int | None]]]:
         """The moments of all steps, each with the last one of those in which nothing changes after it."""
         schedule = Schedule()
-        since: dict[int, int] = {}
+        since: dict[int, tuple[int, int]] = {}
         moments: list[tuple[int, int | None]] = []
         before = 0
         for number, visit in enumerate(way):
@@ -165,9 +165,12 @@ class Replayer:
                     schedule.at_most(before, moment, self._longest)
                 branch = Branch(visit.memory, FALSE) if visit.repeated else visit.branch
                 self._bound(schedule, since, moment, (way[number - 1].location, visit.edge, branch))
-            since.update(dict.fromkeys(visit.edge.fresh, moment))
+            since.update(dict.fromkeys(visit.edge.fresh, (moment, 0)))
+            for timer in visit.edge.beats:
+                begun, offset = since.get(timer.clock, (moment, 0))
+                since[timer.clock] = begun, offset + timer.least
             if visit.branch.restarts or not number:
-                since[PROMISE] = moment
+                since[PROMISE] = moment, 0
             idle = None
             if visit.idle is not None and number + 1 < len(way):
                 idle = schedule.moment()
@@ -177,22 +180,23 @@ class Replayer:
             before = moment if idle is None else idle
         return schedule, moments
 
-    def _bound(self, schedule: Schedule, since: Mapping[int, int], moment: int, step: tuple[int, Edge, Branch]) -> None:
+    def _bound(
+        self, schedule: Schedule, since: Mapping[int, tuple[int, int]], moment: int, step: tuple[int, Edge, Branch]
+    ) -> None:
         """What holds of the time of a step, by its time-outs and the time of the property."""
         location, edge, branch = step
-        transitions = self._machine.model.transitions
         for timer in self._graph.locations[location].timers:
-            begun = since.get(transitions[timer.transition].source)
-            if timer.due or begun is None:
+            if timer.due or timer.clock not in since:
                 continue
+            begun, offset = since[timer.clock]
             if timer.transition in edge.due:
-                schedule.at_least(begun, moment, timer.least)
+                schedule.at_least(begun, moment, offset + timer.least)
             else:
-                schedule.at_most(begun, moment, timer.most - MARGIN)
+                schedule.at_most(begun, moment, offset + timer.most - MARGIN)
         if PROMISE in since and branch.least is not None:
-            schedule.at_least(since[PROMISE], moment, -(-branch.least // MARGIN) * MARGIN)
+            schedule.at_least(since[PROMISE][0], moment, -(-branch.least // MARGIN) * MARGIN)
         if PROMISE in since and branch.most is not None:
-            schedule.at_most(since[PROMISE], moment, branch.most // MARGIN * MARGIN)
+            schedule.at_most(since[PROMISE][0], moment, branch.most // MARGIN * MARGIN)
 
     # The run.
 
@@ -294,7 +298,7 @@ class Replayer:
         self._graph.stepper.step(point, among, parents)
         labels: list[Label] = [tick.label]
         place = tick.end
-        if place not in parents and place[0].number:
+        if place not in parents and place[0].part is not Part.ARRIVALS:
             return None
         while place in parents:
             place, label = parents[place]

@@ -116,15 +116,13 @@ class Zone:
 
     def anywhere(self, clock: Clock, below: int) -> Zone:
         """One clock set to any time below so many nanoseconds."""
-        others = tuple(one for one in self.clocks if one != clock)
-        zone = self.only(others)._with(clock)
+        zone = self.only(tuple(one for one in self.clocks if one != clock))._with(clock)
         size = len(zone.clocks) + 1
         at, bounds = size - 1, list(zone.bounds)
         for other in range(size - 1):
             if bounds[at * size + other] < _FREE:
                 bounds[at * size + other] = _sum(less(below), bounds[other])
-        found = Zone(zone.clocks, tuple(bounds))
-        return found.only(self.clocks)
+        return Zone(zone.clocks, tuple(bounds)).only(tuple(sorted(zone.clocks)))
 
     def only(self, clocks: tuple[Clock, ...]) -> Zone:
         """Without all clocks but these, in this order."""

@@ -2,23 +2,35 @@
 
 A run's trace is the same byte for byte wherever it is made, so nothing that decides may be computed by what chooses its
 instructions by processor: BLAS and LAPACK (``@``, ``np.dot``, ``np.linalg``), the C library's functions (glibc's sine
-rounds otherwise where the processor multiplies and adds at once, in some 7 of 10,000 cases), numpy's vectorised ones, its
-normal draws, a sort that may swap equals. Nor by what Python versions round differently: ``sum`` of floats,
+rounds otherwise where the processor multiplies and adds at once, in some 7 of 10,000 cases), numpy's vectorised
+ones, its normal draws, a sort that may swap equals. Nor by what Python versions round differently: ``sum`` of floats,
 ``math.hypot``, ``math.dist``. The four operations and the square root are rounded correctly everywhere (IEEE 754);
 here the functions of a robot's geometry are made of them.
 
-Their reductions and polynomials are those of FreeBSD's msun (Sun Microsystems 1993, "fdlibm"), right to less than one unit
-in the last place.
+Their reductions and polynomials are those of FreeBSD's msun (Sun Microsystems 1993, "fdlibm"), right to about one
+unit in the last place.
 """
 
 from __future__ import annotations
 
 import math
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Number = TypeVar("Number", float, Floats)
+
+
+def square(x: Number) -> Number:
+    """The square of a number or of each of an array's; ``x**2`` is the C library's."""
+    return x * x
+
+
+def power(x: float, exponent: int) -> float:
+    """A whole power, from zero up, of a number."""
+    return math.prod([x] * exponent)
 
 
 def norm(x: float, y: float) -> float:
@@ -68,14 +80,12 @@ def cos_sin(angle: float) -> tuple[float, float]:
     cosine = about + (((1.0 - about) - half) + (z * tail - x * rest))
     tail = _S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))
     sine = x - ((z * (0.5 * rest - v * tail) - rest) - v * _S1)
-    match quarters & 3:
-        case 0:
-            return cosine, sine
-        case 1:
-            return -sine, cosine
-        case 2:
-            return -cosine, -sine
-    return sine, -cosine
+    which = quarters & 3
+    if which == 0:
+        return cosine, sine
+    if which == 1:
+        return -sine, cosine
+    return (-cosine, -sine) if which == 2 else (sine, -cosine)
 
 
 def cos(angle: float) -> float:
@@ -86,6 +96,11 @@ def cos(angle: float) -> float:
 def sin(angle: float) -> float:
     """The sine of an angle in rad; see `cos_sin`."""
     return cos_sin(angle)[1]
+
+
+def chord_over_arc(half: float) -> float:
+    """The length of a chord over that of its arc, which turns by twice this angle in rad."""
+    return 1.0 if abs(half) < 1e-9 else cos_sin(half)[1] / half
 
 
 def tan(angle: float) -> float:
@@ -116,14 +131,16 @@ def cosines_and_sines(angles: Floats) -> tuple[Floats, Floats]:
     )
 
 
-def cosines(angles: Floats) -> Floats:
-    """The cosine of each angle in rad, of the angles' shape."""
-    return cosines_and_sines(angles)[0]
-
-
-def sines(angles: Floats) -> Floats:
-    """The sine of each angle in rad, of the angles' shape."""
-    return cosines_and_sines(angles)[1]
+def halfway(x: float, y: float) -> tuple[float, float]:
+    """The cosine and the sine of half the direction of a vector in the plane; of zero's as of one along x."""
+    length = norm(x, y)
+    if length == 0.0:
+        return 1.0, 0.0
+    if x >= 0:
+        cosine = math.sqrt((length + x) / (2.0 * length))
+        return cosine, y / (2.0 * length * cosine)
+    sine = math.copysign(math.sqrt((length - x) / (2.0 * length)), y)
+    return y / (2.0 * length * sine), sine
 
 
 # atan of 1/2, 1, 3/2 and infinity, each in two parts
@@ -172,7 +189,7 @@ def atan2(y: float, x: float) -> float:
         angle = _atan(across / along)
     if math.copysign(1.0, x) < 0:
         angle = (_AT_END[1] * 2 - angle) + math.pi
-    return math.copysign(angle, y) if x == x and y == y else math.nan
+    return math.copysign(angle, y) if not (math.isnan(x) or math.isnan(y)) else math.nan
 
 
 _LN2, _LN2_REST = 6.93147180369123816490e-01, 1.90821492927058770002e-10
@@ -238,19 +255,22 @@ _FAR_OUT = (
 )  # fmt: skip
 
 
+_HALF_STEP = 1.0 / 2**54
+"""Half of what two neighbouring uniform draws differ by; added, no draw is 0 or 1."""
+
+
 def normals(generator: np.random.Generator, count: int) -> Floats:
     """Numbers drawn from the normal distribution with mean 0 and deviation 1, shape (count,).
 
     Each is the quantile of a uniform draw (Wichura 1988, algorithm AS 241, right to 1e-16).
     """
-    # Half a step of the generator away from 0 and from 1.
-    share = generator.random(count) + 2.0**-54
-    off = share - 0.5
+    share = generator.random(count)
+    off = share - 0.5 + _HALF_STEP
     found = off * _ratio(_MIDDLE, 0.180625 - off * off)
     (tails,) = np.nonzero(np.abs(off) > 0.425)
     if len(tails):
         outer = share[tails]
-        r = np.sqrt(-logs(np.minimum(outer, 1.0 - outer)))
+        r = np.sqrt(-logs(np.where(outer < 0.5, outer + _HALF_STEP, 1.0 - outer - _HALF_STEP)))
         beyond = np.where(r <= 5.0, _ratio(_NEAR, r - 1.6), _ratio(_FAR_OUT, r - 5.0))
         found[tails] = np.copysign(beyond, off[tails])
     return found

@@ -15,7 +15,7 @@ GENERATED = GENERATOR["GENERATED"]
 
 @pytest.mark.parametrize("path", GENERATED, ids=lambda path: path.name)
 def test_a_generated_file_is_what_the_code_says(path):
-    assert path.read_text(encoding="utf-8") == GENERATED[path](), "run: python docs/generate.py"
+    assert path.read_text(encoding="utf-8") == GENERATED[path](), "run: python scripts/generate.py"
 
 
 def test_the_page_of_the_python_interface_has_every_public_name():

@@ -1,4 +1,4 @@
-"""Write what repeats the code: the references of the command line and of robot profiles.
+"""Write the pages that repeat the code: the references of the command line, profiles, skills, perception, the grammar.
 
 Run as ``python scripts/generate.py``.
 """
@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
-from dataclasses import is_dataclass
-from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import typer.main
 
-import hsm
 import perception.signals
 import skills.catalogue
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter, SignalDeclaration
@@ -150,7 +147,39 @@ def _facts() -> Iterator[tuple[str, str]]:
             yield name, " ".join((inspect.getdoc(member) or "").split())
 
 
+def grammar() -> str:
+    """The reference page of the grammar."""
+    text = (ROOT / "hsm" / "dsl" / "syntax" / "grammar.lark").read_text(encoding="utf-8")
+    return f"# The grammar\n\nThe grammar in lark's notation: `hsm/dsl/syntax/grammar.lark`.\n\n```text\n{text}```\n"
+
+
+FENCES = {".maze-machine": "maze-machine", ".maze-test": "maze-test", ".py": "python", ".scxml": "xml", ".toml": "toml"}
+
+
+def examples() -> str:
+    """The page of the examples: every file of each, whole."""
+    head = [
+        "# Examples",
+        "",
+        "The folder `examples/` holds these programs, from the smallest machine to two robots. A test runs every",
+        "command in them; run it in the example's folder. A line `>` is part of what the command prints.",
+        "",
+    ]
+    folders = sorted(path for path in (ROOT / "examples").iterdir() if path.is_dir())
+    return "\n".join([*head, *(line for folder in folders for line in _example(folder))]).rstrip() + "\n"
+
+
+def _example(folder: Path) -> Iterator[str]:
+    yield from (f"## {folder.name[:2]} {folder.name[3:].replace('_', ' ').capitalize()}", "")
+    for path in sorted(folder.iterdir(), key=lambda path: (path.suffix == ".maze-test", path.name)):
+        if path.is_file():
+            yield from (f"`{path.relative_to(ROOT)}`", "", f"```{FENCES.get(path.suffix, 'sh')}")
+            yield from (*path.read_text(encoding="utf-8").rstrip().splitlines(), "```", "")
+
+
 GENERATED = {
+    ROOT / "docs" / "examples.md": examples,
+    ROOT / "docs" / "reference" / "grammar.md": grammar,
     ROOT / "docs" / "reference" / "command-line.md": command_line,
     ROOT / "docs" / "reference" / "profile.toml": default_profile,
     ROOT / "docs" / "reference" / "skills.md": motion_skills,

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from itertools import groupby
+from itertools import groupby, product
 
 import pytest
 
@@ -68,13 +68,9 @@ def test_without_growing_the_small_robot_would_go_another_way(monkeypatch):
     assert states("pledge", 0.5, limit=30.0)[0] != at_one
 
 
-RUNS = [
-    ("turtlebot3_burger", "pledge"),
-    ("turtlebot3_waffle", "pledge"),
-    ("turtlebot3_waffle", "pledge_smooth"),
-    ("turtlebot4", "pledge"),
-    ("turtlebot4", "pledge_smooth"),
-]
+PROFILED = ("turtlebot3_burger", "turtlebot3_waffle", "turtlebot4")
+SOLVERS = ("pledge", "pledge_smooth", "tremaux", "explorer", "right_hand", "right_hand_loop")
+RUNS = [*product(PROFILED, SOLVERS), ("turtlebot4", "random_mouse")]  # the mouse has no bound on its time
 
 
 @pytest.mark.parametrize(("name", "machine"), RUNS)

@@ -18,8 +18,7 @@ from skills.activities.rotate import Rotate
 from skills.activities.stop import Stop
 from skills.frames import Frame
 from skills.sides import Side
-from transport.description import Limits
-from transport.description import Laser, RobotDescription
+from transport.description import Laser, Limits, RobotDescription
 from transport.messages import STOP, Pose, wrap_angle
 
 SEEDS = (0, 1, 2)

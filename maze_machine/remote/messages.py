@@ -42,20 +42,20 @@ class Resume(_Question):
     kind: Literal["resume"] = "resume"
 
 
-class Advance(_Question):
+class AdvanceRun(_Question):
     """Go on for some ticks, and stand still again."""
 
     kind: Literal["advance"] = "advance"
     ticks: Annotated[int, Field(ge=1, le=1_000_000)] = 1
 
 
-class End(_Question):
+class EndRun(_Question):
     """End the run; the robot is stopped."""
 
     kind: Literal["end"] = "end"
 
 
-Operation = SendEvent | Pause | Resume | Advance | End
+Operation = SendEvent | Pause | Resume | AdvanceRun | EndRun
 _OPERATIONS: TypeAdapter[Operation] = TypeAdapter(Annotated[Operation, Field(discriminator="kind")])
 
 

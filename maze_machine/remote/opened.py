@@ -13,9 +13,9 @@ from maze_machine.drive.mission import Mission
 from maze_machine.drive.operation import checked_event
 from maze_machine.errors import UsageError
 from maze_machine.remote.messages import (
-    Advance,
+    AdvanceRun,
     Answer,
-    End,
+    EndRun,
     OperationError,
     Pause,
     Resume,
@@ -128,7 +128,7 @@ class OpenRun:
 
     def _done(self, payload: bytes) -> Answer:
         operation = read_operation(payload)
-        if not self._pausable and isinstance(operation, Pause | Resume | Advance):
+        if not self._pausable and isinstance(operation, Pause | Resume | AdvanceRun):
             return Answer(done=False, reason="only a simulation in the machine's own process can stand still")
         with self._change:
             match operation:
@@ -141,9 +141,9 @@ class OpenRun:
                     self._allowed = 0
                 case Resume():
                     self._allowed = None
-                case Advance(ticks=ticks):
+                case AdvanceRun(ticks=ticks):
                     self._allowed = ticks
-                case End():
+                case EndRun():
                     self._ended = "an operator ended the run"
             self._change.notify_all()
         return Answer(done=True)

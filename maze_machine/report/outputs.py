@@ -22,7 +22,7 @@ from maze_machine.simulated.world import SimulatedWorld
 from sim.occupancy import occupancy
 from transport.description import RobotDescription
 from transport.files import Stream
-from transport.recording import Recorder, RecordingError, Setting
+from transport.recording import RecordedScene, Recorder, RecordingError
 from transport.recording.drawings import Grid
 
 
@@ -98,13 +98,13 @@ class Outputs:
             yield found
 
 
-def setting_of(robot: RobotDescription, world: SimulatedWorld | None, *, dated: bool) -> Setting:
+def setting_of(robot: RobotDescription, world: SimulatedWorld | None, *, dated: bool) -> RecordedScene:
     """What a recording says once: the robot's outline and laser, the map, and when the run began."""
     grid = None
     if world is not None:
         cells, resolution, (x, y) = occupancy(world.maze)
         grid = Grid(cells, resolution, x, y)
-    return Setting(robot.footprint, robot.laser.mount, grid, time_ns() if dated else 0)
+    return RecordedScene(robot.footprint, robot.laser.mount, grid, time_ns() if dated else 0)
 
 
 def numbered(file: Path, attempt: int) -> Path:

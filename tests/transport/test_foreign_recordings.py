@@ -21,7 +21,7 @@ from toy_world import ToyWorld, wander
 
 from transport import codec
 from transport.messages import NANOSECONDS, Pose, Scan
-from transport.recording import Recorder, RecordingError, Setting, Topics, drawings, read_recording, reading
+from transport.recording import RecordedScene, Recorder, RecordingError, Topics, drawings, read_recording, reading
 from transport.recording import messages as reader
 from transport.recording.frames import inverse, placed, pose_of
 from transport.world import LockstepRobot
@@ -251,7 +251,7 @@ def test_a_recording_of_ours_is_known_by_its_ticks(tmp_path, changed):
 
 def test_a_dated_recording_gives_back_the_robots_own_stamps(tmp_path):
     plain = read_recording(record(tmp_path / "plain.mcap"))
-    dated = read_recording(record(tmp_path / "dated.mcap", setting=Setting(epoch=LATER)))
+    dated = read_recording(record(tmp_path / "dated.mcap", setting=RecordedScene(epoch=LATER)))
     for one, other in zip(dated.ticks, plain.ticks, strict=True):
         assert one.observation.stamp == other.observation.stamp
         assert one.observation.scan.stamp == other.observation.scan.stamp
@@ -268,7 +268,7 @@ def test_the_transform_tree_leads_from_each_scan_to_the_map(tmp_path):
         return Pose(3.0 + 0.01 * observation.time, -2.0, 0.4 + 0.05 * observation.time)
 
     grid = drawings.Grid(np.zeros((3, 4), dtype=np.int8), 0.5, -1.0, -2.0)
-    setting = Setting(((0.1, 0.1), (-0.1, 0.1), (0.0, -0.1)), MOUNT, grid, LATER)
+    setting = RecordedScene(((0.1, 0.1), (-0.1, 0.1), (0.0, -0.1)), MOUNT, grid, LATER)
     record(tmp_path / "run.mcap", 12, setting, truth)
     transforms, seen, kinds = [], [], {}
     with (tmp_path / "run.mcap").open("rb") as file:

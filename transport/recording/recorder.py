@@ -50,7 +50,7 @@ PATH_LONGEST = 600
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Setting:
+class RecordedScene:
     """What a recording says once, for viewers: what the robot is like and where it is.
 
     Attributes:
@@ -82,7 +82,7 @@ class Recorder:
         robot: str,
         run: Mapping[str, str] | None = None,
         *,
-        setting: Setting | None = None,
+        setting: RecordedScene | None = None,
         patience: float = 0.0,
     ) -> None:
         """Begin a file.
@@ -106,7 +106,7 @@ class Recorder:
         except OSError as error:
             raise RecordingError(f"cannot write the recording {path}: {error.strerror}") from None
         said = {"robot": robot, **(run or {})}
-        self._thread = Thread(target=self._work, args=(said, setting or Setting()), name="recorder", daemon=True)
+        self._thread = Thread(target=self._work, args=(said, setting or RecordedScene()), name="recorder", daemon=True)
         self._thread.start()
 
     def record(
@@ -155,7 +155,7 @@ class Recorder:
         """Finish the file."""
         self.close()
 
-    def _work(self, run: dict[str, str], setting: Setting) -> None:
+    def _work(self, run: dict[str, str], setting: RecordedScene) -> None:
         ended = False
         try:
             writer = _TickWriter(self._stream.file, run, setting)
@@ -179,7 +179,7 @@ class Recorder:
 class _TickWriter:
     """The MCAP writer with its channels."""
 
-    def __init__(self, file: IO[bytes], run: dict[str, str], setting: Setting) -> None:
+    def __init__(self, file: IO[bytes], run: dict[str, str], setting: RecordedScene) -> None:
         self._writer = Writer(file, chunk_size=CHUNK_SIZE, compression=CompressionType.ZSTD)
         self._writer.start(profile="ros2", library=LIBRARY)
         self._writer.add_metadata(RUN, run)

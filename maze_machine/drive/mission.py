@@ -14,12 +14,13 @@ from maze_machine.arguments.parameters import parameter_values
 from maze_machine.catalogue.library import chosen_library, robot_library
 from maze_machine.catalogue.machines import find_machine
 from maze_machine.catalogue.profile import Profile
-from maze_machine.drive.loop import Tick, ticks
+from maze_machine.drive.loop import ticks
 from maze_machine.drive.operation import NOBODY, Operator
+from maze_machine.drive.tick import Tick
 from perception import Perception
 from perception.facts import Facts
 from skills.chain import MotionChain
-from transport.messages import Command
+from transport.messages import Command, Pose
 from transport.robot import Robot
 from transport.world import Refereed
 
@@ -106,6 +107,7 @@ def drive(
     perception: Perception | None = None,
     *,
     operator: Operator = NOBODY,
+    truth: Callable[[int], Pose] | None = None,
 ) -> Ending:
     """Run a mission on a robot to its end; the robot is stopped and let go, whatever happens.
 
@@ -116,6 +118,7 @@ def drive(
         watchers: called with each tick, after its command has been sent.
         perception: what sees for the mission, where it shall remember something from before; else a fresh one.
         operator: who sends events to the machine, and may end the run.
+        truth: where the robot really is at a tick, if anybody knows.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
@@ -130,7 +133,8 @@ def drive(
         perception = perception or Perception(mission.profile.robot, mission.profile.perception)
         chain = MotionChain(mission.profile.robot, mission.profile.skills)
         link, machine, parameters = mission.profile.link, mission.machine, mission.parameters
-        for tick in ticks(robot, machine, parameters, perception, chain, settings=link, operator=operator):
+        driven = ticks(robot, machine, parameters, perception, chain, settings=link, operator=operator, truth=truth)
+        for tick in driven:
             first, last = first or tick, tick
             violations.extend(map(str, tick.violations))
             for watch in watchers:

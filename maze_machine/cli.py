@@ -14,6 +14,7 @@ from typer.core import TyperGroup
 from maze_machine.commands import (
     certificates,
     check,
+    dap,
     diagram,
     exchange,
     fmt,
@@ -96,6 +97,7 @@ app.command("import", rich_help_panel=WRITE)(exchange.import_chart)
 app.command("export", rich_help_panel=WRITE)(exchange.export)
 app.command("list", rich_help_panel=WRITE)(list_.listing)
 app.command("lsp", rich_help_panel=WRITE)(lsp.lsp)
+app.command("dap", rich_help_panel=WRITE)(dap.dap)
 app.command("trust", rich_help_panel=WRITE)(trust.trust)
 app.add_typer(maze.app, name="maze", rich_help_panel=WORLD)
 app.command("sim", rich_help_panel=LINK)(sim.sim)

@@ -221,14 +221,19 @@ def replay(
     """
     lines: list[dict[str, Any]] = []
     robot = ReplayRobot(recording)
-    known = mission.machine.model.events
-    operator = Recorded(
-        [[one for one in recorded_events(tick.step) if known is None or one in known] for tick in recording.ticks]
-    )
+    operator = recorded_operator(recording, mission.machine)
     watching = [lambda tick: lines.append(trace_line(mission.machine, tick)), *watchers]
     ending = drive(mission, robot, robot, watching, operator=operator)
     recorded = [{name: value for name, value in tick.step.items() if name != REASONS} for tick in recording.ticks]
     return ending, first_difference(recorded, lines) if recording.own else None
+
+
+def recorded_operator(recording: Recording, machine: Machine) -> Recorded:
+    """The operator of a recorded run: sends a machine the events of it that the machine knows."""
+    known = machine.model.events
+    return Recorded(
+        [[one for one in recorded_events(tick.step) if known is None or one in known] for tick in recording.ticks]
+    )
 
 
 def recorded_events(step: Mapping[str, Any]) -> list[str]:

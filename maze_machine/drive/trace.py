@@ -35,7 +35,7 @@ def trace_line(machine: Machine, tick: Tick) -> dict[str, Any]:
         "tick": tick.index,
         "stamp": tick.observation.stamp,
         "states": list(tick.configuration),
-        "taken": [_described(machine, transition) for transition in tick.step.transitions],
+        "taken": [transition_text(machine, transition) for transition in tick.step.transitions],
         "pose": [pose.x, pose.y, pose.heading],
         "twist": [twist.forward, twist.left, twist.turn],
         "ring": tick.command.ring,
@@ -51,7 +51,8 @@ def trace_line(machine: Machine, tick: Tick) -> dict[str, Any]:
     return line
 
 
-def _described(machine: Machine, transition: Transition) -> str:
+def transition_text(machine: Machine, transition: Transition) -> str:
+    """A transition as a trace names it: its states and its line."""
     states = machine.model.states
     targets = ", ".join(states[target].name for target in transition.targets)
     arrow = f" -> {targets}" if targets else ""

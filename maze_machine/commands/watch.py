@@ -79,12 +79,12 @@ def send(
 
     Example: `maze-machine send --stop`
     """
-    from maze_machine.remote.messages import Advance, End, Pause, Resume, SendEvent
+    from maze_machine.remote.messages import AdvanceRun, EndRun, Pause, Resume, SendEvent
     from maze_machine.remote.reaching import reaching
 
     asked: list[Any] = [SendEvent(name=event)] if event else []
-    asked += [Pause()] * pause + [Resume()] * resume + [End()] * stop
-    asked += [Advance(ticks=advance)] if advance is not None else []
+    asked += [Pause()] * pause + [Resume()] * resume + [EndRun()] * stop
+    asked += [AdvanceRun(ticks=advance)] if advance is not None else []
     if len(asked) != 1:
         raise UsageError("give one thing to do", "an event, --pause, --resume, --advance TICKS or --stop")
     with reaching(connect, robot, identity) as machine:

@@ -13,10 +13,10 @@ from maze_machine.debug.asked import Asked
 from maze_machine.debug.chart import Chart
 from maze_machine.debug.runs import Run, RunError
 from maze_machine.debug.steps import LocalStep, Step
-from maze_machine.drive.loop import Tick
 from maze_machine.drive.mission import Mission, mission_ticks, prepare
 from maze_machine.drive.operation import NOBODY, Operator
 from maze_machine.drive.replay import recorded_mission, recorded_operator
+from maze_machine.drive.tick import Tick
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.recording import ReplayRobot, read_recording
 from transport.world import LockstepRobot

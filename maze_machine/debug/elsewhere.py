@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from maze_machine.debug.chart import Chart
 from maze_machine.debug.heard import HeardStep
 from maze_machine.debug.runs import Run, RunError
-from maze_machine.debug.steps import Reason, Step
+from maze_machine.debug.steps import Step
 from maze_machine.errors import CommandError, UsageError
 from maze_machine.remote.client import RemoteMachine
-from maze_machine.remote.messages import Advance, Operation, Pause, Resume, SendEvent
+from maze_machine.remote.messages import AdvanceRun, Operation, Pause, Resume, SendEvent
 from maze_machine.remote.reaching import reaching
 
 MOST = 20_000
@@ -47,7 +46,7 @@ class RemoteRun:
         if heard is None:
             return False
         before = frozenset(self.steps[-1].states(0)) if self.steps else frozenset[str]()
-        step = HeardStep(self.chart, heard, before, partial(self._why, heard.get("tick")))
+        step = HeardStep(self.chart, heard, before)
         self.steps.append(step)
         if step.outcome is not None:
             self.over = f"the machine ended in {step.outcome}"
@@ -84,7 +83,7 @@ class RemoteRun:
 
     def go(self, ticks: int | None) -> None:
         """Have a simulation go on."""
-        self._ask(Resume() if ticks is None else Advance(ticks=ticks))
+        self._ask(Resume() if ticks is None else AdvanceRun(ticks=ticks))
 
     def close(self) -> None:
         """Have a simulation that stands still go on, and leave."""
@@ -106,21 +105,6 @@ class RemoteRun:
             raise RunError(str(error)) from None
         if not answer.done:
             raise RunError(f"the machine refuses: {answer.reason}")
-
-    def _why(self, tick: object, state: str) -> Sequence[Reason]:
-        """What became of a state's transitions in a tick, if it still is the newest one."""
-        try:
-            found = self.machine.why(state)
-        except CommandError:
-            return []
-        looked = found.get("transitions")
-        if found.get("tick") != tick or not isinstance(looked, list):
-            return []
-        return [
-            Reason(state, str(one.get("trigger")), one.get("line"), str(one.get("verdict")), str(one.get("reason")))
-            for one in looked
-            if isinstance(one, dict)
-        ]
 
 
 def attached(chart: Chart, endpoint: str, robot: str | None, identity: str | None) -> Run:

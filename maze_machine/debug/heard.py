@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,6 @@ from hsm.engine.evaluation import UNSET
 from hsm.model.expressions import Expression, SignalValue
 from maze_machine.debug.chart import Chart
 from maze_machine.debug.steps import Reason
-from maze_machine.drive.trace import transition_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,13 +20,11 @@ class HeardStep:
         chart: the machine, as its file is here.
         heard: what was published.
         before: the active states before it.
-        why: gives what became of a state's transitions; only of the newest step is that known.
     """
 
     chart: Chart
     heard: Mapping[str, Any]
     before: frozenset[str]
-    why: Callable[[str], Sequence[Reason]]
 
     @property
     def time(self) -> float:
@@ -53,8 +50,10 @@ class HeardStep:
 
     def transitions(self, _point: int) -> tuple[int, ...]:
         """The transitions that were taken in the step."""
-        taken, machine = set(_texts(self.heard.get("taken"))), self.chart.machine
-        return tuple(one.index for one in self.chart.model.transitions if transition_text(machine, one) in taken)
+        fired, count = self.heard.get("fired"), len(self.chart.model.transitions)
+        return (
+            tuple(one for one in fired if isinstance(one, int) and 0 <= one < count) if isinstance(fired, list) else ()
+        )
 
     def entered(self, point: int) -> Collection[str]:
         """The states that are active and were not before."""
@@ -76,12 +75,29 @@ class HeardStep:
 
     def doing(self, _point: int) -> Mapping[str, str]:
         """What the active states do, by state."""
-        found = self.heard.get("doing")
-        return {name: str(text) for name, text in found.items()} if isinstance(found, dict) else {}
+        found = self.heard.get("activities")
+        known = found.items() if isinstance(found, dict) else ()
+        return {name: str(one.get("text")) for name, one in known if isinstance(one, dict)}
 
-    def reasons(self, point: int) -> Sequence[Reason]:
-        """What became of the transitions of the active states."""
-        return [reason for state in self.states(point) for reason in self.why(state)]
+    def reasons(self, _point: int) -> Sequence[Reason]:
+        """What became of the transitions that were looked at."""
+        found, model = self.heard.get("why"), self.chart.model
+        reasons: list[Reason] = []
+        for one in _listed(found):
+            index = one.get("transition") if isinstance(one, dict) else None
+            if not isinstance(index, int) or not 0 <= index < len(model.transitions):
+                continue
+            transition = model.transitions[index]
+            reasons.append(
+                Reason(
+                    model.states[transition.source].name,
+                    self.chart.label(index),
+                    None if transition.place is None else transition.place.line,
+                    str(one.get("verdict")).replace("_", " "),
+                    str(one.get("reason")),
+                )
+            )
+        return reasons
 
     def value(self, point: int, expression: Expression) -> Any:
         """The value of an expression of states and variables; ``UNSET`` where a signal is in it."""
@@ -100,4 +116,8 @@ def _unheard(call: SignalValue) -> Any:
 
 
 def _texts(found: object) -> list[str]:
-    return [one for one in found if isinstance(one, str)] if isinstance(found, list) else []
+    return [one for one in _listed(found) if isinstance(one, str)]
+
+
+def _listed(found: object) -> list[Any]:
+    return found if isinstance(found, list) else []

@@ -14,12 +14,13 @@ from maze_machine.arguments.parameters import parameter_values
 from maze_machine.catalogue.library import chosen_library, robot_library
 from maze_machine.catalogue.machines import find_machine
 from maze_machine.catalogue.profile import Profile
-from maze_machine.drive.loop import Tick, ticks
+from maze_machine.drive.loop import ticks
 from maze_machine.drive.operation import NOBODY, Operator
+from maze_machine.drive.tick import Tick
 from perception import Perception
 from perception.facts import Facts
 from skills.chain import MotionChain
-from transport.messages import Command
+from transport.messages import Command, Pose
 from transport.robot import Robot
 from transport.world import Refereed
 
@@ -99,7 +100,12 @@ def prepare(
 
 
 def mission_ticks(
-    mission: Mission, robot: Robot, perception: Perception | None = None, *, operator: Operator = NOBODY
+    mission: Mission,
+    robot: Robot,
+    perception: Perception | None = None,
+    *,
+    operator: Operator = NOBODY,
+    truth: Callable[[int], Pose] | None = None,
 ) -> Iterator[Tick]:
     """The ticks of a mission, as ``drive.loop.ticks`` gives them; whoever takes them closes the robot.
 
@@ -108,6 +114,7 @@ def mission_ticks(
         robot: the robot.
         perception: as for ``drive``.
         operator: who sends events to the machine.
+        truth: where the robot really is at a tick, if anybody knows.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
@@ -117,7 +124,7 @@ def mission_ticks(
     perception = perception or Perception(profile.robot, profile.perception)
     chain = MotionChain(profile.robot, profile.skills)
     machine, parameters = mission.machine, mission.parameters
-    return ticks(robot, machine, parameters, perception, chain, settings=profile.link, operator=operator)
+    return ticks(robot, machine, parameters, perception, chain, settings=profile.link, operator=operator, truth=truth)
 
 
 def drive(
@@ -128,6 +135,7 @@ def drive(
     perception: Perception | None = None,
     *,
     operator: Operator = NOBODY,
+    truth: Callable[[int], Pose] | None = None,
 ) -> Ending:
     """Run a mission on a robot to its end; the robot is stopped and let go, whatever happens.
 
@@ -138,6 +146,7 @@ def drive(
         watchers: called with each tick, after its command has been sent.
         perception: what sees for the mission, where it shall remember something from before; else a fresh one.
         operator: who sends events to the machine, and may end the run.
+        truth: where the robot really is at a tick, if anybody knows.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
@@ -149,7 +158,7 @@ def drive(
     limited = False
     reason = "the machine ended"
     with closing(robot):
-        for tick in mission_ticks(mission, robot, perception, operator=operator):
+        for tick in mission_ticks(mission, robot, perception, operator=operator, truth=truth):
             first, last = first or tick, tick
             violations.extend(map(str, tick.violations))
             for watch in watchers:

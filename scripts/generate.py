@@ -6,6 +6,7 @@ Run as ``python scripts/generate.py``.
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +19,7 @@ import skills.catalogue
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter, SignalDeclaration
 from maze_machine.catalogue.profile import Profile, profile_text
 from maze_machine.cli import app
+from maze_machine.drive.tick_json import tick_schema
 from perception import Facts
 from skills.settings import SkillSettings
 
@@ -177,9 +179,15 @@ def _example(folder: Path) -> Iterator[str]:
             yield from (*path.read_text(encoding="utf-8").rstrip().splitlines(), "```", "")
 
 
+def tick_json() -> str:
+    """The JSON Schema of a tick."""
+    return json.dumps(tick_schema(), indent=2) + "\n"
+
+
 GENERATED = {
     ROOT / "docs" / "examples.md": examples,
     ROOT / "docs" / "reference" / "grammar.md": grammar,
+    ROOT / "docs" / "reference" / "tick.schema.json": tick_json,
     ROOT / "docs" / "reference" / "command-line.md": command_line,
     ROOT / "docs" / "reference" / "profile.toml": default_profile,
     ROOT / "docs" / "reference" / "skills.md": motion_skills,

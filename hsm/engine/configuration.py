@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hsm.engine.codegen import NONE, Block, CandidateChain, Generator
+from hsm.engine.looks import Grower, Leaf
 from hsm.model.chart import Action, Always, Held, On, Timed, Transition, When
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.topology import Topology
@@ -75,19 +76,6 @@ class Plan:
         return tuple(action for one in self.work if not isinstance(one, StateEvent) for action in one[0].actions)
 
 
-class SlowPath(Exception):  # noqa: N818 - not an error
-    """There is more to do than to move."""
-
-
-class Moves(dict[Picked, Plan]):
-    """Plans that do nothing but move; asked for any other, it raises ``SlowPath``."""
-
-    __slots__ = ()
-
-    def __missing__(self, picked: Picked) -> Plan:
-        raise SlowPath
-
-
 class Configuration:
     """The active states of a machine; made once for each combination that occurs, shared by all runs.
 
@@ -100,12 +88,10 @@ class Configuration:
         always: what fires without a trigger.
         after: what time-outs can fire.
         held: the transitions whose condition must hold for some time.
-        pick_when: the selector's function, or one that gives ``NONE``.
-        pick_first: the same, for a step in which no signal was evaluated yet.
         events: what an event can fire, for the events that were asked for.
         plans: what is done for the transitions that a selector picked.
-        moves: those of the plans that do nothing but move, whatever history states remember; ``SlowPath`` is raised for
-            all others.
+        moves: those of the plans that do nothing but move, whatever history states remember.
+        root: where a step that only moves begins.
     """
 
     __slots__ = (
@@ -119,14 +105,13 @@ class Configuration:
         "held",
         "leaves",
         "moves",
-        "pick_first",
-        "pick_when",
         "plans",
+        "root",
         "topology",
         "when",
     )
 
-    def __init__(self, topology: Topology, generator: Generator, leaves: tuple[int, ...]) -> None:
+    def __init__(self, topology: Topology, generator: Generator, grower: Grower, leaves: tuple[int, ...]) -> None:
         self.topology = topology
         self.generator = generator
         self.leaves = leaves
@@ -137,14 +122,12 @@ class Configuration:
         model = topology.model
         own = (index for state in sorted(self.active) for index in model.states[state].transitions)
         self.held = tuple(index for index in own if isinstance(model.transitions[index].trigger, Held))
-        self.pick_when = self.when.pick if self.when else _nothing
-        single = self.when is not None and len(self.when.chains) == 1
-        self.pick_first = self.when.chains[0].first if self.when and single else self.pick_when
         self._names: frozenset[str] | None = None
         self._activities: tuple[int, ...] | None = None
         self.events: dict[Event, Selector | None] = {}
         self.plans: dict[Any, Plan] = {}
-        self.moves: dict[Picked, Plan] = Moves()
+        self.moves: dict[Picked, Plan] = {}
+        self.root = Leaf(grower, self)
 
     @property
     def states(self) -> tuple[int, ...]:
@@ -175,9 +158,10 @@ class Configuration:
         return self.events[event]
 
     def forget(self) -> None:
-        """Drop the plans, which keep other configurations alive."""
+        """Drop the plans and the trees, which keep other configurations alive."""
         self.plans.clear()
         self.moves.clear()
+        self.root = Leaf(self.root.grower, self)
 
     def _listens(self, transition: Transition, event: Event) -> bool:
         source = self.topology.states[transition.source]
@@ -202,10 +186,6 @@ class Configuration:
 
     def _candidates(self, leaf: int, offered: dict[int, tuple[int, ...]]) -> tuple[int, ...]:
         return tuple(index for state in self.topology.up(leaf) for index in offered[state])
-
-
-def _nothing(*_: Any) -> int:
-    return NONE
 
 
 def _together(picks: Iterable[Callable[..., int]]) -> Callable[..., Picked]:

@@ -13,6 +13,7 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.configuration import Plan
+from hsm.engine.coverage import guards_of
 from hsm.engine.evaluation import Evaluation
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
 from hsm.engine.machine import Machine
@@ -242,7 +243,7 @@ class Explorer:
         )
         before = ExploredMoment(state, 0.0, frozenset(), {})
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+        def attempt(choices: _Choices, hits: set[tuple[int, int]]) -> tuple[RunState, list[Selection]]:
             execution = choices.execution = MacrostepExecution(
                 self.machine, state, 0.0, facts=choices, memo={}, hits=hits
             )
@@ -281,7 +282,7 @@ class Explorer:
         time = moment.time + given.wait.seconds
         before = ExploredMoment(moment.state, time, over, moment.signals)
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+        def attempt(choices: _Choices, hits: set[tuple[int, int]]) -> tuple[RunState, list[Selection]]:
             execution = MacrostepExecution(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
             choices.execution = execution
             execution.run((*pending, *given.events))
@@ -293,15 +294,14 @@ class Explorer:
         self,
         before: ExploredMoment,
         given: Input,
-        attempt: Callable[[_Choices, list[Any]], tuple[RunState, list[Selection]]],
+        attempt: Callable[[_Choices, set[tuple[int, int]]], tuple[RunState, list[Selection]]],
         region: int,
     ) -> Iterator[ExploredStep]:
         """One edge for each combination of the signals that are asked for."""
-        marks = self.machine.generator.probes
         open_choices: list[tuple[dict[SignalKey, Any], int]] = [(dict(given.signals), region)]
         while open_choices:
             choices = _Choices(self, before.signals, *open_choices.pop())
-            hits = marks.new()
+            hits: set[tuple[int, int]] = set()
             selections: list[Selection] = []
             state, fault = before.state, None
             try:
@@ -314,7 +314,7 @@ class Explorer:
             signals = tuple(choices.chosen.items())
             target = ExploredMoment(state, before.time, over, {**before.signals, **choices.chosen})
             taken = Input(given.wait, given.reports, given.events, signals)
-            yield ExploredStep(taken, target, tuple(selections), dict(marks.seen(hits)), fault)
+            yield ExploredStep(taken, target, tuple(selections), guards_of(hits), fault)
 
     # What may happen.
 

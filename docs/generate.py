@@ -153,6 +153,7 @@ def _facts() -> Iterator[tuple[str, str]]:
 PUBLIC = {
     "Load and run": ("load", "loads", "build", "Machine", "Supervisor"),
     "A step as a pure function": ("transition", "Inputs"),
+    "Events that carry data": ("Occurrence",),
     "What a step did": ("Macrostep", "Microstep", "Considered", "Verdict"),
     "What a machine may name": ("Library", "Activity", "Stoppable", "Outcome", "RegistryError"),
     "Types and units": ("Length", "Duration", "Angle", "Speed", "TurnRate", "Unit", "UNITS"),

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from hsm import Machine, Macrostep, Supervisor
 from hsm.engine.monitoring import Monitor, Violation
+from hsm.engine.occurrences import event_text
 from maze_machine.drive.operation import NOBODY, Operator
 from perception import Perception
 from perception.facts import Facts
@@ -123,7 +124,7 @@ def ticks(
         observation = trust.judged(robot.observe())  # communicate
         observed = perf_counter()
         blind = trust.reason
-        sent = tuple(operator.events(index, observation.time))
+        sent = tuple(event_text(machine.model, one) for one in operator.events(index, observation.time))
         happened = (BLINDED, *sent) if blind and seeing and hears_it else sent
         facts = perception.facts(observation)  # prepare
         prepared = perf_counter()

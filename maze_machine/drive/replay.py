@@ -13,7 +13,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from hsm import Machine
 from hsm.engine.explanation import Verdict
-from hsm.model.chart import StateKind
+from hsm.engine.occurrences import event_text
+from hsm.model.chart import Model, StateKind
 from hsm.model.unparse import value_text
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.catalogue.profile import Profile
@@ -221,10 +222,7 @@ def replay(
     """
     lines: list[dict[str, Any]] = []
     robot = ReplayRobot(recording)
-    known = mission.machine.model.events
-    operator = Recorded(
-        [[one for one in recorded_events(tick.step) if known is None or one in known] for tick in recording.ticks]
-    )
+    operator = Recorded([known_events(mission.machine.model, tick.step) for tick in recording.ticks])
     watching = [lambda tick: lines.append(trace_line(mission.machine, tick)), *watchers]
     ending = drive(mission, robot, robot, watching, operator=operator)
     recorded = [{name: value for name, value in tick.step.items() if name != REASONS} for tick in recording.ticks]
@@ -235,6 +233,17 @@ def recorded_events(step: Mapping[str, Any]) -> list[str]:
     """The events that somebody outside sent for a recorded tick; what is no name is none."""
     events = step.get("events", ())
     return [one for one in events if isinstance(one, str)] if isinstance(events, list) else []
+
+
+def known_events(model: Model, step: Mapping[str, Any]) -> list[str]:
+    """The recorded events of a tick that a machine can be given: others are left out, as by a machine that changed."""
+    found = []
+    for one in recorded_events(step):
+        try:
+            found.append(event_text(model, one))
+        except (TypeError, ValueError):
+            continue
+    return found
 
 
 def first_difference(recorded: Iterable[Mapping[str, Any]], replayed: Iterable[Mapping[str, Any]]) -> Difference | None:

@@ -24,10 +24,10 @@ class _Question(BaseModel):
 
 
 class SendEvent(_Question):
-    """An event for the next tick."""
+    """An event for the next tick, with what it carries: ``floor(number = 3)``."""
 
     kind: Literal["event"] = "event"
-    name: Annotated[str, Field(min_length=1, max_length=200)]
+    name: Annotated[str, Field(min_length=1, max_length=1000)]
 
 
 class Pause(_Question):
@@ -121,6 +121,7 @@ def model_json(machine: Machine, parameters: Mapping[str, Any]) -> dict[str, Any
         "machine": machine.name,
         "parameters": dict(parameters),
         "events": None if model.events is None else sorted(model.events),
+        "event_data": {one.event: {part.name: str(part.type) for part in one.fields} for one in model.event_data},
         "states": states,
         "transitions": transitions,
     }

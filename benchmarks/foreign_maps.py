@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from sim.formats import Choices, Grey, read_maze
-from sim.free_space import FreeSpace
+from sim.free_space import DistanceGrid
 from sim.maze import Maze, MazeError, Nothing, Start
 from transport.messages import Pose
 
@@ -75,7 +75,7 @@ def roomiest(path: Path, choices: Choices) -> Start | None:
         maze = drawn(path, Choices(grey=choices.grey, start=far, goal=Nothing()))
     except MazeError:
         return None
-    space = FreeSpace.around(maze.barriers, box(maze), limit=1.5, step=0.1, margin=0.0)
+    space = DistanceGrid.around(maze.barriers, box(maze), limit=1.5, step=0.1, margin=0.0)
     row, column = np.unravel_index(int(np.argmax(space.clearance)), space.clearance.shape)
     x, y = space.point(int(row), int(column))
     return Start(Pose(x, y, 0.0))

@@ -6,6 +6,7 @@ Run as ``python docs/generate.py``.
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Iterator
 from dataclasses import is_dataclass
 from enum import Enum
@@ -21,6 +22,7 @@ import skills.catalogue
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter, SignalDeclaration
 from maze_machine.catalogue.profile import Profile, profile_text
 from maze_machine.cli import app
+from maze_machine.drive.tick_json import tick_schema
 from perception import Facts
 from skills.settings import SkillSettings
 
@@ -258,7 +260,13 @@ def _documented(one: Any) -> Iterator[str]:
             yield f"- {item}".replace("``", "`")
 
 
+def tick_json() -> str:
+    """The JSON Schema of a tick."""
+    return json.dumps(tick_schema(), indent=2) + "\n"
+
+
 GENERATED = {
+    ROOT / "docs" / "reference" / "tick.schema.json": tick_json,
     ROOT / "docs" / "reference" / "python.md": python_interface,
     ROOT / "docs" / "reference" / "command-line.md": command_line,
     ROOT / "docs" / "reference" / "profile.toml": default_profile,

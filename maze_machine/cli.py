@@ -1,4 +1,4 @@
-"""The one entry point, ``maze-machine``: the table of subcommands, each a function in a module of its own.
+"""The one entry point, ``maze-machine``: reads the command line, finds the subcommand in its table and runs it.
 
 A command's module keeps heavy imports (numpy, zenoh, matplotlib, ...) inside its function, so that ``--help`` and
 completion in a shell answer at once. Errors of a command are reported by ``maze_machine.errors``.
@@ -6,39 +6,68 @@ completion in a shell answer at once. Errors of a command are reported by ``maze
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib import import_module
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
-from maze_machine.commands import (
-    certificates,
-    check,
-    diagram,
-    exchange,
-    fmt,
-    gate,
-    lsp,
-    maze,
-    new,
-    profile,
-    replay,
-    router,
-    run,
-    sim,
-    simulate,
-    sweep,
-    test,
-    trust,
-    view,
-    watch,
-)
-from maze_machine.commands import list as list_
+from maze_machine.command_table import GROUPS, PLACES, Subcommand
 from maze_machine.errors import reported
+
+
+class Subcommands(Mapping[str, Any]):
+    """The subcommands by name, as click commands; each is imported when somebody asks for it.
+
+    (The type of a command is private to typer, therefore Any.)
+    """
+
+    def __getitem__(self, name: str) -> Any:
+        """The subcommand of a name."""
+        return _loaded(PLACES[name])
+
+    def __iter__(self) -> Iterator[str]:
+        """The names, in the order of the help text."""
+        return iter(PLACES)
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(PLACES)
+
+
+@cache
+def _loaded(one: Subcommand) -> Any:
+    found = getattr(import_module(one.module), one.attribute)
+    if isinstance(found, typer.Typer):
+        app = found
+    else:
+        app = typer.Typer(rich_markup_mode="markdown", add_completion=False)
+        app.command(one.name)(found)
+    return typer.main.get_command(app)
 
 
 class Commands(TyperGroup):
     """The subcommands; an error that a user can act on ends any of them with one message and an exit status."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        subcommands: Any = Subcommands()
+        self.commands = subcommands
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help text without rich, which takes longer to import than all else."""
+        self.format_usage(ctx, formatter)
+        self.format_help_text(ctx, formatter)
+        self.format_options(ctx, formatter)
+        self.format_epilog(ctx, formatter)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """List the subcommands by group, each with its summary, from the table alone."""
+        for group in GROUPS:
+            with formatter.section(group):
+                formatter.write_dl([(one.name, one.summary) for one in PLACES.values() if one.group == group])
 
     def invoke(self, ctx: Any) -> Any:
         """Run the subcommand that was asked for."""
@@ -75,33 +104,6 @@ def maze_machine(
     ] = False,
 ) -> None:
     """Write a robot's supervisor as a small text file and trust it."""
-
-
-# One line a command, in the order of the help text.
-DRIVE, WRITE, WORLD, LINK = "Drive", "Write machines", "Mazes and simulation", "Link"
-app.command("run", rich_help_panel=DRIVE)(run.run)
-app.command("replay", rich_help_panel=DRIVE)(replay.replay)
-app.command("view", rich_help_panel=DRIVE)(view.view)
-app.command("watch", rich_help_panel=DRIVE)(watch.watch)
-app.command("send", rich_help_panel=DRIVE)(watch.send)
-app.command("sweep", rich_help_panel=DRIVE)(sweep.sweep)
-app.command("profile", rich_help_panel=DRIVE)(profile.profile)
-app.command("new", rich_help_panel=WRITE)(new.new)
-app.command("check", rich_help_panel=WRITE)(check.check)
-app.command("fmt", rich_help_panel=WRITE)(fmt.fmt)
-app.command("test", rich_help_panel=WRITE)(test.test)
-app.command("simulate", rich_help_panel=WRITE)(simulate.simulate)
-app.command("diagram", rich_help_panel=WRITE)(diagram.diagram)
-app.command("import", rich_help_panel=WRITE)(exchange.import_chart)
-app.command("export", rich_help_panel=WRITE)(exchange.export)
-app.command("list", rich_help_panel=WRITE)(list_.listing)
-app.command("lsp", rich_help_panel=WRITE)(lsp.lsp)
-app.command("trust", rich_help_panel=WRITE)(trust.trust)
-app.add_typer(maze.app, name="maze", rich_help_panel=WORLD)
-app.command("sim", rich_help_panel=LINK)(sim.sim)
-app.command("gate", rich_help_panel=LINK)(gate.gate)
-app.command("router", rich_help_panel=LINK)(router.router)
-app.command("certificates", rich_help_panel=LINK)(certificates.certificates)
 
 
 def main() -> None:

@@ -52,7 +52,7 @@ NO_LANE = Lane()
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class RobotInLane:
     """The robot in its lane.
 
     Attributes:
@@ -66,7 +66,7 @@ class Body:
     moved: float
 
 
-def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: Body, settings: ExitSettings) -> Lane:
+def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotInLane, settings: ExitSettings) -> Lane:
     """The lane in the next scan.
 
     Args:
@@ -101,7 +101,7 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: Body, 
     return replace(moved_on, empty=True, outside=passed and sweep.reach - moved_on.end >= settings.range)
 
 
-def _measured(x: Floats, y: Floats, body: Body, settings: ExitSettings) -> Lane | None:
+def _measured(x: Floats, y: Floats, body: RobotInLane, settings: ExitSettings) -> Lane | None:
     """The lane by what stands beside the robot on both sides; None where nothing does, or a wall is just ahead."""
     close = (np.abs(x) <= settings.beside).nonzero()[0]
     close_y = y[close]
@@ -132,7 +132,7 @@ def _last(ahead: Floats, otherwise: float) -> float:
     return highest(ahead, otherwise, passed_over=STRAY)
 
 
-def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) -> Body:
+def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) -> RobotInLane:
     """The robot's extent along the walls.
 
     Args:
@@ -143,7 +143,7 @@ def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) 
     cosine, sine = math.cos(misalignment), math.sin(misalignment)
     rear = min([x * cosine + y * sine for x, y in footprint])
     across = [y * cosine - x * sine for x, y in footprint]
-    return Body(rear, max(min(max(across), -min(across)), 0.0), moved)
+    return RobotInLane(rear, max(min(max(across), -min(across)), 0.0), moved)
 
 
 def quantised(angle: float) -> float:

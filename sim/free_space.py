@@ -14,7 +14,7 @@ Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FreeSpace:
+class DistanceGrid:
     """A grid of points with the distance of each to the nearest segment, exact up to a limit.
 
     Attributes:
@@ -32,7 +32,7 @@ class FreeSpace:
     @classmethod
     def around(
         cls, segments: Segments, bounds: tuple[float, float, float, float], *, limit: float, step: float, margin: float
-    ) -> FreeSpace:
+    ) -> DistanceGrid:
         """The grid over ``bounds`` and a margin about it.
 
         Args:
@@ -50,7 +50,7 @@ class FreeSpace:
     @classmethod
     def on_grid(
         cls, segments: Segments, origin: Point, shape: tuple[int, int], *, limit: float, step: float
-    ) -> FreeSpace:
+    ) -> DistanceGrid:
         """A grid of so many rows and columns of points from an origin on.
 
         Args:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.free_space import FreeSpace, flood
+from sim.free_space import DistanceGrid, flood
 from sim.maze import Maze, Point
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
@@ -33,8 +33,8 @@ def occupancy(maze: Maze) -> tuple[NDArray[np.int8], float, Point]:
     shape = math.ceil((top - bottom) / resolution), math.ceil((right - left) / resolution)
     leaves = np.asarray([[*door.leaf[0], *door.leaf[1]] for door in maze.doors], dtype=np.float64).reshape(-1, 4)
     middle = left + resolution / 2, bottom + resolution / 2
-    solid = FreeSpace.on_grid(np.concatenate([maze.walls, leaves]), middle, shape, limit=resolution, step=resolution)
-    edges = FreeSpace.on_grid(maze.unknown, middle, shape, limit=resolution, step=resolution)
+    solid = DistanceGrid.on_grid(np.concatenate([maze.walls, leaves]), middle, shape, limit=resolution, step=resolution)
+    edges = DistanceGrid.on_grid(maze.unknown, middle, shape, limit=resolution, step=resolution)
     # What touches a cell comes as near to its centre as half of its diagonal, at a right angle as half of its edge.
     near = resolution / 2 + 1e-9
     occupied, barred = solid.clearance <= near, edges.clearance <= near

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.free_space import Flags, FreeSpace, flood, within
+from sim.free_space import DistanceGrid, Flags, flood, within
 from sim.geometry import distances
 from sim.maze import Leave, Maze, Point, Reach, Segments
 from transport.arithmetic import distance_between, norm, norms
@@ -113,10 +113,10 @@ def shortest_way(maze: Maze, radius: float | None = None) -> float | None:
     return way if way is not None else _way_on_grid(maze, radius, STEP)
 
 
-def _space_for(maze: Maze, radius: float, step: float) -> FreeSpace:
+def _space_for(maze: Maze, radius: float, step: float) -> DistanceGrid:
     """The grid for a disc of some radius; the points of grids for different radii coincide."""
     margin = COARSE * math.ceil((3 * radius + COARSE) / COARSE)
-    return FreeSpace.around(maze.barriers, maze.bounds, limit=radius + step, step=step, margin=margin)
+    return DistanceGrid.around(maze.barriers, maze.bounds, limit=radius + step, step=step, margin=margin)
 
 
 def _way_on_grid(maze: Maze, radius: float, step: float) -> float | None:
@@ -131,7 +131,7 @@ def _way_on_grid(maze: Maze, radius: float, step: float) -> float | None:
     return min(int(steps[cell]) for cell in reached) * step if reached else None
 
 
-def _targets(maze: Maze, radius: float, space: FreeSpace) -> list[tuple[int, int]]:
+def _targets(maze: Maze, radius: float, space: DistanceGrid) -> list[tuple[int, int]]:
     """The points of the grid one of which must be reached; some may lie outside of the grid."""
     if isinstance(maze.goal, Reach):
         x, y = maze.goal.place
@@ -209,7 +209,7 @@ def _bottleneck(maze: Maze, fitting: float, stuck: float) -> Point:
 def _turned_outwards(maze: Maze) -> Maze:
     """The maze with each exit turned so that the outside lies to its left."""
     barrier = np.concatenate([maze.barriers, maze.exits])
-    space = FreeSpace.around(barrier, maze.bounds, limit=2 * COARSE, step=COARSE, margin=1.0)
+    space = DistanceGrid.around(barrier, maze.bounds, limit=2 * COARSE, step=COARSE, margin=1.0)
     free = space.clearance > 0.6 * COARSE
     reached = flood(free, _only(free, space.cell(maze.start_point))) >= 0
     exits = []
@@ -237,12 +237,12 @@ def _with_exits_found(maze: Maze) -> Maze:
     the smaller one reaches the start.
     """
     for radius in OUTSIDE_RADII:
-        space = FreeSpace.around(_with_doors(maze), maze.bounds, limit=radius, step=COARSE, margin=2 * radius)
+        space = DistanceGrid.around(_with_doors(maze), maze.bounds, limit=radius, step=COARSE, margin=2 * radius)
         outside = _outside(space, radius)
         start = space.cell(maze.start_point)
         if outside[start]:
             continue
-        undoored = FreeSpace.around(maze.barriers, maze.bounds, limit=0.1, step=COARSE, margin=2 * radius)
+        undoored = DistanceGrid.around(maze.barriers, maze.bounds, limit=0.1, step=COARSE, margin=2 * radius)
         inside = flood((undoored.clearance > 2 * THIN) & ~outside, _only(outside, start)) >= 0
         exits = _openings(space, inside, outside, maze.barriers)
         if len(exits) == 0:
@@ -261,14 +261,14 @@ def _with_exits_found(maze: Maze) -> Maze:
     )
 
 
-def _outside(space: FreeSpace, radius: float) -> Flags:
+def _outside(space: DistanceGrid, radius: float) -> Flags:
     centres = space.clearance >= radius - 1e-9
     border = np.zeros_like(centres)
     border[0, :] = border[-1, :] = border[:, 0] = border[:, -1] = True
     return within(flood(centres, border) >= 0, round(radius / space.step))
 
 
-def _openings(space: FreeSpace, inside: Flags, outside: Flags, walls: Segments) -> Segments:
+def _openings(space: DistanceGrid, inside: Flags, outside: Flags, walls: Segments) -> Segments:
     """One segment an opening, from the grid's fringe between inside and outside; the outside to its left."""
     remaining = inside & within(outside, 1)
     ends = walls.reshape(-1, 2)
@@ -296,7 +296,7 @@ def _farthest(points: NDArray[np.float64]) -> tuple[Point, Point]:
     return (float(first[0]), float(first[1])), (float(second[0]), float(second[1]))
 
 
-def _centre(mask: Flags, space: FreeSpace) -> Point:
+def _centre(mask: Flags, space: DistanceGrid) -> Point:
     rows, columns = np.nonzero(mask)
     return space.origin[0] + space.step * float(columns.mean()), space.origin[1] + space.step * float(rows.mean())
 

@@ -57,7 +57,7 @@ class CandidateChain:
     first: Callable[..., int]
 
 
-class Role(Enum):
+class Occasion(Enum):
     """When actions are run."""
 
     ENTRY = "entry"
@@ -84,7 +84,7 @@ class Block:
     run: Callable[..., None]
     actions: tuple[Action, ...]
     state: int
-    role: Role
+    role: Occasion
     code: CodeType
     places: tuple[Place | None, ...]
     watches: bool
@@ -92,7 +92,7 @@ class Block:
     @property
     def enters(self) -> bool:
         """Whether the state is entered: its variables are set and its time-outs begin before the actions."""
-        return self.role is Role.ENTRY
+        return self.role is Occasion.ENTRY
 
     def place_of(self, error: BaseException) -> Place | None:
         """Where in the machine's file an exception came from."""
@@ -313,9 +313,9 @@ class Generator:
             transition = self.model.transitions[index]
             if isinstance(transition.trigger, After | Every):
                 writer.add(1, f"t[{index}] = now + {self._duration(writer, transition.trigger)}", transition.place)
-        return self._block(writer, state.index, Role.ENTRY, state.entry)
+        return self._block(writer, state.index, Occasion.ENTRY, state.entry)
 
-    def actions(self, state: int, role: Role, actions: tuple[Action, ...]) -> Block | None:
+    def actions(self, state: int, role: Occasion, actions: tuple[Action, ...]) -> Block | None:
         """The exit actions of a state, those of one of its transitions or of its initial transition."""
         writer = _Writer()
         writer.add(0, "def run(f, m, v, c, q, t, now):")
@@ -325,7 +325,7 @@ class Generator:
         """The slots of the variables that are set when a state is entered."""
         return self._opened.get(state, ())
 
-    def _block(self, writer: _Writer, state: int, role: Role, actions: tuple[Action, ...]) -> Block | None:
+    def _block(self, writer: _Writer, state: int, role: Occasion, actions: tuple[Action, ...]) -> Block | None:
         for action in actions:
             match action:
                 case Assign(variable, value, place):
@@ -431,7 +431,7 @@ class Generator:
         writer.add(0, "def run(f, m, v, c, q, t, now):")
         step = self._duration(writer, transition.trigger)
         writer.add(1, f"t[{index}] = {self._object(following)}(t[{index}], now, {step})", transition.place)
-        return self._block(writer, transition.source, Role.REPEAT, ())
+        return self._block(writer, transition.source, Occasion.REPEAT, ())
 
     def _duration(self, writer: _Writer, trigger: After | Every) -> str:
         """The duration of a time-out in nanoseconds."""

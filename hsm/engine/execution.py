@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from hsm.engine.clock import nanoseconds, tolerance, waking
-from hsm.engine.codegen import NONE, Block, Role
+from hsm.engine.codegen import NONE, Block, Occasion
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Configuration, Picked, Plan, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
@@ -428,7 +428,7 @@ class MacrostepExecution:
             state.values, state.timers = before.values, before.timers
             self._queue.extend(before.raised)
         self._undone.update(plan.transitions)
-        if block.role is Role.EXIT:
+        if block.role is Occasion.EXIT:
             self._left_out.add(block)
         handler = self._handler(fault, plan)
         if handler is None:

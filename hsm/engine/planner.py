@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
-from hsm.engine.codegen import Block, Generator, Role
+from hsm.engine.codegen import Block, Generator, Occasion
 from hsm.engine.configuration import CACHE, Configuration, Picked, Plan
 from hsm.model.chart import Every, Held, StateKind, Timed, Transition
 from hsm.model.events import StateEvent
@@ -138,7 +138,7 @@ class Planner:
         self._transitions = topology.model.transitions
         self._generator = generator
         self._entries: dict[int, Block | None] = {}
-        self._blocks: dict[tuple[Role, int], Block | None] = {}
+        self._blocks: dict[tuple[Occasion, int], Block | None] = {}
 
     def start(self) -> Plan:
         """The plan that enters the initial configuration; the root is entered first."""
@@ -240,22 +240,22 @@ class Planner:
     ) -> Plan:
         work = _Work(set(source.active) if source else set())
         for state in exited:
-            work.run(self._block(Role.EXIT, state))
+            work.run(self._block(Occasion.EXIT, state))
             work.active.discard(state)
         staying = [index for index in taken if self._transitions[index].source not in exited]
         repeated = [index for index in staying if isinstance(self._transitions[index].trigger, Every)]
         for index in taken:
-            work.run(self._block(Role.TRANSITION, index))
+            work.run(self._block(Occasion.TRANSITION, index))
         for index in repeated:
-            work.run(self._block(Role.REPEAT, index))
+            work.run(self._block(Occasion.REPEAT, index))
         outcome = None
         for state in entry.states:
             work.active.add(state)
-            work.run(self._block(Role.ENTRY, state))
+            work.run(self._block(Occasion.ENTRY, state))
             if state in entry.default:
-                work.run(self._block(Role.INITIAL, state))
+                work.run(self._block(Occasion.INITIAL, state))
             if state in entry.history:
-                work.run(self._block(Role.INITIAL, entry.history[state]))
+                work.run(self._block(Occasion.INITIAL, entry.history[state]))
             if self._states[state].kind is StateKind.FINAL:
                 if self._states[state].parent == 0:
                     outcome = outcome or self._states[state].own_name
@@ -311,21 +311,21 @@ class Planner:
                 return False
         return True
 
-    def _block(self, role: Role, index: int) -> Block | None:
+    def _block(self, role: Occasion, index: int) -> Block | None:
         key = (role, index)
         if key not in self._blocks:
             self._blocks[key] = self._make_block(role, index)
         return self._blocks[key]
 
-    def _make_block(self, role: Role, index: int) -> Block | None:
-        if role is Role.REPEAT:
+    def _make_block(self, role: Occasion, index: int) -> Block | None:
+        if role is Occasion.REPEAT:
             return self._generator.repeat(index)
-        if role is Role.TRANSITION:
+        if role is Occasion.TRANSITION:
             return self._generator.actions(self._transitions[index].source, role, self._transitions[index].actions)
         state = self._states[index]
-        if role is Role.ENTRY:
+        if role is Occasion.ENTRY:
             return self._generator.entry(state)
-        return self._generator.actions(index, role, state.exit if role is Role.EXIT else state.initial_actions)
+        return self._generator.actions(index, role, state.exit if role is Occasion.EXIT else state.initial_actions)
 
 
 @dataclass(slots=True)

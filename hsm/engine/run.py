@@ -46,6 +46,7 @@ class Supervisor(Generic[F, E]):
         self.machine = machine
         self.initial: Macrostep | None = None
         self._running: dict[int, Activity[F, E]] = {}
+        self._arguments: Mapping[str, Sequence[Any]] = MappingProxyType({})
         self._resume(machine, run)
 
     @classmethod
@@ -91,10 +92,23 @@ class Supervisor(Generic[F, E]):
         return self._state.outcome
 
     @property
+    def due(self) -> float:
+        """When the run goes on by itself: the first deadline of a time-out or of an event on its way, in seconds.
+
+        Infinite where nothing happens without an event, an outcome or a change of a signal.
+        """
+        return -inf if self._pending else self._state.wake
+
+    @property
     def variables(self) -> Mapping[str, Any]:
         """The values of variables and parameters by their full names; those of states never entered are left out."""
         named = zip(self.machine.generator.variables, self._state.values, strict=True)
         return MappingProxyType({name: value for name, value in named if value is not None})
+
+    @property
+    def arguments(self) -> Mapping[str, Sequence[Any]]:
+        """The values that activities were begun with, by the full names of their states; replaced, never changed."""
+        return self._arguments
 
     @property
     def coverage(self) -> Coverage:
@@ -315,7 +329,9 @@ class Supervisor(Generic[F, E]):
         call = self.machine.model.states[state].activity
         assert call is not None, "only states with an activity are begun"
         arguments = self.machine.generator.arguments(call.arguments)
-        return call.activity.factory(*arguments(facts, {}, self._state.values, self._state.configuration.active))
+        values = arguments(facts, {}, self._state.values, self._state.configuration.active)
+        self._arguments = MappingProxyType({**self._arguments, self._name(state): tuple(values)})
+        return call.activity.factory(*values)
 
     def _activity_failed(self, state: int, error: Exception) -> None:
         self._running[state] = _FINISHED

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from transitions.extensions import HierarchicalMachine
 from transitions.extensions.nesting import NestedState, NestedTransition
 
-from hsm.engine.codegen import Role
+from hsm.engine.codegen import Occasion
 from hsm.engine.inputs import parameter_values
 from hsm.model.chart import Action, Cancel, On, Raise, Send, State, StateKind, Transition
 from hsm.model.codes import finding
@@ -107,7 +107,7 @@ class TransitionsMachine(HierarchicalMachine):
 
     def _state(self, state: State) -> dict[str, Any]:
         states = self.machine.model.states
-        leave = self.machine.generator.actions(state.index, Role.EXIT, state.exit)
+        leave = self.machine.generator.actions(state.index, Occasion.EXIT, state.exit)
         made: dict[str, Any] = {
             "name": state.name,
             "on_enter": [partial(self._run, self._set_out[state.index])],
@@ -121,7 +121,7 @@ class TransitionsMachine(HierarchicalMachine):
     def _add(self, transition: Transition) -> None:
         machine = self.machine
         states = machine.model.states
-        run = machine.generator.actions(transition.source, Role.TRANSITION, transition.actions)
+        run = machine.generator.actions(transition.source, Occasion.TRANSITION, transition.actions)
         # The root is no state of `transitions`: its transitions belong to each state at the top, after their own.
         tops = [states[child] for child in states[0].children if states[child].kind is not StateKind.FINAL]
         sources = [states[transition.source]] if transition.source else tops
@@ -253,5 +253,5 @@ def _actions_beyond(machine: CompiledChart, state: int, actions: tuple[Action, .
         yield "an action raises an event that carries something"
     elif any(isinstance(action, Send | Cancel) for action in actions):
         yield "an action sends an event in time"
-    elif (block := machine.generator.actions(state, Role.ENTRY, actions)) is not None and block.watches:
+    elif (block := machine.generator.actions(state, Occasion.ENTRY, actions)) is not None and block.watches:
         yield "an action asks which states are active"

@@ -35,7 +35,7 @@ _SIMPLE.update((name, quantity) for quantity, name in QUANTITY_NAMES.items())
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class ImportedName:
     """A function or class in Python that is imported when it is needed.
 
     Attributes:
@@ -168,9 +168,9 @@ def _callable(function: Any, parameters: Sequence[Parameter], doc: str) -> dict[
     return {"source": f"{source.__module__}:{source.__qualname__}", "parameters": listed, "doc": doc}
 
 
-def _source(entry: Mapping[str, Any]) -> Source:
+def _source(entry: Mapping[str, Any]) -> ImportedName:
     module, _, name = entry["source"].partition(":")
-    return Source(module, name)
+    return ImportedName(module, name)
 
 
 def _parameters(entries: Sequence[Mapping[str, Any]], kinds: Mapping[str, type[StrEnum]]) -> tuple[Parameter, ...]:

@@ -25,7 +25,11 @@ if TYPE_CHECKING:
     from sim.maze import Maze
 
 app = typer.Typer(
-    no_args_is_help=True, rich_markup_mode="markdown", help="Look at mazes, convert them, draw new ones by seed."
+    name="maze",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    help="Look at mazes, convert them, draw new ones by seed.",
 )
 
 

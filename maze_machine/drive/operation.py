@@ -45,7 +45,7 @@ NOBODY = Nobody()
 """Nobody sends anything."""
 
 
-class Schedule:
+class ScheduledEvents:
     """Events at fixed times of a run.
 
     Args:
@@ -100,7 +100,7 @@ _SPACING = 1e-9
 """A tick that comes so little before an event's time, by the rounding of stamps, is that event's tick, s."""
 
 
-def scheduled(entries: Iterable[str], machine: Machine) -> Schedule:
+def scheduled(entries: Iterable[str], machine: Machine) -> ScheduledEvents:
     """The schedule that a person has written.
 
     Args:
@@ -120,7 +120,7 @@ def scheduled(entries: Iterable[str], machine: Machine) -> Schedule:
         if not event or not 0 <= after < 1e9:
             raise UsageError(f"`{entry}` is no time and event", "write SECONDS:EVENT, such as 12.5:go")
         found.append((after, checked_event(event, machine)))
-    return Schedule(found)
+    return ScheduledEvents(found)
 
 
 def checked_event(event: str, machine: Machine) -> str:

@@ -8,22 +8,21 @@ from collections.abc import Sequence
 from threading import Condition, Thread
 from types import TracebackType
 
-from maze_machine.drive.loop import Tick
+from hsm.interchange.reports import model_json
 from maze_machine.drive.mission import Mission
 from maze_machine.drive.operation import checked_event
+from maze_machine.drive.tick import Tick
 from maze_machine.errors import UsageError
 from maze_machine.remote.messages import (
-    Advance,
+    AdvanceRun,
     Answer,
-    End,
+    EndRun,
     OperationError,
     Pause,
     Resume,
     SendEvent,
     encoded,
-    model_json,
     read_operation,
-    tick_json,
     why_json,
 )
 from transport.bus import Bus, Request
@@ -52,7 +51,7 @@ class OpenRun:
         self._machine = mission.machine
         self._pausable = pausable
         self._keys = MachineKeys(mission.profile.robot.name)
-        self._model = encoded(model_json(mission.machine, mission.parameters))
+        self._model = encoded(model_json(mission.machine.model, mission.parameters))
         self._newest: Tick | None = None
         self._unsent = False
         self._events: deque[str] = deque()
@@ -110,7 +109,7 @@ class OpenRun:
                 tick, self._unsent = self._newest if self._unsent else None, False
                 closed = self._closed
             if tick is not None:
-                self._publisher.put(encoded(tick_json(self._machine, tick)))
+                self._publisher.put(encoded(tick.json))
             if closed:
                 return
             time.sleep(_RATE)
@@ -128,7 +127,7 @@ class OpenRun:
 
     def _done(self, payload: bytes) -> Answer:
         operation = read_operation(payload)
-        if not self._pausable and isinstance(operation, Pause | Resume | Advance):
+        if not self._pausable and isinstance(operation, Pause | Resume | AdvanceRun):
             return Answer(done=False, reason="only a simulation in the machine's own process can stand still")
         with self._change:
             match operation:
@@ -141,9 +140,9 @@ class OpenRun:
                     self._allowed = 0
                 case Resume():
                     self._allowed = None
-                case Advance(ticks=ticks):
+                case AdvanceRun(ticks=ticks):
                     self._allowed = ticks
-                case End():
+                case EndRun():
                     self._ended = "an operator ended the run"
             self._change.notify_all()
         return Answer(done=True)

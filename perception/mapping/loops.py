@@ -15,7 +15,7 @@ from perception.mapping.frames import between, compose
 from perception.mapping.graph import Link, PoseGraph
 from perception.mapping.information import Symmetric
 from perception.mapping.matching import Match, Reference, matched
-from perception.mapping.searching import Grid, Window, search
+from perception.mapping.searching import BlurredWalls, Window, search
 from perception.mapping.settings import MappingSettings
 from perception.mapping.uncertainty import Moments, Paths
 from transport.arithmetic import norm
@@ -132,7 +132,7 @@ class Loops:
             return None
         across = min(max(3 * candidate.deviation, 0.3), settings.most_across)
         turn = min(max(3 * math.sqrt(candidate.covariance.tt), 0.1), settings.most_around)
-        found = search(cloud, Grid.of(reference.cloud, self.settings.search), guess, Window(across, turn))
+        found = search(cloud, BlurredWalls.of(reference.cloud, self.settings.search), guess, Window(across, turn))
         if found.rival > self.settings.search.distinct * found.score:
             return None
         return matched(cloud, reference, found.pose, None, self.settings.match)

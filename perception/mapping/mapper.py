@@ -13,7 +13,7 @@ from perception.mapping.graph import Link, PoseGraph
 from perception.mapping.information import Symmetric
 from perception.mapping.loops import Loops
 from perception.mapping.matching import Match, Reference, matched
-from perception.mapping.searching import Grid, Window, search
+from perception.mapping.searching import BlurredWalls, Window, search
 from perception.mapping.settings import DriftSettings, MappingSettings
 from transport.arithmetic import norm
 from transport.messages import Pose
@@ -116,7 +116,7 @@ class Mapper:
         found = None
         if len(cloud) and len(reference.cloud):
             window = Window(track.blind_across, math.pi)
-            start = search(cloud, Grid.of(reference.cloud, self.settings.search), Pose(), window).pose
+            start = search(cloud, BlurredWalls.of(reference.cloud, self.settings.search), Pose(), window).pose
             found = matched(cloud, reference, start, None, self.settings.match)
         self.match = found if found is not None and found.share >= track.sure else None
         seen = self.match.pose if self.match else Pose()
@@ -167,7 +167,7 @@ class Mapper:
         found = matched(cloud, reference, guess, prior, self.settings.match)
         if (found is None or found.share < track.sure) and len(cloud) and len(reference.cloud):
             window = Window(track.across, track.around) if measured else Window(track.blind_across, math.pi)
-            start = search(cloud, Grid.of(reference.cloud, self.settings.search), guess, window).pose
+            start = search(cloud, BlurredWalls.of(reference.cloud, self.settings.search), guess, window).pose
             wide = matched(cloud, reference, guess, prior, self.settings.match, start=start)
             if wide is not None and (found is None or wide.share > found.share + track.better):
                 found = wide

@@ -38,7 +38,7 @@ class Frontier:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Plan:
+class ShortestWays:
     """The shortest ways from one place.
 
     Attributes:
@@ -119,7 +119,7 @@ class Plan:
         return x + float(np.mean(columns)) * size, y + float(np.mean(rows)) * size
 
 
-def plan_from(space: FreeSpace, start: Point, radius: float, settings: PlanSettings) -> Plan:
+def plan_from(space: FreeSpace, start: Point, radius: float, settings: PlanSettings) -> ShortestWays:
     """The shortest ways from a place to all cells that can be reached.
 
     Args:
@@ -132,7 +132,7 @@ def plan_from(space: FreeSpace, start: Point, radius: float, settings: PlanSetti
     cell = space.cell_of(start)
     if not space.holds(cell):
         nowhere = np.full(space.belief.shape, math.inf)
-        return Plan(space, nowhere, nowhere, np.full(space.belief.size, -1, dtype=np.int32), radius, settings)
+        return ShortestWays(space, nowhere, nowhere, np.full(space.belief.size, -1, dtype=np.int32), radius, settings)
     room: Floats = distance_transform_edt(~space.taken) * size
     passable = space.free & (room >= settings.room * radius)
     # What is too near to a wall for the robot is no place for it, but it may stand there and must get away.
@@ -143,7 +143,7 @@ def plan_from(space: FreeSpace, start: Point, radius: float, settings: PlanSetti
     graph = _graph(passable, dear, size)
     number = cell[0] * passable.shape[1] + cell[1]
     distance, before = dijkstra(graph, indices=number, return_predecessors=True)
-    return Plan(space, room, distance.reshape(passable.shape), before, radius, settings)
+    return ShortestWays(space, room, distance.reshape(passable.shape), before, radius, settings)
 
 
 STEPS = (((1, 0), 1.0), ((0, 1), 1.0), ((1, 1), math.sqrt(2.0)), ((1, -1), math.sqrt(2.0)))

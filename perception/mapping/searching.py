@@ -52,7 +52,7 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class BlurredWalls:
     """Walls blurred, the value of a cell 0 to 255, and for each cell the largest value of the block that begins there.
 
     Attributes:
@@ -68,7 +68,7 @@ class Grid:
     settings: SearchSettings
 
     @classmethod
-    def of(cls, cloud: Cloud, settings: SearchSettings) -> Grid:
+    def of(cls, cloud: Cloud, settings: SearchSettings) -> BlurredWalls:
         """Draw a cloud."""
         cell, block = settings.cell, settings.block
         radius = math.ceil(2.5 * settings.blur / cell)
@@ -110,7 +110,7 @@ def _looked_up(table: Bytes, x: NDArray[np.intp], y: NDArray[np.intp]) -> NDArra
     return sums
 
 
-def search(cloud: Cloud, grid: Grid, guess: Pose, window: Window) -> Found:
+def search(cloud: Cloud, grid: BlurredWalls, guess: Pose, window: Window) -> Found:
     """The best place of a scan within a window about a guess.
 
     Args:

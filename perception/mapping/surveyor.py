@@ -10,7 +10,7 @@ from perception.mapping.frames import compose
 from perception.mapping.free_space import FreeSpace
 from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
-from perception.mapping.planning import Plan, plan_from
+from perception.mapping.planning import ShortestWays, plan_from
 from perception.mapping.settings import MappingSettings
 from perception.sweep import ScanPoints
 from transport.arithmetic import norm
@@ -60,7 +60,7 @@ class Surveyor:
         """Where a keyframe was made, in the world model's frame."""
         return compose(self.start, self.mapper.graph.poses[number])
 
-    def plan(self, radius: float) -> Plan:
+    def plan(self, radius: float) -> ShortestWays:
         """The ways from where the robot is, for one of a radius, m."""
         pose = self.pose
         return plan_from(self.free_space, (pose.x, pose.y), radius, self.settings.plan)

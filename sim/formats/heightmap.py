@@ -19,8 +19,8 @@ from PIL import Image
 from sim.formats import ros_map
 from sim.formats.format import METRES_A_PIXEL, CannotHoldError, Choices, Format, Grey, Sketch, Source
 from sim.formats.image import MOST_PIXELS, decoded, is_image
-from sim.formats.raster import Frame, Raster, sketch
-from sim.free_space import FreeSpace
+from sim.formats.raster import PixelFrame, Raster, sketch
+from sim.free_space import DistanceGrid
 from sim.maze import Leave, Maze, Segments, Start
 
 WALL_BELOW = 50
@@ -52,7 +52,7 @@ def read(source: Source, choices: Choices) -> Sketch:
     unknown = between if choices.grey is Grey.UNKNOWN else nowhere
     rows, columns = wall.shape
     # A step to the right goes along -y, a step upwards along x.
-    frame = Frame(rows, columns, metres_a_pixel, (columns / 2, rows / 2), axis=(0.0, -1.0))
+    frame = PixelFrame(rows, columns, metres_a_pixel, (columns / 2, rows / 2), axis=(0.0, -1.0))
     return sketch(source, Raster(wall, door, unknown, frame), Start())
 
 
@@ -87,7 +87,7 @@ def draw(maze: Maze, metres_a_pixel: float) -> NDArray[np.uint8]:
     lowest = ((0.5 - half[0]) * metres_a_pixel, (0.5 - half[1]) * metres_a_pixel)
     image = np.full((rows, columns), FREE, dtype=np.uint8)
     for segments, grey in ((leaves, DOOR), (walls, WALL)):
-        space = FreeSpace.on_grid(segments, lowest, (columns, rows), limit=2 * reach, step=metres_a_pixel)
+        space = DistanceGrid.on_grid(segments, lowest, (columns, rows), limit=2 * reach, step=metres_a_pixel)
         image[space.clearance.T[::-1, ::-1] <= reach] = grey
     return image
 

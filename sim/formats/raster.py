@@ -21,7 +21,7 @@ MOST_DOORS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class PixelFrame:
     """From pixel corners (column, row) to metres.
 
     Attributes:
@@ -79,7 +79,7 @@ class Raster:
     wall: Flags
     door: Flags
     unknown: Flags
-    frame: Frame
+    frame: PixelFrame
 
 
 def sketch(source: Source, raster: Raster, start: Start, goal: Goal | None = None) -> Sketch:
@@ -107,7 +107,7 @@ def sketch(source: Source, raster: Raster, start: Start, goal: Goal | None = Non
     return Sketch(maze, frame.pixel, may_be_closed=True)
 
 
-def _merged(source: Source, edges: Segments, frame: Frame) -> Segments:
+def _merged(source: Source, edges: Segments, frame: PixelFrame) -> Segments:
     if len(edges) > MOST_EDGES:
         raise source.error(
             f"the outline of its areas has {len(edges)} pixels; more than {MOST_EDGES} are not read",
@@ -138,7 +138,7 @@ def _towards_wall(leaf: tuple[Point, Point], walls: Segments) -> tuple[Point, Po
     return leaf if near[0] >= near[1] else (leaf[1], leaf[0])
 
 
-def _axis(rows: NDArray[np.intp], columns: NDArray[np.intp], frame: Frame) -> tuple[Point, Point]:
+def _axis(rows: NDArray[np.intp], columns: NDArray[np.intp], frame: PixelFrame) -> tuple[Point, Point]:
     """The two ends of a door: the area's principal axis, as long as the area's corners reach along it."""
     centres = frame.points(np.stack([columns + 0.5, rows + 0.5], axis=1))
     middle = centres.mean(axis=0)

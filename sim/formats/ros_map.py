@@ -24,7 +24,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from sim.formats.format import Choices, Format, Grey, Sketch, Source
 from sim.formats.image import Picture, decoded, is_image
-from sim.formats.raster import Frame, Raster, sketch
+from sim.formats.raster import PixelFrame, Raster, sketch
 from sim.free_space import Flags
 from sim.geometry import distances
 from sim.maze import Nothing, Start
@@ -166,7 +166,9 @@ def _read(source: Source, picture: Picture, description: Description, choices: C
     nowhere = np.zeros_like(wall)
     rows, columns = wall.shape
     x, y, yaw = (*description.origin, 0.0)[:3]
-    frame = Frame(rows, columns, description.resolution, (0.0, float(rows)), (x, y), (math.cos(yaw), math.sin(yaw)))
+    frame = PixelFrame(
+        rows, columns, description.resolution, (0.0, float(rows)), (x, y), (math.cos(yaw), math.sin(yaw))
+    )
     match choices.grey:
         case Grey.DOOR:
             raster = Raster(wall, between, nowhere, frame)

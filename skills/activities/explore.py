@@ -8,7 +8,7 @@ from hsm.model.registry import Outcome
 from hsm.model.types import Speed
 from perception.facts import Facts
 from perception.mapping.frames import between
-from perception.mapping.planning import Frontier, Plan, Way
+from perception.mapping.planning import Frontier, ShortestWays, Way
 from perception.world import DoorPlace
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, above_zero
@@ -40,7 +40,7 @@ class OnMap(Skill):
         self._changes = -1
         self._way: Way = ()
 
-    def _new_plan(self, facts: Facts) -> Plan | None:
+    def _new_plan(self, facts: Facts) -> ShortestWays | None:
         """The ways from here, if the map has changed; begins a map where there is none."""
         world = facts.world
         surveyor = world.begin_map(facts.sweep)
@@ -107,7 +107,7 @@ class Explore(OnMap):
         turn = max(-rate, min(rate, self.settings.rotate.gain * bearing))
         return Command(self.steering(facts).turn(turn, (0.0, 0.0)))
 
-    def _best(self, plan: Plan) -> Frontier | None:
+    def _best(self, plan: ShortestWays) -> Frontier | None:
         """The piece of the rim to drive to; the one already chosen unless another one is better by some time."""
         settings = self.settings.explore
 
@@ -124,7 +124,7 @@ class Explore(OnMap):
         return min(left, key=cost, default=None)
 
 
-def _way_out(facts: Facts, plan: Plan) -> Way:
+def _way_out(facts: Facts, plan: ShortestWays) -> Way:
     """The way to where an earlier attempt has left the maze; empty where that is not known or cannot be reached."""
     if facts.world.way_out is None:
         return ()
@@ -171,7 +171,7 @@ class GoToDoor(OnMap):
         away = self.settings.explore.before_door
         return door.centre[0] - away * math.cos(door.facing), door.centre[1] - away * math.sin(door.facing)
 
-    def _nearest(self, facts: Facts, plan: Plan) -> DoorPlace | None:
+    def _nearest(self, facts: Facts, plan: ShortestWays) -> DoorPlace | None:
         """The dead end to which the way is the shortest."""
         reached = []
         for number, door in enumerate(facts.world.untried_doors()):

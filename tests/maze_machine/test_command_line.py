@@ -8,6 +8,7 @@ import typer.main
 from typer.testing import CliRunner
 
 from maze_machine.cli import app
+from maze_machine.command_table import PLACES
 
 
 def commands(group=None, prefix=()):
@@ -34,6 +35,23 @@ def test_help_needs_none_of_the_heavy_packages():
     heavy = "numpy", "zenoh", "pymunk", "matplotlib", "lark", "pydantic", "numba", "rosbags", "transitions"
     code = f"import sys, maze_machine.cli; print([name for name in {heavy} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_the_list_of_commands_imports_no_command_and_no_rich():
+    code = (
+        "import sys; from maze_machine.cli import app; app(['--help'], standalone_mode=False)\n"
+        "print([one for one in sys.modules if one.startswith(('maze_machine.commands', 'rich'))], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr == "[]\n"
+    assert all(f"  {name}  " in done.stdout for name in PLACES)
+
+
+@pytest.mark.parametrize("one", PLACES.values(), ids=lambda one: one.name)
+def test_the_summary_in_the_list_is_the_first_sentence_of_the_help_text(one):
+    command = typer.main.get_command(app).commands[one.name]
+    assert command.name == one.name
+    assert one.summary == " ".join(command.help.split("\n\n")[0].split())
 
 
 @pytest.mark.parametrize("arguments", [["no-such-command"], ["run"], ["run", "--no-such-option"]])

@@ -13,12 +13,12 @@ from typer.testing import CliRunner
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.cli import app
 from maze_machine.drive.mission import drive, prepare
-from maze_machine.drive.operation import Schedule
+from maze_machine.drive.operation import ScheduledEvents
 from maze_machine.errors import UsageError
 from maze_machine.remote.client import NoMachineError, RemoteMachine
 from maze_machine.remote.messages import (
-    Advance,
-    End,
+    AdvanceRun,
+    EndRun,
     OperationError,
     Pause,
     Resume,
@@ -74,7 +74,7 @@ def running(mission, *, pausable=True):
         try:
             yield seen, client, work
         finally:
-            client.operate(End())
+            client.operate(EndRun())
             work.join(60)
             assert not work.is_alive()
 
@@ -92,15 +92,15 @@ def test_an_operator_sends_events_and_steps_through_the_run(mission):
     with running(mission) as (seen, client, _):
         until(lambda: len(seen) == 1)
         assert client.operate(SendEvent(name="go")).done
-        assert client.operate(Advance(ticks=1)).done
+        assert client.operate(AdvanceRun(ticks=1)).done
         until(lambda: len(seen) == 2)
         assert seen[1].events == ("go",)
         assert seen[1].configuration == ("moving",)
         assert seen[1].variables["heard"] == 1
-        assert client.operate(Advance(ticks=3)).done
+        assert client.operate(AdvanceRun(ticks=3)).done
         until(lambda: len(seen) == 5)
         assert client.operate(SendEvent(name="halt")).done
-        assert client.operate(Advance()).done
+        assert client.operate(AdvanceRun()).done
         until(lambda: len(seen) == 6)
         assert seen[5].configuration == ("idle",)
 
@@ -113,13 +113,13 @@ def test_a_viewer_sees_the_machine_and_asks_why(mission):
         assert {"go", "halt"} <= set(model["events"])
         assert [one["name"] for one in model["states"]] == ["idle", "moving"]
         steps = client.steps(10.0)
-        client.operate(Advance())
+        client.operate(AdvanceRun())
         step = next(steps)
         assert step["states"] == ["idle"]
-        assert step["doing"] == {"idle": "stop"}
+        assert step["activities"] == {"idle": {"text": "stop", "arguments": {}}}
         assert step["variables"] == {"heard": 0}
         client.operate(SendEvent(name="halt"))
-        client.operate(Advance())
+        client.operate(AdvanceRun())
         until(lambda: seen[-1].events == ("halt",))
         why = client.why("idle")
         assert why["active"] is True
@@ -129,7 +129,7 @@ def test_a_viewer_sees_the_machine_and_asks_why(mission):
 def test_an_operator_ends_the_run(mission):
     with running(mission) as (_, client, work):
         assert client.operate(Resume()).done
-        assert client.operate(End()).done
+        assert client.operate(EndRun()).done
         work.join(60)
         assert not work.is_alive()
 
@@ -139,7 +139,7 @@ def test_an_event_that_the_machine_does_not_know_is_refused(mission, event):
     with running(mission) as (seen, client, _):
         answer = client._bus.ask("pico/machine/operate", encoded({"kind": "event", "name": event}), 5.0)
         assert json.loads(answer)["done"] is False
-        client.operate(Advance(ticks=2))
+        client.operate(AdvanceRun(ticks=2))
         until(lambda: len(seen) >= 2)
         assert all(tick.events == () for tick in seen)
 
@@ -158,7 +158,7 @@ def test_a_robot_that_does_not_wait_cannot_be_paused(mission):
 def test_nobody_there_is_one_message():
     client = RemoteMachine(MemoryNetwork().bus(), "pico", patience=0.05)
     with pytest.raises(NoMachineError, match="no machine that drives `pico` answers"):
-        client.operate(End())
+        client.operate(EndRun())
 
 
 @settings(max_examples=200, deadline=None, derandomize=True)
@@ -172,7 +172,7 @@ def test_any_question_is_an_operation_or_refused(payload):
 
 
 def test_a_schedule_sends_each_event_once_at_its_tick():
-    schedule = Schedule([(0.2, "b"), (0.0, "a"), (0.2, "c")])
+    schedule = ScheduledEvents([(0.2, "b"), (0.0, "a"), (0.2, "c")])
     assert [list(schedule.events(index, 5.0 + index / 10)) for index in range(4)] == [["a"], [], ["b", "c"], []]
 
 
@@ -216,7 +216,7 @@ def test_a_watcher_looks_on_and_an_operator_operates(tmp_path, mission):
             watcher = RemoteMachine(theirs, "pico", patience=5.0)
             assert watcher.model()["machine"] == "waiting"
             with pytest.raises(NoMachineError):
-                RemoteMachine(theirs, "pico", patience=0.5).operate(End())
+                RemoteMachine(theirs, "pico", patience=0.5).operate(EndRun())
         assert opened.ended == ""
         with dialling(endpoint, security=olga.dialling()) as theirs:
             assert RemoteMachine(theirs, "pico", patience=5.0).operate(SendEvent(name="go")).done

@@ -15,7 +15,7 @@ from perception.mapping.frames import between, compose
 from perception.mapping.graph import Link, PoseGraph
 from perception.mapping.information import Symmetric
 from perception.mapping.matching import Reference, matched
-from perception.mapping.searching import Grid, Window, search
+from perception.mapping.searching import BlurredWalls, Window, search
 from perception.mapping.uncertainty import Paths
 from perception.sweep import ScanPoints
 from tests.perception import carmen
@@ -99,7 +99,7 @@ def test_the_wide_search_finds_what_a_guess_has_lost():
     truth = Pose(0.4, -0.2, 1.4)
     found = search(
         cloud_at(ROOM, compose(HERE, truth), 1),
-        Grid.of(reference, SETTINGS.search),
+        BlurredWalls.of(reference, SETTINGS.search),
         Pose(),
         Window(1.0, math.pi),
     )
@@ -113,7 +113,7 @@ def test_the_wide_search_says_that_two_places_look_alike():
     walls = polyline((-30, -0.5), (30, -0.5)) + polyline((-30, 0.5), (30, 0.5))
     near = Laser(range_max=3.0)
     seen = [cloud_at(walls, Pose(x, 0, 0), laser=near).seen_from(Pose(x, 0, 0)) for x in (0, 1, 2, 3)]
-    grid = Grid.of(Cloud.joined(seen), SETTINGS.search)
+    grid = BlurredWalls.of(Cloud.joined(seen), SETTINGS.search)
     found = search(cloud_at(walls, Pose(), 1, near), grid, Pose(), Window(3.0, 0.1))
     assert found.rival >= SETTINGS.search.distinct * found.score
 

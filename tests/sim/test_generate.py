@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim.formats import read_maze, write_maze
-from sim.free_space import FreeSpace, flood
+from sim.free_space import DistanceGrid, flood
 from sim.generate import DOOR_AREA, Recipe, generate
 from sim.geometry import distances
 from sim.maze import MazeError
@@ -28,7 +28,7 @@ RECIPES = [
 
 def blocks(maze, step=0.05):
     """Closed areas within the bounds that cannot be reached from the start or the outside."""
-    space = FreeSpace.around(np.concatenate([maze.walls, maze.exits]), maze.bounds, limit=0.1, step=step, margin=0.3)
+    space = DistanceGrid.around(np.concatenate([maze.walls, maze.exits]), maze.bounds, limit=0.1, step=step, margin=0.3)
     remaining = space.clearance > 0.6 * step
     count = -2  # the inside and the outside
     while remaining.any():

@@ -6,6 +6,7 @@ import sqlite3
 import struct
 import tracemalloc
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from toy_world import ToyWorld, wander
 
 from transport import codec
 from transport.messages import NANOSECONDS, Pose, Scan
-from transport.recording import Recorder, RecordingError, Setting, Topics, drawings, read_recording, reading
+from transport.recording import RecordedScene, Recorder, RecordingError, Topics, drawings, read_recording, reading
 from transport.recording import messages as reader
 from transport.recording.frames import inverse, placed, pose_of
 from transport.world import LockstepRobot
@@ -202,9 +203,8 @@ def test_scans_of_other_habits_are_put_in_order(tmp_path):
 def record(path, ticks=20, setting=None, pose=None):
     with Recorder(path, "toy", {"machine": "toy"}, setting=setting, patience=10.0) as recorder:
         for observation, command in sensed(ticks):
-            regions = {"toy": "wandering"}
-            where = pose and pose(observation)
-            recorder.record(observation, command, {"states": ["a"]}, pose=where, regions=regions)
+            step = partial(dict, states=["a"], regions={"toy": "wandering"})
+            recorder.record(observation, command, step, pose=pose and pose(observation))
     return path
 
 
@@ -251,7 +251,7 @@ def test_a_recording_of_ours_is_known_by_its_ticks(tmp_path, changed):
 
 def test_a_dated_recording_gives_back_the_robots_own_stamps(tmp_path):
     plain = read_recording(record(tmp_path / "plain.mcap"))
-    dated = read_recording(record(tmp_path / "dated.mcap", setting=Setting(epoch=LATER)))
+    dated = read_recording(record(tmp_path / "dated.mcap", setting=RecordedScene(epoch=LATER)))
     for one, other in zip(dated.ticks, plain.ticks, strict=True):
         assert one.observation.stamp == other.observation.stamp
         assert one.observation.scan.stamp == other.observation.scan.stamp
@@ -268,7 +268,7 @@ def test_the_transform_tree_leads_from_each_scan_to_the_map(tmp_path):
         return Pose(3.0 + 0.01 * observation.time, -2.0, 0.4 + 0.05 * observation.time)
 
     grid = drawings.Grid(np.zeros((3, 4), dtype=np.int8), 0.5, -1.0, -2.0)
-    setting = Setting(((0.1, 0.1), (-0.1, 0.1), (0.0, -0.1)), MOUNT, grid, LATER)
+    setting = RecordedScene(((0.1, 0.1), (-0.1, 0.1), (0.0, -0.1)), MOUNT, grid, LATER)
     record(tmp_path / "run.mcap", 12, setting, truth)
     transforms, seen, kinds = [], [], {}
     with (tmp_path / "run.mcap").open("rb") as file:
@@ -399,7 +399,7 @@ TOLD = {"stamp": 0, "door": None, "link": {}, "ring": False, "answers": 0, "step
         ("{}", "is missing"),
         (json.dumps({**TOLD, "step": [1, 2]}), "`step`"),
         (json.dumps({**TOLD, "step": {"states": "abc"}}), "must be"),
-        (json.dumps({**TOLD, "step": {"reasons": [[[]]]}}), "must be"),
+        (json.dumps({**TOLD, "step": {"taken": [[[]]]}}), "must be"),
         (json.dumps({**TOLD, "step": {"x": json.loads("[" * 20 + "]" * 20)}}), "deeper than 8"),
         (json.dumps({**TOLD, "stamp": 2**70}), "stamp"),
         (json.dumps({**TOLD, "stamp": -1}), "stamp"),

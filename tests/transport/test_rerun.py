@@ -9,7 +9,7 @@ import pytest
 from toy_world import ToyWorld, wander
 
 from transport.messages import Pose
-from transport.recording import Recorder, Setting
+from transport.recording import RecordedScene, Recorder
 from transport.recording.drawings import Grid
 from transport.world import LockstepRobot
 
@@ -19,11 +19,11 @@ pytest.importorskip("rerun")
 def test_rerun_reads_every_topic(tmp_path):
     robot = LockstepRobot(ToyWorld(3))
     grid = Grid(np.zeros((3, 4), dtype=np.int8), 0.5, 0.0, 0.0)
-    setting = Setting(((0.1, 0.1), (-0.1, 0.1), (0.0, -0.1)), Pose(), grid)
+    setting = RecordedScene(((0.1, 0.1), (-0.1, 0.1), (0.0, -0.1)), Pose(), grid)
     with Recorder(tmp_path / "run.mcap", "toy", setting=setting, patience=10.0) as recorder:
         for _ in range(20):
             observation = robot.observe()
-            recorder.record(observation, wander(observation), pose=Pose(), regions={"toy": "wandering"})
+            recorder.record(observation, wander(observation), lambda: {"regions": {"toy": "wandering"}}, pose=Pose())
             robot.command(wander(observation))
     environment = {**os.environ, "DO_NOT_TRACK": "1", "RERUN_ANALYTICS_DISABLED": "1"}
 

@@ -4,7 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hsm.testing.coverage.items import ItemKind, points
-from hsm.testing.exploration.exploring import Regions
+from hsm.testing.exploration.exploring import AskingRegions
 from hsm.testing.exploration.feasible import CONTRADICTION, TAKEN_BEFORE
 from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import mutants, structural, survey
@@ -191,7 +191,7 @@ def test_a_signal_is_that_of_the_region_that_asks_for_it_whoever_asks_where_no_r
         state aside
             when not space.left and not space.right and steps > 3 -> both
     """)
-    regions = Regions(machine)
+    regions = AskingRegions(machine)
     assert regions.of_signal("space.left") == machine.indices["one"]
     assert regions.of_signal("space.right") == machine.indices["two"]
     assert regions.of_signal("space.front") == -1

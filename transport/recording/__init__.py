@@ -1,17 +1,17 @@
 """Recordings of runs: written as MCAP, read from whatever robots' recordings people have, and played as a robot."""
 
 from transport.recording.reading import read_recording
-from transport.recording.recorder import Recorder, Setting
+from transport.recording.recorder import RecordedScene, Recorder
 from transport.recording.replayed import ReplayRobot
 from transport.recording.values import RecordedTick, Recording, RecordingError, Topics
 
 __all__ = [
+    "RecordedScene",
     "RecordedTick",
     "Recorder",
     "Recording",
     "RecordingError",
     "ReplayRobot",
-    "Setting",
     "Topics",
     "read_recording",
 ]

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 from transport import codec
 from transport.messages import Pose, wrap_angle
-from transport.recording.messages import Message
+from transport.recording.messages import RecordedMessage
 
 MOST_FRAMES = 1_000
 """More transforms than this are not looked at."""
 
 
-def mount_in(messages: Sequence[Message], scan: str, odometry: str) -> Pose | None:
+def mount_in(messages: Sequence[RecordedMessage], scan: str, odometry: str) -> Pose | None:
     """The pose of the scan's frame in the odometry's child frame, or None where no transforms lead there.
 
     Args:

@@ -58,7 +58,7 @@ BROKEN = (
 
 
 @dataclass(frozen=True, slots=True)
-class Message:
+class RecordedMessage:
     """One message.
 
     Attributes:
@@ -85,7 +85,7 @@ class Messages(Protocol):
     run: Mapping[str, str]
     complete: bool
 
-    def __iter__(self) -> Iterator[Message]:
+    def __iter__(self) -> Iterator[RecordedMessage]:
         """The messages in the order in which they were recorded."""
         ...
 
@@ -131,7 +131,7 @@ class _Folder:
         self.complete = False
         self._parts = parts
 
-    def __iter__(self) -> Iterator[Message]:
+    def __iter__(self) -> Iterator[RecordedMessage]:
         for part in self._parts:
             yield from part
             self.run = part.run or self.run
@@ -161,7 +161,7 @@ class _McapFile:
         self._kinds: dict[int, str] = {}
         self._topics: dict[int, tuple[str, str]] = {}
 
-    def __iter__(self) -> Iterator[Message]:
+    def __iter__(self) -> Iterator[RecordedMessage]:
         with self._path.open("rb") as file:
             size = self._path.stat().st_size
             for record in self._records(_Left(file, size)):
@@ -176,7 +176,7 @@ class _McapFile:
                     self.run = dict(record.metadata)
                 elif isinstance(record, Record) and record.channel_id in self._topics:
                     topic, kind = self._topics[record.channel_id]
-                    yield Message(topic, _long(kind), record.log_time, record.data)
+                    yield RecordedMessage(topic, _long(kind), record.log_time, record.data)
 
     def _records(self, file: _Left) -> Iterator[McapRecord]:
         """The records up to the end, or to where the file is cut off or spoilt."""
@@ -234,7 +234,7 @@ class _Database:
         self.complete = False
         self._path = path
 
-    def __iter__(self) -> Iterator[Message]:
+    def __iter__(self) -> Iterator[RecordedMessage]:
         location = f"file:{quote(str(self._path.resolve()))}?mode=ro&immutable=1"
         left = LARGEST
         try:
@@ -249,7 +249,9 @@ class _Database:
                         raise RecordingError(f"holds more than {LARGEST // 1024**3} GB, the most that is read")
                     packed = data.startswith(ZSTD)
                     content = _decompressed(data, LARGEST_RECORD) if packed else data
-                    yield Message(str(topic), _long(str(kind)) if form == "cdr" else f"{form} {kind}", int(at), content)
+                    yield RecordedMessage(
+                        str(topic), _long(str(kind)) if form == "cdr" else f"{form} {kind}", int(at), content
+                    )
         except (sqlite3.Error, zstandard.ZstdError, TypeError, ValueError, AttributeError) as error:
             raise RecordingError(f"is no rosbag2 database: {error}") from None
         self.complete = True
@@ -269,7 +271,7 @@ class _Compressed:
         self.complete = False
         self._path = path
 
-    def __iter__(self) -> Iterator[Message]:
+    def __iter__(self) -> Iterator[RecordedMessage]:
         with tempfile.TemporaryDirectory() as folder:
             plain = Path(folder) / "bag"
             with self._path.open("rb") as packed, plain.open("wb") as file:

@@ -30,7 +30,7 @@ from transport.messages import (
     Twist,
 )
 from transport.recording.frames import mount_in
-from transport.recording.messages import Message, Messages, messages_of
+from transport.recording.messages import Messages, RecordedMessage, messages_of
 from transport.recording.values import RecordedTick, Recording, RecordingError, Topics
 from transport.sanity import ScanError, conformed, odometry_fault
 from transport.wording import in_words, printable
@@ -92,7 +92,7 @@ class _Wanted:
     """The messages of a file that may be scans, odometry, commands, ticks or static transforms, in their order."""
 
     def __init__(self, source: Messages) -> None:
-        self.messages: list[Message] = []
+        self.messages: list[RecordedMessage] = []
         self.heard: dict[str, str] = {}
         left = MOST_BYTES
         for message in source:
@@ -161,7 +161,7 @@ def _own_ticks(wanted: _Wanted, prefix: str) -> Iterator[RecordedTick]:
 def _told(text: str) -> _Told:
     try:
         told = _TOLD.validate_python(json.loads(text))
-        for name in ("states", "taken", "reasons"):
+        for name in ("states", "taken"):
             _WORDS.validate_python(told.step.get(name, []))
     except ValidationError as error:
         raise RecordingError(f"has a tick that is none: {in_words(error.errors()[0])}") from None
@@ -200,7 +200,7 @@ class _Sensed:
         """What has not come yet, or nothing."""
         return "scan" if self._scan is None else "odometry" if self._odometry is None else ""
 
-    def take(self, message: Message) -> None:
+    def take(self, message: RecordedMessage) -> None:
         """Take in a message of one of the topics."""
         try:
             if message.topic == self._topics.scan:
@@ -247,7 +247,7 @@ def _laser(beams: ScanGeometry) -> Laser:
         raise RecordingError(f"has scans of an impossible laser: {in_words(error.errors()[0])}") from None
 
 
-def _twist(message: Message) -> Twist:
+def _twist(message: RecordedMessage) -> Twist:
     stamped = message.kind == codec.TWIST_STAMPED
     return codec.decode_twist_stamped(message.data) if stamped else codec.decode_twist(message.data)
 

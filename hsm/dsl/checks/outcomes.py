@@ -15,7 +15,7 @@ _MOST_GUARDS = 40
 
 
 @dataclass(frozen=True, slots=True)
-class End:
+class OutcomeNames:
     """The names under which an outcome can be handled.
 
     Attributes:
@@ -33,17 +33,21 @@ def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
         if state.index in subject.reporting_unknown:
             continue
         if state.activity is not None and state.instance is None:
-            ends = {outcome: End((outcome,)) for outcome in state.activity.activity.outcomes}
+            ends = {outcome: OutcomeNames((outcome,)) for outcome in state.activity.activity.outcomes}
             yield from _handled(subject, state, ends, f"of `{state.activity.activity.name}`")
         if state.index > 0 and state.kind is StateKind.COMPOUND:
             finals = [subject.model.states[child] for child in state.children]
             names = [final.name.rpartition(".")[2] for final in finals if final.kind is StateKind.FINAL]
-            yield from _handled(subject, state, {name: End((name,), ("done",)) for name in names}, f"of `{state.name}`")
+            yield from _handled(
+                subject, state, {name: OutcomeNames((name,), ("done",)) for name in names}, f"of `{state.name}`"
+            )
         if state.index > 0 and state.kind is StateKind.PARALLEL and _can_complete(subject, state):
-            yield from _handled(subject, state, {"done": End((), ("done",))}, f"of `{state.name}`")
+            yield from _handled(subject, state, {"done": OutcomeNames((), ("done",))}, f"of `{state.name}`")
 
 
-def _handled(subject: AnalysisInput, state: State, ends: Mapping[str, End], whose: str) -> Iterator[Diagnostic]:
+def _handled(
+    subject: AnalysisInput, state: State, ends: Mapping[str, OutcomeNames], whose: str
+) -> Iterator[Diagnostic]:
     """One finding for all outcomes that nothing handles, and one for each that is handled only under a condition.
 
     Args:
@@ -74,7 +78,7 @@ def _handled(subject: AnalysisInput, state: State, ends: Mapping[str, End], whos
         yield finding("W0504", place, message, f"add `on {', '.join(never)} -> ...`")
 
 
-def _handled_when(subject: AnalysisInput, state: State, end: End) -> Formula:
+def _handled_when(subject: AnalysisInput, state: State, end: OutcomeNames) -> Formula:
     """When a transition of the state or of one around it handles an outcome; with very many it is not looked at."""
     model = subject.model
     handled: Formula = False

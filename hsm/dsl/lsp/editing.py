@@ -82,7 +82,7 @@ class Entry:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class OpenCall:
     """A call that is being written.
 
     Attributes:
@@ -270,7 +270,7 @@ class Document:
         kinds = _KINDS_OF[here.role]
         return next((one for one in self._everything() if one.label == here.name and one.kind in kinds), None)
 
-    def call(self, line: int, column: int) -> Call | None:
+    def call(self, line: int, column: int) -> OpenCall | None:
         """The call around a position, while its brackets are open."""
         called = _OPEN_CALL.search(self._before(line, column))
         if called is None:
@@ -283,7 +283,7 @@ class Document:
         label = re.match(r"\s*([A-Za-z_]\w*)\s*=(?!=)", last)
         names = [one.name for one in parameters]
         active = names.index(label[1]) if label is not None and label[1] in names else called[2].count(",")
-        return Call(called[1], entry.doc if entry is not None else "", parameters, active)
+        return OpenCall(called[1], entry.doc if entry is not None else "", parameters, active)
 
     def _word(self, line: int, column: int) -> str:
         text = self.tree.lines[line] if line < len(self.tree.lines) else ""

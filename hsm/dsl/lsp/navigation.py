@@ -40,7 +40,7 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
-class Symbol:
+class OutlineSymbol:
     """A declaration in the outline of a file, with those inside it.
 
     Attributes:
@@ -57,7 +57,7 @@ class Symbol:
     role: Role
     place: Span
     whole: Span
-    children: tuple[Symbol, ...] = ()
+    children: tuple[OutlineSymbol, ...] = ()
 
 
 class Colour(Enum):
@@ -102,9 +102,9 @@ def block_end(document: Document, line: int) -> int:
     return last
 
 
-def outline(document: Document) -> list[Symbol]:
+def outline(document: Document) -> list[OutlineSymbol]:
     """Declarations and states, as they lie in one another."""
-    made: dict[int, list[Symbol]] = {}
+    made: dict[int, list[OutlineSymbol]] = {}
     declared = [_declaration(document, one) for one in document.occurrences if one.declares and one.role in _TOP]
     for symbol in reversed(document.table.all_states()):
         inner = tuple(reversed(made.pop(id(symbol), [])))
@@ -115,16 +115,18 @@ def outline(document: Document) -> list[Symbol]:
             place = Span(document.file, line, column, line, column + len(symbol.token))
             whole = _whole(document, line)
             detail = f"instance of {symbol.instance.name}" if symbol.instance is not None else symbol.kind.value
-            made.setdefault(id(symbol.parent), []).append(Symbol(symbol.name, detail, Role.STATE, place, whole, inner))
+            made.setdefault(id(symbol.parent), []).append(
+                OutlineSymbol(symbol.name, detail, Role.STATE, place, whole, inner)
+            )
     return declared
 
 
 _TOP = (Role.PARAMETER, Role.VARIABLE, Role.EVENT, Role.PROPERTY)
 
 
-def _declaration(document: Document, one: Occurrence) -> Symbol:
+def _declaration(document: Document, one: Occurrence) -> OutlineSymbol:
     place = span(document, one)
-    return Symbol(one.name, one.role.name.lower(), one.role, place, _whole(document, one.line))
+    return OutlineSymbol(one.name, one.role.name.lower(), one.role, place, _whole(document, one.line))
 
 
 def _whole(document: Document, line: int) -> Span:

@@ -8,8 +8,8 @@ from lsprotocol import types
 from pygls import uris
 
 from hsm.dsl.lsp.actions import Edit, Fix
-from hsm.dsl.lsp.editing import Call, Entry, SymbolKind
-from hsm.dsl.lsp.navigation import Colour, Coloured, Span, Symbol
+from hsm.dsl.lsp.editing import Entry, OpenCall, SymbolKind
+from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import Occurrence, Role
 from hsm.model.diagnostics import Diagnostic, Place, Severity
 from hsm.model.unparse import value_text
@@ -151,7 +151,7 @@ def markdown(entry: Entry) -> types.MarkupContent:
     return types.MarkupContent(types.MarkupKind.Markdown, f"{head}\n\n{entry.doc}" if entry.doc else head)
 
 
-def signature_help(call: Call) -> types.SignatureHelp:
+def signature_help(call: OpenCall) -> types.SignatureHelp:
     """What a call takes, and what is due."""
     parameters = []
     for one in call.parameters:
@@ -164,7 +164,7 @@ def signature_help(call: Call) -> types.SignatureHelp:
     return types.SignatureHelp([signature], 0, call.active)
 
 
-def symbol(one: Symbol, lines: Sequence[str], depth: int = 0) -> types.DocumentSymbol:
+def symbol(one: OutlineSymbol, lines: Sequence[str], depth: int = 0) -> types.DocumentSymbol:
     """A declaration of the outline; nested as deep as an editor can show it."""
     inner = [symbol(child, lines, depth + 1) for child in one.children] if depth < DEEPEST else []
     kind = types.SymbolKind.Event if one.detail == "final" else SYMBOLS[one.role]

@@ -106,10 +106,10 @@ class Definition:
     node: ast.Expression
     place: Place
     value: Expression | None = None
-    state: Progress | None = None
+    state: Visit | None = None
 
 
-class Progress(Enum):
+class Visit(Enum):
     """How far a definition was looked at."""
 
     OPEN = "open"
@@ -333,15 +333,15 @@ class Scope:
         """The expression that a name stands for, at the place where it is used."""
         definition = self.definitions[token.value]
         self.used.add(token.value)
-        if definition.state is Progress.OPEN:
+        if definition.state is Visit.OPEN:
             self.report.add_once("E0202", self._place(token), f"`{token}` is defined by itself", subject=token.value)
             return None
         if definition.state is None:
-            definition.state = Progress.OPEN
+            definition.state = Visit.OPEN
             heard, self.heard = self.heard, ()  # it means the same wherever it is used
             definition.value = self.expression(definition.node)
             self.heard = heard
-            definition.state = Progress.DONE
+            definition.state = Visit.DONE
             if definition.value is not None and _size(definition.value) > _LARGEST_DEFINITION:
                 message = f"`{token}` stands for an expression with more than {_LARGEST_DEFINITION} parts"
                 self.report.add("E0106", definition.place, message, "put a part of it into a signal of the registry")

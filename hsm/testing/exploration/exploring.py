@@ -46,7 +46,7 @@ def _carried(message: object) -> tuple[Any, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class ExploredMoment:
     """Where a run is between two steps.
 
     Attributes:
@@ -76,7 +76,7 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True)
-class Edge:
+class ExploredStep:
     """One step from a moment to another.
 
     Attributes:
@@ -88,7 +88,7 @@ class Edge:
     """
 
     input: Input
-    target: Moment
+    target: ExploredMoment
     selections: tuple[Selection, ...]
     paths: Mapping[int, frozenset[int]]
     fault: str | None = None
@@ -119,7 +119,7 @@ class Edge:
         return (one for plan in self.plans for one in plan.restored)
 
 
-class Regions:
+class AskingRegions:
     """Which region of a parallel machine asks for a signal: in one step only the signals of one region change.
 
     What happens in two regions at once is left out; each of it is found one step after the other. Who asks while no
@@ -230,7 +230,7 @@ class Explorer:
         parameters: Mapping[str, Any] | None = None,
         *,
         tick: float = TICK,
-        regions: Regions | None = None,
+        regions: AskingRegions | None = None,
     ) -> None:
         self.machine = machine
         self._tick = tick
@@ -243,11 +243,11 @@ class Explorer:
 
     # Where runs begin and go on.
 
-    def start(self) -> list[Edge]:
+    def start(self) -> list[ExploredStep]:
         """All first steps: entering the machine and its first step at the same time."""
         plan = self.machine.planner.start()
         state = RunState(plan.target, self.machine.generator.first_values(self.parameters), {}, (), {}, None)
-        before = Moment(state, 0.0, frozenset(), {})
+        before = ExploredMoment(state, 0.0, frozenset(), {})
 
         def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
             execution = choices.execution = MacrostepExecution(
@@ -263,7 +263,7 @@ class Explorer:
 
         return list(self._edges(before, Input(), attempt, -1))
 
-    def successors(self, moment: Moment) -> Iterator[Edge]:
+    def successors(self, moment: ExploredMoment) -> Iterator[ExploredStep]:
         """All steps from a moment; none where the machine has ended."""
         if moment.state.outcome is not None:
             return
@@ -278,15 +278,15 @@ class Explorer:
                     region = self._regions.only
             yield from self._steps(moment, Input(wait, reports, events), region)
 
-    def continued(self, moment: Moment, given: Input) -> Iterator[Edge]:
+    def continued(self, moment: ExploredMoment, given: Input) -> Iterator[ExploredStep]:
         """All steps from a moment with a given input; signals that it leaves open are free."""
         return self._steps(moment, given, -1)
 
-    def _steps(self, moment: Moment, given: Input, region: int) -> Iterator[Edge]:
+    def _steps(self, moment: ExploredMoment, given: Input, region: int) -> Iterator[ExploredStep]:
         pending = [self._outcome(state, outcome) for state, outcome in given.reports]
         over = moment.over | {self.machine.indices[state] for state, _ in given.reports}
         time = moment.time + given.wait.seconds
-        before = Moment(moment.state, time, over, moment.signals)
+        before = ExploredMoment(moment.state, time, over, moment.signals)
 
         def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
             execution = MacrostepExecution(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
@@ -298,11 +298,11 @@ class Explorer:
 
     def _edges(
         self,
-        before: Moment,
+        before: ExploredMoment,
         given: Input,
         attempt: Callable[[_Choices, list[Any]], tuple[RunState, list[Selection]]],
         region: int,
-    ) -> Iterator[Edge]:
+    ) -> Iterator[ExploredStep]:
         """One edge for each combination of the signals that are asked for."""
         marks = self.machine.generator.probes
         open_choices: list[tuple[dict[SignalKey, Any], int]] = [(dict(given.signals), region)]
@@ -319,13 +319,13 @@ class Explorer:
             over = before.over.difference(*((*plan.exited, *plan.entered) for plan in plans))
             open_choices += reversed(choices.opened)
             signals = tuple(choices.chosen.items())
-            target = Moment(state, before.time, over, {**before.signals, **choices.chosen})
+            target = ExploredMoment(state, before.time, over, {**before.signals, **choices.chosen})
             taken = Input(given.wait, given.reports, given.events, signals)
-            yield Edge(taken, target, tuple(selections), dict(marks.seen(hits)), fault)
+            yield ExploredStep(taken, target, tuple(selections), dict(marks.seen(hits)), fault)
 
     # What may happen.
 
-    def _inputs(self, moment: Moment) -> Iterator[tuple[Wait, tuple[tuple[str, str], ...], tuple[str, ...]]]:
+    def _inputs(self, moment: ExploredMoment) -> Iterator[tuple[Wait, tuple[tuple[str, str], ...], tuple[str, ...]]]:
         running = [one for one in moment.state.configuration.activities if one not in moment.over]
         endings: list[list[tuple[str, str] | None]] = [[None, *self._endings(moment, state)] for state in running]
         together = [tuple(one for one in chosen if one is not None) for chosen in product(*endings)]
@@ -340,7 +340,7 @@ class Explorer:
             for event in events:
                 yield wait, (), (event,)
 
-    def _endings(self, moment: Moment, state: int) -> Iterator[tuple[str, str]]:
+    def _endings(self, moment: ExploredMoment, state: int) -> Iterator[tuple[str, str]]:
         """How the activity of a state may end; failing only where the machine handles it."""
         declared = self.machine.model.states[state]
         assert declared.activity is not None, "only states with an activity are asked"
@@ -349,7 +349,7 @@ class Explorer:
         if moment.state.configuration.on(fault_event(state)) is not None:
             yield declared.name, FAULT
 
-    def _waits(self, moment: Moment) -> list[Wait]:
+    def _waits(self, moment: ExploredMoment) -> list[Wait]:
         """At once, a tick before the next deadline, at the next deadline."""
         deadlines = [seconds(due) for due in (*moment.state.timers.values(), *(due for due, _ in moment.state.sent))]
         ahead = [due - moment.time for due in deadlines if due > moment.time + 1e-9]
@@ -360,7 +360,7 @@ class Explorer:
         early = [Wait(before, early=True)] if before > 0 else []
         return [NO_WAIT, *early, Wait(round(soonest, 9))]
 
-    def _events_heard(self, moment: Moment) -> list[str]:
+    def _events_heard(self, moment: ExploredMoment) -> list[str]:
         active = moment.state.configuration.active
         found: dict[str, None] = {}
         for state in sorted(active):

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from hsm.testing.exploration.exploring import Edge, Explorer, Moment
+from hsm.testing.exploration.exploring import ExploredMoment, ExploredStep, Explorer
 from hsm.testing.mutation.operators import Mutant
 
 
 def distinguishing_steps(
-    explorer: Explorer, changed: Explorer, mutant: Mutant, moment: Moment
-) -> Iterator[tuple[Edge, bool]]:
+    explorer: Explorer, changed: Explorer, mutant: Mutant, moment: ExploredMoment
+) -> Iterator[tuple[ExploredStep, bool]]:
     """Steps that come by a change, each with whether it leads elsewhere on the changed machine.
 
     A signal that only one of the two machines asks for is free for the other. So each step of the one is taken by the
@@ -31,7 +31,7 @@ def distinguishing_steps(
                     yield replace(edge, input=twin.input), _outcome(twin, parameters) != _outcome(edge, parameters)
 
 
-def _on(explorer: Explorer, moment: Moment) -> Moment:
+def _on(explorer: Explorer, moment: ExploredMoment) -> ExploredMoment:
     """The same moment of another machine with the same states and variables, and with parameters of its own."""
     state = moment.state
     configuration = explorer.machine.configuration(state.configuration.leaves)
@@ -39,7 +39,7 @@ def _on(explorer: Explorer, moment: Moment) -> Moment:
     return replace(moment, state=replace(state, configuration=configuration, values=values))
 
 
-def _comes_by(mutant: Mutant, edge: Edge) -> bool:
+def _comes_by(mutant: Mutant, edge: ExploredStep) -> bool:
     """Whether a step looks at what was changed."""
     if mutant.transitions:
         looked_at = {*edge.transitions, *edge.paths}
@@ -47,7 +47,7 @@ def _comes_by(mutant: Mutant, edge: Edge) -> bool:
     return mutant.state == 0 or mutant.state in edge.entered or mutant.state in edge.exited
 
 
-def _outcome(edge: Edge, parameters: int) -> tuple[object, ...]:
+def _outcome(edge: ExploredStep, parameters: int) -> tuple[object, ...]:
     """What came of a step; the values of parameters, which come first, are no part of it."""
     leaves, values, *rest = edge.target.key()
     return edge.fault, leaves, values[parameters:], rest, tuple(edge.transitions)

@@ -14,7 +14,7 @@ from hsm.model.expressions import Expression, VariableValue
 from hsm.model.rewriting import parts_of
 from hsm.model.unparse import expression_text
 from hsm.testing.coverage.items import transition_text
-from hsm.testing.exploration.exploring import Edge, Explorer, Moment, Regions
+from hsm.testing.exploration.exploring import AskingRegions, ExploredMoment, ExploredStep, Explorer
 from hsm.testing.generation.distinguishing import distinguishing_steps
 from hsm.testing.generation.goals import Goal, goals_of, goals_on, impossible_goals, short, title_of
 from hsm.testing.mutation.mutating import survivors
@@ -96,12 +96,12 @@ def generate(
         steps: how many steps to try at most.
     """
     ready = scripted_machine(machine)
-    search = _Search(ready, Explorer(ready, parameters, tick=tick, regions=Regions(ready)), parameters, steps)
+    search = _Search(ready, Explorer(ready, parameters, tick=tick, regions=AskingRegions(ready)), parameters, steps)
     search.run()
     writer = Writer(ready.model)
     scenarios: list[Scenario] = []
 
-    def told(title: str, way: Sequence[Edge]) -> Scenario | None:
+    def told(title: str, way: Sequence[ExploredStep]) -> Scenario | None:
         name = f"{len(scenarios) + 1}: {title}"
         found = replay(name, ready, [edge.input for edge in way], writer, tick=tick)
         return None if found.fault else _trimmed(found.scenario)
@@ -145,12 +145,12 @@ class _Search:
     explorer: Explorer
     parameters: Mapping[str, Any] | None
     limit: int
-    parents: dict[Key, tuple[Key | None, Edge]] = field(default_factory=dict)
-    found: dict[Goal, tuple[Key | None, Edge]] = field(default_factory=dict)
+    parents: dict[Key, tuple[Key | None, ExploredStep]] = field(default_factory=dict)
+    found: dict[Goal, tuple[Key | None, ExploredStep]] = field(default_factory=dict)
     impossible: dict[Goal, str] = field(default_factory=dict)
     entering: dict[int, dict[Key | None, None]] = field(default_factory=dict)
     kinds: dict[tuple[int, ...], int] = field(default_factory=dict)
-    queue: list[tuple[int, int, int, Key, Moment]] = field(default_factory=list)
+    queue: list[tuple[int, int, int, Key, ExploredMoment]] = field(default_factory=list)
     steps: int = 0
     complete: bool = False
     proved: bool = False
@@ -170,7 +170,7 @@ class _Search:
             idle = idle + self.steps - before if len(self.found) == known else 0
         self.complete = not self.queue
 
-    def _take(self, source: Key | None, edge: Edge, depth: int) -> None:
+    def _take(self, source: Key | None, edge: ExploredStep, depth: int) -> None:
         self.steps += 1
         if edge.fault is not None:
             return
@@ -185,7 +185,7 @@ class _Search:
             self.kinds[kind] = self.kinds.get(kind, 0) + 1
             heappush(self.queue, (self.kinds[kind] + depth, depth, len(self.parents), key, edge.target))
 
-    def way(self, source: Key | None, edge: Edge) -> list[Edge]:
+    def way(self, source: Key | None, edge: ExploredStep) -> list[ExploredStep]:
         """The steps from the start to a step."""
         way = [edge]
         while source is not None:
@@ -193,13 +193,13 @@ class _Search:
             way.append(edge)
         return way[::-1]
 
-    def around(self, mutant: Mutant) -> Iterator[list[Edge]]:
+    def around(self, mutant: Mutant) -> Iterator[list[ExploredStep]]:
         """Ways that may show a change, short ones first and those first that lead elsewhere on the changed machine."""
         if any(("transition", index) not in self.found for index in mutant.transitions):
             return
         machine = scripted_machine(mutant.model)
-        changed = Explorer(machine, self.parameters, regions=Regions(machine))
-        alike: list[list[Edge]] = []
+        changed = Explorer(machine, self.parameters, regions=AskingRegions(machine))
+        alike: list[list[ExploredStep]] = []
         steps = 0
         for key in self._near(mutant):
             way = self.way(*self.parents[key])
@@ -224,12 +224,12 @@ class _Search:
             if key in entering or mutant.state in edge.target.state.configuration.active
         ]
 
-    def chosen(self) -> Iterator[tuple[list[Edge], list[Goal]]]:
+    def chosen(self) -> Iterator[tuple[list[ExploredStep], list[Goal]]]:
         """Ways that together reach all that was found: long ones first, as they cover much of what others reach."""
         wanted = [goal for goal in goals_of(self.machine) if goal in self.found]
         ways = {goal: self.way(*self.found[goal]) for goal in wanted}
         open_goals = set(wanted)
-        picked: list[tuple[list[Edge], list[Goal]]] = []
+        picked: list[tuple[list[ExploredStep], list[Goal]]] = []
         for goal in sorted(wanted, key=lambda one: -len(ways[one])):
             if goal in open_goals:
                 own = [one for edge in ways[goal] for one in goals_on(self.machine, edge) if one in open_goals]

@@ -10,7 +10,7 @@ from hsm.engine.machine import Machine
 from hsm.model.chart import After, Every, Model
 from hsm.model.topology import HISTORY
 from hsm.testing.coverage.items import transition_text
-from hsm.testing.exploration.exploring import Edge
+from hsm.testing.exploration.exploring import ExploredStep
 from hsm.testing.exploration.feasible import guard_of, ruled_out
 from hsm.testing.scenarios.script import FAULT
 
@@ -49,7 +49,7 @@ def _few_paths(decision: Decision) -> bool:
     return decision.count <= 2 * len(decision.conditions) ** 2 + 2
 
 
-def goals_on(machine: Machine, edge: Edge) -> Iterator[Goal]:
+def goals_on(machine: Machine, edge: ExploredStep) -> Iterator[Goal]:
     """All that one step reaches."""
     for index in edge.entered:
         yield "state", index

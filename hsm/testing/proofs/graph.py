@@ -22,7 +22,7 @@ from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import Diagram
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
-from hsm.testing.proofs.points import Failure, Point, Timer
+from hsm.testing.proofs.points import FailingStep, Point, Timer
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
@@ -167,7 +167,7 @@ class Graph:
         self.initial: list[Edge] = []
         self.complete = False
         self.depth = 0
-        self.faults: list[tuple[int, frozenset[int], Failure]] = []
+        self.faults: list[tuple[int, frozenset[int], FailingStep]] = []
         self._numbers: dict[Location, int] = {}
 
     def build(self, budget: Budget, most_depth: int | None = None) -> None:

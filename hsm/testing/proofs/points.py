@@ -83,7 +83,7 @@ Label = tuple[str, str, str] | None
 
 
 @dataclass(frozen=True, slots=True)
-class Failure:
+class FailingStep:
     """A step that cannot be done.
 
     Attributes:

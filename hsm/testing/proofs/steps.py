@@ -16,7 +16,7 @@ from hsm.engine.machine import Machine
 from hsm.model.events import Event, StateEvent
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.microsteps import Microsteps
-from hsm.testing.proofs.points import ENDED, SETTLING, Failure, Label, Place, Point, Stage
+from hsm.testing.proofs.points import ENDED, SETTLING, FailingStep, Label, Place, Point, Stage
 from hsm.testing.proofs.possible import Possible
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.values import TooMany, Value
@@ -59,7 +59,7 @@ class Stepper:
         self._settled = settled
         self._diagrams = selections.diagrams
         self._failed: list[tuple[Diagram, Label]] = []
-        self.faults: list[Failure] = []
+        self.faults: list[FailingStep] = []
         self.possible = Possible(untold=selections.untold)
 
     def start(self, parameters: tuple[Value, ...]) -> list[tuple[Point, Diagram]]:
@@ -136,9 +136,9 @@ class Stepper:
                 if label is None:
                     onward = ways.setdefault(number, {})
                     onward[target] = either(onward.get(target, FALSE), further)
-            self.faults += [Failure(place, among, label) for among, label in self._failed]
+            self.faults += [FailingStep(place, among, label) for among, label in self._failed]
             self._failed.clear()
-        self.faults += [Failure(places[one], among, None) for one, among in self._spinning(ways)]
+        self.faults += [FailingStep(places[one], among, None) for one, among in self._spinning(ways)]
         return [(places[number][1], among) for number, among in ends.items()]
 
     def _spinning(self, ways: Ways) -> Iterator[tuple[int, Diagram]]:

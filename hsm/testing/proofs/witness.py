@@ -17,7 +17,7 @@ from hsm.testing.proofs.automata import Branch
 from hsm.testing.proofs.diagrams import FALSE, Diagram
 from hsm.testing.proofs.graph import FREE, Edge, Graph
 from hsm.testing.proofs.ordinals import ordinal
-from hsm.testing.proofs.points import ENDED, Failure, Label, Place
+from hsm.testing.proofs.points import ENDED, FailingStep, Label, Place
 from hsm.testing.proofs.search import Visit
 from hsm.testing.proofs.timing import MARGIN, Schedule, first_solved
 from hsm.testing.proofs.valuations import Valuations, readable
@@ -37,7 +37,7 @@ _NANOSECONDS = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Tick:
+class PlannedStep:
     """One step of a run that is planned.
 
     Attributes:
@@ -86,7 +86,7 @@ class Replayer:
         ticks = self._planned(way)
         return None if ticks is None else self._tried(ticks, name, self._chosen(way[-1].location))
 
-    def fault(self, way: Sequence[Visit], due: frozenset[int], failure: Failure, name: str) -> Scenario | None:
+    def fault(self, way: Sequence[Visit], due: frozenset[int], failure: FailingStep, name: str) -> Scenario | None:
         """A run on the engine that fails in the step after a way; None where none was found.
 
         Args:
@@ -102,7 +102,7 @@ class Replayer:
         )
         if ticks is None:
             return None
-        ticks[-1] = Tick(ticks[-1].time, edge, edge.among, failure.place, failure.label)
+        ticks[-1] = PlannedStep(ticks[-1].time, edge, edge.among, failure.place, failure.label)
         return self._tried(ticks, name, self._chosen(last.location), failing=True)
 
     def _chosen(self, location: int) -> dict[str, Any]:
@@ -123,7 +123,7 @@ class Replayer:
 
     # Times.
 
-    def _planned(self, way: Sequence[Visit]) -> list[Tick] | None:
+    def _planned(self, way: Sequence[Visit]) -> list[PlannedStep] | None:
         """All steps with their times, those between two places in which nothing changes as well."""
         times, moments = None, list[tuple[int, int | None]]()
         for apart in (self._tick, 0):
@@ -134,22 +134,22 @@ class Replayer:
                 break
         if times is None:
             return None
-        ticks: list[Tick] = []
+        ticks: list[PlannedStep] = []
         for number, visit in enumerate(way):
             moment, idle = moments[number]
             if visit.repeated:
                 ticks += self._filled(visit.edge, visit.branch, ticks[-1].time, times[moment])
-            ticks.append(Tick(times[moment], visit.edge, visit.branch.among, (ENDED, visit.edge.point, ())))
+            ticks.append(PlannedStep(times[moment], visit.edge, visit.branch.among, (ENDED, visit.edge.point, ())))
             if idle is not None and visit.idle is not None:
                 ticks += self._filled(*visit.idle, times[moment], times[idle], last=True)
         return ticks
 
-    def _filled(self, edge: Edge, branch: Branch, begin: int, end: int, *, last: bool = False) -> list[Tick]:
+    def _filled(self, edge: Edge, branch: Branch, begin: int, end: int, *, last: bool = False) -> list[PlannedStep]:
         """Steps in which nothing changes, as far apart as a scenario has them."""
         times = list(range(begin + self._tick, end, self._tick))
         if last and end > begin:
             times.append(end)
-        return [Tick(one, edge, branch.among, (ENDED, edge.point, ())) for one in times]
+        return [PlannedStep(one, edge, branch.among, (ENDED, edge.point, ())) for one in times]
 
     def _schedule(self, way: Sequence[Visit], apart: int) -> tuple[Schedule, list[tuple[int, int | None]]]:
         """The moments of all steps, each with the last one of those in which nothing changes after it."""
@@ -197,7 +197,7 @@ class Replayer:
     # The run.
 
     def _tried(
-        self, ticks: Sequence[Tick], name: str, parameters: Mapping[str, Any], *, failing: bool = False
+        self, ticks: Sequence[PlannedStep], name: str, parameters: Mapping[str, Any], *, failing: bool = False
     ) -> Scenario | None:
         for seed in range(ATTEMPTS):
             valuations = Valuations(self._graph.symbols, seed)
@@ -220,7 +220,7 @@ class Replayer:
 
     def _run(
         self,
-        ticks: Sequence[Tick],
+        ticks: Sequence[PlannedStep],
         name: str,
         parameters: Mapping[str, Any],
         valuations: Valuations,
@@ -260,7 +260,7 @@ class Replayer:
         title = f"counterexample to {name}"
         return Scenario(title if period == TICK else f"{title} (tick {period:g} s)", changed, given, shown)
 
-    def _taken(self, tick: Tick, driver: Driver, teller: Teller, valuations: Valuations) -> bool:
+    def _taken(self, tick: PlannedStep, driver: Driver, teller: Teller, valuations: Valuations) -> bool:
         """Let one step happen; whether there is one as it was planned."""
         chosen = valuations.choose(tick.among, driver.variables, _known(driver))
         if chosen is None:
@@ -284,7 +284,7 @@ class Replayer:
             teller.expect()
         return True
 
-    def _labels(self, tick: Tick, cube: Diagram) -> list[Label] | None:
+    def _labels(self, tick: PlannedStep, cube: Diagram) -> list[Label] | None:
         """The outcomes and events that lead to the end of a step, with these signals."""
         point, among = self._graph.begin(tick.edge.source, tick.edge.due)
         among = self._graph.symbols.diagrams.both(among, cube)

@@ -29,7 +29,7 @@ class CommunicationError(DataError):
 
 
 @dataclass(slots=True)
-class Session:
+class BlockContext:
     """What a block runs in.
 
     Attributes:
@@ -69,7 +69,7 @@ class Session:
         self.queue.append(Message(f"error.{what}", "platform", str(error), sendid))
 
 
-Step = Callable[[Session], None]
+Step = Callable[[BlockContext], None]
 _NOWHERE = Environment(Store(), (), {}, {})
 
 
@@ -153,7 +153,7 @@ class Builder:
         value = self.value(element)
         location = _LOCATION.fullmatch(element.attributes.get("location", ""))
 
-        def assign(session: Session) -> None:
+        def assign(session: BlockContext) -> None:
             new = session.evaluate(value)
             if location is None or location[1] in _SYSTEM or location[1] not in session.store.values:
                 raise DataError(f"`{element.attributes.get('location')}` cannot be assigned to")
@@ -175,7 +175,7 @@ class Builder:
             else:
                 steps.append((found[1], self.expression(element, found[2])))
 
-        def run(session: Session) -> None:
+        def run(session: BlockContext) -> None:
             for name, value in steps:
                 session.set(name, session.evaluate(value))
 
@@ -192,7 +192,7 @@ class Builder:
                 branches[-1][1].append(child)
         steps = [(condition, self.block(content)) for condition, content in branches]
 
-        def choose(session: Session) -> None:
+        def choose(session: BlockContext) -> None:
             for condition, block in steps:
                 if truth(self._tested(session, condition)):
                     for step in block:
@@ -205,7 +205,7 @@ class Builder:
         return self.expression(element, element.attributes.get("cond", ""))
 
     @staticmethod
-    def _tested(session: Session, condition: Evaluate) -> Any:
+    def _tested(session: BlockContext, condition: Evaluate) -> Any:
         try:
             return session.evaluate(condition)
         except DataError as error:
@@ -217,7 +217,7 @@ class Builder:
         item, index = element.attributes.get("item", ""), element.attributes.get("index")
         block = self.block(element.children)
 
-        def each(session: Session) -> None:
+        def each(session: BlockContext) -> None:
             values = session.evaluate(array)
             if not isinstance(values, list) or len(values) > _LONGEST_LOOP:
                 raise DataError("`foreach` goes over a list")
@@ -236,7 +236,7 @@ class Builder:
 
         return each
 
-    def payload(self, element: Element) -> Callable[[Session], Any]:
+    def payload(self, element: Element) -> Callable[[BlockContext], Any]:
         """What the parameters, the content and the name list of an element carry."""
         content = next(iter(element.of("content")), None)
         if content is not None:
@@ -252,7 +252,7 @@ class Builder:
         ]
         listed = [(name, self.expression(element, name)) for name in names]
 
-        def collect(session: Session) -> Any:
+        def collect(session: BlockContext) -> Any:
             found = {name: session.evaluate(value) for name, value in listed}
             for name, value in parameters:
                 try:
@@ -263,7 +263,7 @@ class Builder:
 
         return collect
 
-    def _either(self, element: Element, name: str, default: str | None = None) -> Callable[[Session], Any]:
+    def _either(self, element: Element, name: str, default: str | None = None) -> Callable[[BlockContext], Any]:
         """The value of an attribute, or of its ``...expr``."""
         computed = element.attributes.get(f"{name}expr")
         if computed is None:
@@ -282,7 +282,7 @@ class Builder:
         self._made += 1
         made = f"{self.prefix}.{self._made}"
 
-        def send(session: Session) -> None:
+        def send(session: BlockContext) -> None:
             label = given or (made if place is not None else None)
             try:
                 if place is not None:
@@ -317,7 +317,7 @@ class ReportedError(DataError):
     """An error that the chart was told about already."""
 
 
-def run_block(steps: list[Step], session: Session) -> None:
+def run_block(steps: list[Step], session: BlockContext) -> None:
     """Run a block; an error ends it, and the chart is told."""
     try:
         for step in steps:

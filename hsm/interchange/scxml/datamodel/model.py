@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from hsm.interchange.scxml.datamodel.content import PROCESSOR, Builder, Session, Step, run_block
+from hsm.interchange.scxml.datamodel.content import PROCESSOR, BlockContext, Builder, Step, run_block
 from hsm.interchange.scxml.datamodel.expressions import DataError, Environment, Evaluate, truth
 from hsm.interchange.scxml.elements import Element
 from hsm.model.chart import Execute
@@ -83,7 +83,7 @@ class DataModel:
         if not found:
             return ()
 
-        def begin(session: Session) -> None:
+        def begin(session: BlockContext) -> None:
             if first and state in session.store.begun:
                 return
             session.memo[STORE] = replace(session.store, begun=session.store.begun | {state})
@@ -109,7 +109,7 @@ class DataModel:
         """What the completion of a state carries, set when its final state is entered."""
         payload = self._builder.payload(element)
 
-        def note(session: Session) -> None:
+        def note(session: BlockContext) -> None:
             try:
                 value = payload(session)
             except DataError as error:
@@ -121,7 +121,7 @@ class DataModel:
 
     def _execute(self, element: Element, steps: list[Step]) -> Execute:
         def run(memo: dict[Any, Any], active: Collection[int], queue: Any) -> None:
-            run_block(steps, Session(memo, active, queue, self.states, self.system, self.processor))
+            run_block(steps, BlockContext(memo, active, queue, self.states, self.system, self.processor))
 
         text = ", ".join(one.tag for one in element.children) or element.tag
         return Execute(text, run, element.place)

@@ -90,6 +90,14 @@ class Supervisor(Generic[F, E]):
         return self._state.outcome
 
     @property
+    def due(self) -> float:
+        """When the run goes on by itself: the first deadline of a time-out or of an event on its way, in seconds.
+
+        Infinite where nothing happens without an event, an outcome or a change of a signal.
+        """
+        return -inf if self._pending else self._state.wake
+
+    @property
     def variables(self) -> Mapping[str, Any]:
         """The values of variables and parameters by their full names; those of states never entered are left out."""
         named = zip(self.machine.generator.variables, self._state.values, strict=True)

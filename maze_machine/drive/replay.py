@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from hsm import Machine
 from hsm.engine.explanation import Verdict
 from hsm.model.unparse import value_text
 from maze_machine.catalogue.machines import shipped_machines
@@ -190,13 +191,18 @@ def replay(
     """
     lines: list[dict[str, Any]] = []
     robot = ReplayRobot(recording)
-    known = mission.machine.model.events
-    operator = Recorded(
-        [[one for one in recorded_events(tick.step) if known is None or one in known] for tick in recording.ticks]
-    )
+    operator = recorded_operator(recording, mission.machine)
     watching = [lambda tick: lines.append(dict(tick.line)), *watchers]
     ending = drive(mission, robot, robot, watching, operator=operator)
     return ending, first_difference([line_of(tick.step) for tick in recording.ticks], lines) if recording.own else None
+
+
+def recorded_operator(recording: Recording, machine: Machine) -> Recorded:
+    """The operator of a recorded run: sends a machine the events of it that the machine knows."""
+    known = machine.model.events
+    return Recorded(
+        [[one for one in recorded_events(tick.step) if known is None or one in known] for tick in recording.ticks]
+    )
 
 
 def recorded_events(step: Mapping[str, Any]) -> list[str]:

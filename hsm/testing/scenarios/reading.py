@@ -94,6 +94,39 @@ def parse_suite(text: str, model: Model, library: Library, file: str = "<text>")
     return suite
 
 
+def parse_expectation(text: str, model: Model, library: Library, file: str = "<text>") -> Expectation:
+    """What somebody waits for, in the words of an ``expect`` line: ``in_door``, ``turns == 2``, ``doing drive``.
+
+    Raises:
+        MachineError: it cannot be read, or names what the machine does not know.
+    """
+    report = Report(file)
+    reader = _Reader(model, library, report)
+    found = [reader.expectation(line) for line in read_lines(f"    expect {text}", report) if line.kind == "expect"]
+    if not report.found and len(found) != 1:
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` is not one condition")
+    if report.found:
+        raise MachineError(report.found)
+    return found[0]
+
+
+def parse_assignment(text: str, model: Model, library: Library, file: str = "<text>") -> tuple[str, Any]:
+    """A variable's or parameter's full name and the value that ``NAME = VALUE`` gives it, in SI units.
+
+    Raises:
+        MachineError: it cannot be read, there is no such variable, or the value is not of its type.
+    """
+    report = Report(file)
+    reader = _Reader(model, library, report)
+    settings = [part for line in read_lines(f"    given {text}", report) if line.kind == "given" for part in line.parts]
+    found = [one for one in map(reader.assignment, settings) if one is not None]
+    if not report.found and len(found) != 1:
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not give one variable a value")
+    if report.found:
+        raise MachineError(report.found)
+    return found[0]
+
+
 @dataclass(slots=True)
 class _Reader:
     """Gives the names in a file their meaning."""
@@ -161,7 +194,7 @@ class _Reader:
             for setting in line.parts:
                 self._set(setting, signals, parameters)
             return replace(scenario, parameters=parameters, given=signals)
-        step = self._expectation(line) if line.kind == "expect" else self._stimulus(line)
+        step = self.expectation(line) if line.kind == "expect" else self._stimulus(line)
         return replace(scenario, steps=(*scenario.steps, step))
 
     def _stimulus(self, line: ScenarioLine) -> Stimulus:
@@ -263,7 +296,20 @@ class _Reader:
                 self.report.guess(event, heard).text,
             )
 
-    def _expectation(self, line: ScenarioLine) -> Expectation:
+    def assignment(self, setting: Setting) -> tuple[str, Any] | None:
+        """A variable or parameter and its new value."""
+        name = name_of(setting.subject)
+        place = place_of(self.report.file, name)
+        declared = self.scope.variables.get(str(name))
+        if declared is None or isinstance(setting.subject, ast.CallSyntax):
+            hint = self.report.guess(name, self.scope.variables)
+            self.report.add("E0201", place, f"there is no variable or parameter `{name}`", hint.text)
+            return None
+        value = self._value(setting, Parameter(str(name), declared.type), place)
+        return None if value is None else (str(name), value.value)
+
+    def expectation(self, line: ScenarioLine) -> Expectation:
+        """What a line expects."""
         parts = [part for part in line.parts if not isinstance(part, tuple)]
         limits = [part[1][0] for part in line.parts if isinstance(part, tuple)]
         claims = [self._claim(part) for part in parts]

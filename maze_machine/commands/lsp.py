@@ -22,7 +22,6 @@ def lsp(library: LibraryOption = None) -> None:
         from lsprotocol.types import MessageType, ShowMessageParams
 
         from hsm.dsl.lsp.server import make_server
-        from maze_machine.commands.watch import remote
         from maze_machine.editor.libraries import EditorLibraries
         from maze_machine.editor.requests import add_requests
     except ImportError as error:
@@ -34,5 +33,5 @@ def lsp(library: LibraryOption = None) -> None:
 
     libraries = EditorLibraries(library, warn)
     server = make_server(libraries, version("maze-machine"))
-    add_requests(server, libraries, lambda endpoint, robot: remote(endpoint, robot, None))
+    add_requests(server, libraries)
     server.start_io()

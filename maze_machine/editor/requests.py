@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types
@@ -13,7 +13,7 @@ from maze_machine.editor.libraries import EditorLibraries
 
 if TYPE_CHECKING:
     from maze_machine.editor.diagram import PictureJson
-    from maze_machine.editor.live import Connect, LiveRun
+    from maze_machine.editor.live import LiveRun
 
 DIAGRAM = "maze-machine/diagram"
 """Request with ``uri``: the picture of a file."""
@@ -25,13 +25,12 @@ STEP = "maze-machine/step"
 """Notification of the server: the active states of the run that is watched."""
 
 
-def add_requests(server: MachineServer, libraries: EditorLibraries, connect: Connect) -> None:
+def add_requests(server: MachineServer, libraries: EditorLibraries) -> None:
     """Have a language server answer them, and heed what the editor says of trust when it starts.
 
     Args:
         server: the server.
         libraries: what its files are checked against.
-        connect: how to reach a machine that runs elsewhere.
     """
 
     def notify(news: Mapping[str, Any]) -> None:
@@ -40,8 +39,9 @@ def add_requests(server: MachineServer, libraries: EditorLibraries, connect: Con
     @cache
     def live() -> LiveRun:
         from maze_machine.editor.live import LiveRun  # noqa: PLC0415 - the server starts without the network
+        from maze_machine.remote.reaching import reaching  # noqa: PLC0415
 
-        return LiveRun(connect, notify)
+        return LiveRun(partial(reaching, identity=None), notify)
 
     @server.feature(DIAGRAM)
     def draw(params: Any) -> PictureJson:

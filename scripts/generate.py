@@ -149,24 +149,10 @@ def _facts() -> Iterator[tuple[str, str]]:
             yield name, " ".join((inspect.getdoc(member) or "").split())
 
 
-<<<<<<< HEAD:docs/generate.py
-PUBLIC = {
-    "Load and run": ("load", "loads", "build", "Machine", "Supervisor"),
-    "A step as a pure function": ("transition", "Inputs"),
-    "Events that carry data": ("Occurrence",),
-    "What a step did": ("Macrostep", "Microstep", "Considered", "Verdict"),
-    "What a machine may name": ("Library", "Activity", "Stoppable", "Outcome", "RegistryError"),
-    "Types and units": ("Length", "Duration", "Angle", "Speed", "TurnRate", "Unit", "UNITS"),
-    "What goes wrong": ("MachineError", "Diagnostic", "Place", "Severity", "MachineFault", "Spin", "SnapshotError"),
-    "The declaration, other engines and formats": ("Model", "to_transitions", "scxml"),
-}
-"""The public names of ``hsm``, in the order of its page."""
-=======
 def grammar() -> str:
     """The reference page of the grammar."""
     text = (ROOT / "hsm" / "dsl" / "syntax" / "grammar.lark").read_text(encoding="utf-8")
     return f"# The grammar\n\nThe grammar in lark's notation: `hsm/dsl/syntax/grammar.lark`.\n\n```text\n{text}```\n"
->>>>>>> main:scripts/generate.py
 
 
 FENCES = {".maze-machine": "maze-machine", ".maze-test": "maze-test", ".py": "python", ".scxml": "xml", ".toml": "toml"}

@@ -26,8 +26,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.catalogue.profile import Profile, load_profile
-from maze_machine.drive.loop import Tick, ticks
+from maze_machine.drive.loop import ticks
 from maze_machine.drive.mission import prepare
+from maze_machine.drive.tick import Tick
 from maze_machine.simulated.settings import simulator_settings
 from maze_machine.simulated.world import SimulatedWorld
 from perception import Perception

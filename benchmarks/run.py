@@ -24,8 +24,8 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.catalogue.profile import load_profile
-from maze_machine.drive.loop import Phases, Tick
 from maze_machine.drive.mission import Ending, drive, prepare
+from maze_machine.drive.tick import Phases, Tick
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.world import LockstepRobot
 

@@ -1,15 +1,19 @@
-"""A configuration: the states that are active together, with what can be known about them before a step."""
+"""A configuration: the states that are active together, with what can be known about them before a step.
+
+Plans lead from one configuration to the next, and so do the leaves where the looks of a step end.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 from hsm.engine.codegen import NONE, Block, CandidateChain, Generator
-from hsm.engine.looks import Grower, Leaf
+from hsm.engine.looks import WARM, Found, Known, Look, SlowPath
 from hsm.model.chart import Action, Always, Held, On, Timed, Transition, When
 from hsm.model.events import Event, StateEvent, matches
+from hsm.model.messages import Occurrence
 from hsm.model.topology import Topology
 
 CACHE = 4096
@@ -76,6 +80,137 @@ class Plan:
         return tuple(action for one in self.work if not isinstance(one, StateEvent) for action in one[0].actions)
 
 
+class Looked(NamedTuple):
+    """One look that is over.
+
+    Attributes:
+        event: what was looked for; None for conditions.
+        configuration: where.
+        plan: what was taken; None where nothing was.
+    """
+
+    event: str | None
+    configuration: Configuration
+    plan: Plan | None
+
+
+class Grower(Protocol):
+    """Makes the trees of a machine, and knows its signals."""
+
+    def grow(self, leaf: Leaf, event: str | Occurrence | None) -> Look:
+        """The next look after a leaf: for an event, for conditions, or the rest of one that was cut.
+
+        Raises:
+            SlowPath: events are not looked for in this way.
+        """
+
+    def keys(self, slots: Sequence[int], values: Sequence[Any]) -> Iterator[Any]:
+        """Where the values of signals are kept within a step, given the variables."""
+
+
+class Leaf:
+    """Where a look ended, or was cut because its function is large enough.
+
+    Attributes:
+        grower: makes the trees.
+        known: what is known here.
+        looked: the looks that are over.
+        after: the configuration now.
+        grown: how many trees grow from the same root as this leaf; one list for all of its leaves.
+        move: the event, or None for conditions, and what was picked for it, before steps go on from here.
+        rest: makes the rest of a look that was cut.
+        go: the rest of a look that was cut, or else the next look for conditions; None where the step is over.
+        found: the leaf as what is found, where it carries no values.
+    """
+
+    __slots__ = ("_events", "_visits", "after", "found", "go", "grower", "grown", "known", "looked", "move", "rest")
+
+    def __init__(
+        self,
+        grower: Grower,
+        after: Configuration,
+        known: Known | None = None,
+        looked: tuple[Looked, ...] = (),
+        grown: list[int] | None = None,
+        *,
+        move: tuple[str | None, Picked] | None = None,
+        rest: Callable[[Leaf], Look] | None = None,
+    ) -> None:
+        self.grower = grower
+        self._visits = 0
+        self.after = after
+        self.known = known or Known()
+        self.looked = looked
+        self.grown = [0] if grown is None else grown
+        self.move = move
+        self.rest = rest
+        self.found: Found = (self,)
+        self.go: Look | None = self.advance
+        self._events: dict[str | Occurrence, Look] = {}
+
+    @property
+    def plans(self) -> Iterator[Plan]:
+        """The microsteps taken, in order."""
+        return (one.plan for one in self.looked if one.plan is not None)
+
+    def advance(self, facts: Any, values: Sequence[Any], found: Found) -> Found:
+        """Make what goes on from here, and go on."""
+        self.go = go = self.grow(None)
+        return go(facts, values, found)
+
+    def event(self, event: str | Occurrence) -> Look:
+        """The next look for an event.
+
+        Raises:
+            SlowPath: there is none yet.
+        """
+        look = self._events.get(event)
+        if look is None:
+            look = self._events[event] = self.grow(event)
+        return look
+
+    def grow(self, event: str | Occurrence | None) -> Look:
+        """The next look, once the leaf is warm.
+
+        Raises:
+            SlowPath: it is not, or what was picked does more than move.
+        """
+        self._visits += 1
+        if self._visits <= WARM:
+            raise SlowPath
+        if self.move is not None:
+            trigger, picked = self.move
+            plan = self.after.moves.get(picked)
+            if plan is None:
+                raise SlowPath
+            self.looked = (*self.looked, Looked(trigger, self.after, plan))
+            self.after = plan.target
+            self.move = None
+        return self.grower.grow(self, event)
+
+    def memo(self, found: Found, values: Sequence[Any]) -> dict[Any, Any]:
+        """The signals evaluated on the way, by key.
+
+        Args:
+            found: this leaf with the values that it carries.
+            values: the variables.
+        """
+        seen = {**self.known.flags, **dict(zip(self.known.carried, found[1:], strict=True))}
+        return dict(zip(self.grower.keys(tuple(seen), values), seen.values(), strict=True))
+
+    def interrupted(self, found: Found, values: Sequence[Any], names: Mapping[str, Any]) -> dict[Any, Any]:
+        """The signals evaluated until the look after this leaf was interrupted, by key.
+
+        Args:
+            found: this leaf with the values that it carries.
+            values: the variables.
+            names: the local variables of the look, in which `s3` is the signal with slot 3.
+        """
+        fetched = {int(name[1:]): value for name, value in names.items() if name[0] == "s"}
+        keys = self.grower.keys(tuple(fetched), values)
+        return {**self.memo(found, values), **dict(zip(keys, fetched.values(), strict=True))}
+
+
 class Configuration:
     """The active states of a machine; made once for each combination that occurs, shared by all runs.
 
@@ -88,7 +223,8 @@ class Configuration:
         always: what fires without a trigger.
         after: what time-outs can fire.
         held: the transitions whose condition must hold for some time.
-        events: what an event can fire, for the events that were asked for.
+        events: what an event can fire, for the events that were asked for; those that carry something, by their names
+            in brackets.
         plans: what is done for the transitions that a selector picked.
         moves: those of the plans that do nothing but move, whatever history states remember.
         root: where a step that only moves begins.
@@ -124,7 +260,7 @@ class Configuration:
         self.held = tuple(index for index in own if isinstance(model.transitions[index].trigger, Held))
         self._names: frozenset[str] | None = None
         self._activities: tuple[int, ...] | None = None
-        self.events: dict[Event, Selector | None] = {}
+        self.events: dict[Event | tuple[str], Selector | None] = {}
         self.plans: dict[Any, Plan] = {}
         self.moves: dict[Picked, Plan] = {}
         self.root = Leaf(grower, self)
@@ -151,11 +287,12 @@ class Configuration:
 
     def on(self, event: Event) -> Selector | None:
         """What an event can fire."""
-        if event not in self.events:
+        key = (event.name,) if isinstance(event, Occurrence) else event
+        if key not in self.events:
             if len(self.events) >= CACHE:
                 self.events.clear()
-            self.events[event] = self._selector(lambda transition: self._listens(transition, event))
-        return self.events[event]
+            self.events[key] = self._selector(lambda transition: self._listens(transition, event))
+        return self.events[key]
 
     def forget(self) -> None:
         """Drop the plans and the trees, which keep other configurations alive."""

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from hsm.engine.configuration import Plan
-from hsm.engine.looks import Leaf
+from hsm.engine.configuration import Leaf, Plan
 
 FORGOTTEN_AFTER = 4096
 """So many different microsteps are kept before what they have exercised is added up."""

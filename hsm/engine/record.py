@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any, NamedTuple
 
-from hsm.engine.configuration import Configuration, Plan, Selector
-from hsm.engine.looks import Found, Leaf
+from hsm.engine.configuration import Configuration, Leaf, Plan, Selector
+from hsm.engine.looks import Found
 from hsm.model.events import Event
 
 

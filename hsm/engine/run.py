@@ -11,12 +11,14 @@ from typing import Any, Generic
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.coverage import Collector, Coverage
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
-from hsm.engine.inputs import check_events, check_time, parameter_values
+from hsm.engine.inputs import check_time, parameter_values
 from hsm.engine.looks import Interrupted, SlowPath
 from hsm.engine.macrostep import Macrostep
+from hsm.engine.occurrences import checked_events
 from hsm.engine.snapshots import SavedRun, carry_over, to_json
 from hsm.model.chart import ActivityCall
 from hsm.model.events import StateEvent
+from hsm.model.messages import Occurrence
 from hsm.model.registry import Activity, E, F, Outcome, Stoppable
 from hsm.model.unparse import activity_text
 
@@ -42,13 +44,14 @@ class Supervisor(Generic[F, E]):
         self.machine = machine
         self.initial: Macrostep | None = None
         self._running: dict[int, Activity[F, E]] = {}
+        self._arguments: Mapping[str, Sequence[Any]] = MappingProxyType({})
         self._resume(machine, run)
 
     @classmethod
     def begin(cls, machine: CompiledChart, parameters: Sequence[Any], facts: F | None, time: float) -> Supervisor[F, E]:
         """Enter the initial configuration; see ``Machine.start``."""
         plan = machine.planner.start()
-        values = [*parameters, *(None for _ in machine.model.variables)]
+        values = machine.generator.first_values(parameters)
         nowhere = RunState(plan.target, values, {}, (), {}, None)
         supervisor = cls(machine, SavedRun(time, nowhere, (), frozenset()))
         memo: dict[Any, Any] = {}
@@ -87,10 +90,23 @@ class Supervisor(Generic[F, E]):
         return self._state.outcome
 
     @property
+    def due(self) -> float:
+        """When the run goes on by itself: the first deadline of a time-out or of an event on its way, in seconds.
+
+        Infinite where nothing happens without an event, an outcome or a change of a signal.
+        """
+        return -inf if self._pending else self._state.wake
+
+    @property
     def variables(self) -> Mapping[str, Any]:
         """The values of variables and parameters by their full names; those of states never entered are left out."""
         named = zip(self.machine.generator.variables, self._state.values, strict=True)
         return MappingProxyType({name: value for name, value in named if value is not None})
+
+    @property
+    def arguments(self) -> Mapping[str, Sequence[Any]]:
+        """The values that activities were begun with, by the full names of their states; replaced, never changed."""
+        return self._arguments
 
     @property
     def coverage(self) -> Coverage:
@@ -99,7 +115,7 @@ class Supervisor(Generic[F, E]):
 
     # Steps.
 
-    def step(self, time: float, events: Sequence[str] = (), facts: F | None = None) -> Macrostep:
+    def step(self, time: float, events: Sequence[str | Occurrence] = (), facts: F | None = None) -> Macrostep:
         """Let the machine react to what happened and to what is now.
 
         First the outcomes of activities and the given events, one after the other, then time-outs that are due, then
@@ -107,7 +123,8 @@ class Supervisor(Generic[F, E]):
 
         Args:
             time: logical time in seconds; it never runs backwards.
-            events: names of events from outside, in the order in which they happened.
+            events: events from outside, in the order in which they happened: their names, with what they carry as
+                texts such as ``floor(number = 3)`` or as ``Occurrence``.
             facts: what the signals and actions of this step are given.
 
         Returns:
@@ -116,8 +133,9 @@ class Supervisor(Generic[F, E]):
         Raises:
             MachineFault: something failed that the machine does not handle, or its transitions spin; the machine is as
                 it was before the step.
-            ValueError: the time is before that of the last step, infinite or no number, or nobody declares an event.
-            TypeError: the time is no number, or the events are no list of names.
+            ValueError: the time is before that of the last step, infinite or no number, nobody declares an event, or it
+                carries something else than declared.
+            TypeError: the time is no number, the events are no list of events, or one carries a value of another type.
         """
         # A step in which nothing happens but moving is a few generated functions, in a twentieth of the time that the
         # full way takes with its queues and its copy of the state. Whatever else comes up, the step is done in full,
@@ -158,16 +176,16 @@ class Supervisor(Generic[F, E]):
     def _react(
         self,
         time: float,
-        events: Sequence[str],
+        events: Sequence[str | Occurrence],
         facts: object,
         memo: dict[Any, Any],
         error: BaseException | None = None,
     ) -> Macrostep:
         """A step in full; when it fails, nothing was changed."""
         check_time(time, self._time)
-        check_events(self.machine.model, events)
+        heard = checked_events(self.machine.model, events)
         execution = MacrostepExecution(self.machine, self._state, time, facts=facts, memo=memo, hits=self._hits)
-        execution.run((*self._pending, *events), error)
+        execution.run((*self._pending, *heard), error)
         self._pending = []
         return self._adopt(execution, time)
 
@@ -278,7 +296,9 @@ class Supervisor(Generic[F, E]):
         call = self.machine.model.states[state].activity
         assert call is not None, "only states with an activity are begun"
         arguments = self.machine.generator.arguments(call.arguments)
-        return call.activity.factory(*arguments(facts, {}, self._state.values, self._state.configuration.active))
+        values = arguments(facts, {}, self._state.values, self._state.configuration.active)
+        self._arguments = MappingProxyType({**self._arguments, self._name(state): tuple(values)})
+        return call.activity.factory(*values)
 
     def _activity_failed(self, state: int, error: Exception) -> None:
         self._running[state] = _FINISHED

@@ -14,10 +14,12 @@ from functools import partial
 from typing import Any, NoReturn
 
 from hsm.engine.codegen import Generator, operation_code
+from hsm.engine.configuration import Leaf, Looked
 from hsm.engine.decisions import FALSE, TRUE, Condition, Connective, Constant, Decision, Negation, Tree
 from hsm.engine.evaluation import all_signals, eager_signals
-from hsm.engine.looks import Found, Interrupted, Known, Leaf, Look, Looked, SlowPath
+from hsm.engine.looks import Found, Interrupted, Known, Look, SlowPath
 from hsm.model.expressions import Active, Expression, Literal, SignalValue, VariableValue
+from hsm.model.messages import Occurrence
 
 WIDEST = 16
 """So many conditions has one function at most; beyond them another one goes on."""
@@ -58,9 +60,17 @@ class Trees:
     def __init__(self, generator: Generator) -> None:
         self.generator = generator
         self._calls: dict[int, SignalValue] = {}
+        self._carries = bool(generator.model.event_data)
 
-    def grow(self, leaf: Leaf, event: str | None) -> Look:
-        """The next look after a leaf: for an event, for conditions, or the rest of one that was cut."""
+    def grow(self, leaf: Leaf, event: str | Occurrence | None) -> Look:
+        """The next look after a leaf: for an event, for conditions, or the rest of one that was cut.
+
+        Raises:
+            SlowPath: the event is none that the machine knows, or events carry something, which stands among the
+                variables while one is handled.
+        """
+        if event is not None and (not isinstance(event, str) or self._carries or not self._declared(event)):
+            raise SlowPath
         leaf.grown[0] += 1
         moves = sum(one.event is None for one in leaf.looked)
         if leaf.grown[0] > LARGEST or moves > 1:
@@ -69,6 +79,10 @@ class Trees:
             return _Growth(self, leaf, event).whole(leaf) if leaf.rest is None else leaf.rest(leaf)
         except Undecidable:
             return _in_full
+
+    def _declared(self, event: str) -> bool:
+        events = self.generator.model.events
+        return events is None or event in events
 
     def call(self, call: SignalValue) -> int:
         """The slot of a signal, which is remembered for its key."""

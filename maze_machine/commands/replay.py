@@ -82,7 +82,7 @@ def replay(
     mission = recorded_mission(recorded, machine, profile if asked else None)
     check_outputs({"--trace": trace}, [recording, *mission.machine.model.files])
     losses: list[str] = []
-    transitions = Transitions(mission)
+    transitions = Transitions()
     with ExitStack() as stack:
         watchers: list[TickWatcher] = [transitions]
         if trace is not None:

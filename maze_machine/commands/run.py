@@ -206,7 +206,15 @@ def run(
         opened = stack.enter_context(open_run(open_at, identity, mission, pausable=world is not None))
         repeated = world or link
         begin_again = (lambda: False) if repeated is None else repeated.try_again
-        for attempt in attempts_of(mission, take_hold, watchers, most, begin_again, operator=Together(script, *opened)):
+        for attempt in attempts_of(
+            mission,
+            take_hold,
+            watchers,
+            most,
+            begin_again,
+            operator=Together(script, *opened),
+            truth=None if world is None else world.pose,
+        ):
             number, ending = attempt.number, attempt.ending
             nth = "" if number == 1 else f" {number}"
             files |= {kind + nth: file for kind, file in outputs.of_attempt(number).files.items()}

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from threading import Condition, Thread
 from types import TracebackType
 
-from maze_machine.drive.loop import Tick
+from hsm.interchange.reports import model_json
 from maze_machine.drive.mission import Mission
 from maze_machine.drive.operation import checked_event
+from maze_machine.drive.tick import Tick
 from maze_machine.errors import UsageError
 from maze_machine.remote.messages import (
     AdvanceRun,
@@ -21,9 +22,7 @@ from maze_machine.remote.messages import (
     Resume,
     SendEvent,
     encoded,
-    model_json,
     read_operation,
-    tick_json,
     why_json,
 )
 from transport.bus import Bus, Request
@@ -52,7 +51,7 @@ class OpenRun:
         self._machine = mission.machine
         self._pausable = pausable
         self._keys = MachineKeys(mission.profile.robot.name)
-        self._model = encoded(model_json(mission.machine, mission.parameters))
+        self._model = encoded(model_json(mission.machine.model, mission.parameters))
         self._newest: Tick | None = None
         self._unsent = False
         self._events: deque[str] = deque()
@@ -110,7 +109,7 @@ class OpenRun:
                 tick, self._unsent = self._newest if self._unsent else None, False
                 closed = self._closed
             if tick is not None:
-                self._publisher.put(encoded(tick_json(self._machine, tick)))
+                self._publisher.put(encoded(tick.json))
             if closed:
                 return
             time.sleep(_RATE)
@@ -133,10 +132,10 @@ class OpenRun:
         with self._change:
             match operation:
                 case SendEvent(name=name):
-                    checked_event(name, self._machine)
+                    event = checked_event(name, self._machine)
                     if len(self._events) >= BACKLOG:
                         return Answer(done=False, reason=f"{BACKLOG} events wait already")
-                    self._events.append(name)
+                    self._events.append(event)
                 case Pause():
                     self._allowed = 0
                 case Resume():

@@ -6,7 +6,7 @@ import math
 
 from rich.console import Console
 
-from maze_machine.drive.loop import Tick
+from maze_machine.drive.tick import Tick
 from transport.messages import Pose
 
 UNMOVED = 2.0

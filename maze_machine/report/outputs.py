@@ -11,9 +11,9 @@ from time import time_ns
 
 from rich.console import Console
 
-from maze_machine.drive.loop import Tick
 from maze_machine.drive.mission import Mission, TickWatcher
-from maze_machine.drive.replay import described, keeper, reasoned
+from maze_machine.drive.replay import described, keeper
+from maze_machine.drive.tick import Tick
 from maze_machine.drive.trace import TraceWriter
 from maze_machine.errors import UsageError
 from maze_machine.report.notices import Notices
@@ -89,7 +89,7 @@ class Outputs:
                 setting = setting_of(mission.profile.robot, world, dated=self.dated)
                 recorder = Recorder(self.recording, name, said, setting=setting, patience=patience)
                 stack.callback(_finish, recorder, losses)
-                found.append(keeper(recorder, mission, world.pose if world else None))
+                found.append(keeper(recorder))
             if self.live is not None:
                 found.append(stack.enter_context(shown_live(self.live, mission, world)))
             console = Console(stderr=True)
@@ -189,8 +189,7 @@ def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Ite
         raise UsageError(f"--live {port}: {error.strerror}", "0 takes any port that is free") from None
 
     def show(tick: Tick) -> None:
-        step = {**reasoned(mission.machine, tick), "doing": tick.doing}
-        page.publish(frame(tick.observation, tick.command, step, world.pose(tick.index) if world else None))
+        page.publish(frame(tick.observation, tick.command, tick.json, tick.truth))
 
     with page:
         print(f"live page: {page.address}", file=sys.stderr, flush=True)

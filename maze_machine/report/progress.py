@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from maze_machine.drive.loop import Tick
+from maze_machine.drive.tick import Tick
 
 REFRESH = 0.1
 """Time between two updates, s of the wall clock."""

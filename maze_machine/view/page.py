@@ -76,7 +76,7 @@ def frame(observation: Observation, command: Command, step: Mapping[str, Any], p
         "states": list(step.get("states", ())),
         "doing": step.get("doing", ""),
         "taken": list(step.get("taken", ())),
-        "reasons": list(step.get("reasons", ())),
+        "reasons": [one["reason"] for one in step.get("why", ()) if step.get("taken")],
         "twist": [round(command.twist.forward, 3), round(command.twist.left, 3), round(command.twist.turn, 3)],
         "ranges": np.where(hit, np.round(np.where(hit, ranges, 0.0) * 100), -1).astype(int).tolist(),
     }

@@ -10,8 +10,9 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from hsm import MachineFault, build
-from hsm.engine import looks, trees
-from hsm.engine.inputs import check_events, check_time
+from hsm.engine import configuration, trees
+from hsm.engine.inputs import check_time
+from hsm.engine.occurrences import checked_events
 from hsm.engine.run import Supervisor
 from hsm.model.chart import StateKind, TransitionKind
 from tests.hsm.charts import (
@@ -50,7 +51,7 @@ class InFull(Supervisor):
 
     def step(self, time, events=(), facts=None):
         check_time(time, self.time)
-        check_events(self.machine.model, events)
+        checked_events(self.machine.model, events)
         return self._react(time, events, facts, {})
 
 
@@ -156,7 +157,7 @@ def growing(request):
     """Trees grow at once or after a step, as whole looks or cut after one or two conditions."""
     with pytest.MonkeyPatch.context() as patch:
         warm, widest = request.param
-        patch.setattr(looks, "WARM", warm)
+        patch.setattr(configuration, "WARM", warm)
         patch.setattr(trees, "WIDEST", widest)
         yield
 
@@ -197,7 +198,7 @@ def test_the_quick_way_does_what_the_full_way_does(declared, steps):
 
 
 def test_a_machine_that_only_moves_leaves_the_full_way_once_it_is_warm(monkeypatch):
-    monkeypatch.setattr(looks, "WARM", 3)
+    monkeypatch.setattr(configuration, "WARM", 3)
     machine = build(model(state("a", when(signal("a"), "b")), state("b", on("e", "a"))))
     run = machine.start(facts=Truth(a=False))
     full = []
@@ -210,7 +211,7 @@ def test_a_machine_that_only_moves_leaves_the_full_way_once_it_is_warm(monkeypat
 
 
 def test_guards_too_wide_for_trees_stay_on_the_full_way(monkeypatch):
-    monkeypatch.setattr(looks, "WARM", 0)
+    monkeypatch.setattr(configuration, "WARM", 0)
     monkeypatch.setattr(trees, "LARGEST", 2)
     monkeypatch.setattr(trees, "WIDEST", 1)
     guard = both(both(signal("a"), signal("b")), signal("c"))

@@ -14,7 +14,6 @@ from hsm.model.types import Speed
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.loop import merged
 from maze_machine.drive.mission import Mission, drive
-from maze_machine.drive.trace import trace_line
 from maze_machine.report.result import Result
 from transport.description import Laser
 from transport.messages import Command, Observation, Odometry, Pose, Scan, Twist
@@ -120,7 +119,7 @@ def test_properties_are_watched_and_told_once(tmp_path):
     broken = "property short : after in(going), in(over) within 300 ms\n"
     text = GOING.replace("initial", held + broken + "initial", 1)
     lines, ours = [], mission(tmp_path, text)
-    ending = drive(ours, Recorder(), watchers=[lambda tick: lines.append(trace_line(ours.machine, tick))])
+    ending = drive(ours, Recorder(), watchers=[lambda tick: lines.append(tick.line)])
     assert [(k, line["violated"]) for k, line in enumerate(lines) if "violated" in line] == [(3, ["short"])]
     (told,) = ending.violations
     assert "test.maze-machine:4:" in told

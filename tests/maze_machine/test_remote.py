@@ -116,7 +116,7 @@ def test_a_viewer_sees_the_machine_and_asks_why(mission):
         client.operate(AdvanceRun())
         step = next(steps)
         assert step["states"] == ["idle"]
-        assert step["doing"] == {"idle": "stop"}
+        assert step["activities"] == {"idle": {"text": "stop", "arguments": {}}}
         assert step["variables"] == {"heard": 0}
         client.operate(SendEvent(name="halt"))
         client.operate(AdvanceRun())

@@ -161,7 +161,7 @@ def _own_ticks(wanted: _Wanted, prefix: str) -> Iterator[RecordedTick]:
 def _told(text: str) -> _Told:
     try:
         told = _TOLD.validate_python(json.loads(text))
-        for name in ("states", "taken", "reasons"):
+        for name in ("states", "taken"):
             _WORDS.validate_python(told.step.get(name, []))
     except ValidationError as error:
         raise RecordingError(f"has a tick that is none: {in_words(error.errors()[0])}") from None

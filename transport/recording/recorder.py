@@ -14,13 +14,13 @@ import queue
 import re
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from threading import Thread
 from types import TracebackType
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from mcap.writer import CompressionType, Writer
@@ -33,7 +33,7 @@ from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose
 from transport.recording import drawings
 from transport.recording.frames import inverse, placed
 from transport.recording.messages import RUN
-from transport.recording.values import RecordedTick, RecordingError
+from transport.recording.values import RecordingError
 
 LIBRARY = "maze-machine"
 CHUNK_SIZE = 256 * 1024
@@ -100,7 +100,7 @@ class Recorder:
         self.lost = 0
         self._patience = patience
         self._failure: BaseException | None = None
-        self._ticks: queue.Queue[RecordedTick | None] = queue.Queue(BACKLOG)
+        self._ticks: queue.Queue[_Handed | None] = queue.Queue(BACKLOG)
         try:
             self._stream = Stream(path)
         except OSError as error:
@@ -113,21 +113,20 @@ class Recorder:
         self,
         observation: Observation,
         command: Command,
-        step: Mapping[str, Any] | None = None,
+        step: Callable[[], Mapping[str, Any]] | None = None,
         *,
         pose: Pose | None = None,
-        regions: Mapping[str, str] | None = None,
     ) -> None:
         """Hand over one tick; it is written later, and nothing here waits for the disk longer than its patience.
 
         Args:
             observation: what the robot sensed.
             command: what it was told.
-            step: what the supervisor did and why, of JSON values.
+            step: says what the supervisor did and why, of JSON values; called in the recorder's thread. What it says of
+                ``regions``, the machine's active state in each of its regions, is written for viewers, too.
             pose: where the robot really was in the frame of the map, if anybody knows.
-            regions: the machine's active state in each of its regions.
         """
-        tick = RecordedTick(observation, command, step or {}, pose, regions or {})
+        tick = _Handed(observation, command, step or dict, pose)
         try:
             self._ticks.put(tick, block=self._patience > 0, timeout=self._patience or None)
         except queue.Full:
@@ -176,6 +175,15 @@ class Recorder:
                 self.lost += 1
 
 
+class _Handed(NamedTuple):
+    """A tick as it was handed over; what the supervisor did is worked out when it is written."""
+
+    observation: Observation
+    command: Command
+    step: Callable[[], Mapping[str, Any]]
+    pose: Pose | None
+
+
 class _TickWriter:
     """The MCAP writer with its channels."""
 
@@ -194,7 +202,7 @@ class _TickWriter:
         self._path_at = -PATH_EVERY
         self._begun = False
 
-    def write(self, tick: RecordedTick) -> None:
+    def write(self, tick: _Handed) -> None:
         """One tick: its messages, sensors first."""
         observation, command, name = tick.observation, tick.command, self._robot
         at = observation.stamp
@@ -220,7 +228,8 @@ class _TickWriter:
             self._add(f"/{name}/scan", codec.LASER_SCAN, at, codec.encode_scan(scan))
             self._add(f"/{name}/points", drawings.POINTS, at, drawings.encode_points(_points(scan), scan.stamp))
         self._add(f"/{name}/cmd_vel", codec.TWIST, at, codec.encode_twist(command.twist))
-        self._show(tick)
+        step = tick.step()
+        self._show(tick, step.get("regions", {}))
         door = None if observation.door is None else asdict(observation.door)
         told = {
             "stamp": at,
@@ -228,7 +237,7 @@ class _TickWriter:
             "link": asdict(observation.link),
             "ring": command.ring,
             "answers": command.answers,
-            "step": tick.step,
+            "step": step,
         }
         self._add(f"/{name}/tick", codec.STRING, at, codec.encode_text(json.dumps(told, separators=(",", ":"))))
 
@@ -251,10 +260,10 @@ class _TickWriter:
         if setting.grid is not None:
             self._add("/map", drawings.GRID, at, drawings.encode_grid(setting.grid, stamp))
 
-    def _show(self, tick: RecordedTick) -> None:
+    def _show(self, tick: _Handed, regions: Mapping[str, str]) -> None:
         """What is written for viewers only: the states that changed, and now and then the path."""
         at = tick.observation.stamp
-        for region, state in tick.regions.items():
+        for region, state in regions.items():
             if self._regions.get(region) != state:
                 self._regions[region] = state
                 topic = f"/{self._robot}/state/{re.sub(r'[^A-Za-z0-9_]', '_', region)}"

@@ -21,15 +21,11 @@ class RecordedTick:
         observation: what the robot sensed.
         command: what it was told.
         step: what the supervisor did, of JSON values; empty where there was none.
-        pose: where the robot really was, in the frame of the map; None where nobody knows. Not read back.
-        regions: the machine's active state in each of its regions. Not read back.
     """
 
     observation: Observation
     command: Command
     step: Mapping[str, Any] = field(default_factory=dict)
-    pose: Pose | None = None
-    regions: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,13 +13,25 @@ from hsm.model.chart import (
     Every,
     Held,
     Model,
+    Raise,
+    Send,
     State,
     Transition,
     Trigger,
     Variable,
     When,
 )
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import (
+    Active,
+    Binary,
+    Choice,
+    EventValue,
+    Expression,
+    Literal,
+    SignalValue,
+    Unary,
+    VariableValue,
+)
 from hsm.model.properties import Property, with_conditions
 
 
@@ -139,13 +151,15 @@ class _Copier:
         match action:
             case Assign():
                 return replace(action, variable=self.prefix + action.variable, value=self._expression(action.value))
-            case Call():
+            case Call() | Raise() | Send():
                 return replace(action, arguments=tuple(map(self._expression, action.arguments)))
             case _:
                 return action
 
     def _expression(self, expression: Expression) -> Expression:
         match expression:
+            case EventValue():
+                return expression  # events have one name, whoever hears of them
             case VariableValue(name):
                 return replace(expression, name=self.prefix + name)
             case Active(state):
@@ -156,5 +170,8 @@ class _Copier:
                 return replace(expression, operand=self._expression(operand))
             case Binary(left=left, right=right):
                 return replace(expression, left=self._expression(left), right=self._expression(right))
+            case Choice(condition, then, otherwise):
+                condition, then, otherwise = map(self._expression, (condition, then, otherwise))
+                return replace(expression, condition=condition, then=then, otherwise=otherwise)
             case Literal():
                 return expression

@@ -15,6 +15,7 @@ from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.configuration import Plan
 from hsm.engine.evaluation import Evaluation
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
+from hsm.engine.inputs import settled
 from hsm.engine.machine import Machine
 from hsm.engine.record import Selection
 from hsm.model.chart import On, Raise, Send, State, StateKind, Transition
@@ -226,8 +227,8 @@ class Explorer:
         self.machine = machine
         self._tick = tick
         self._domains = Domains(expressions_of(machine.model))
-        given = {one.name: None if one.required else one.default for one in machine.model.parameters}
-        self.parameters = tuple({**given, **(parameters or {})}.values())
+        unknown = {one.name: None for one in machine.model.parameters if one.required}
+        self.parameters = tuple(settled(machine.model, {**unknown, **(parameters or {})}).values())
         self._heard = _events(machine)
         self._regions = regions
         self._tried: dict[tuple[Any, ...], list[Any]] = {}

@@ -1,8 +1,8 @@
-"""What a run is given from Python: parameters, the time and the events of a step, checked before anything is done."""
+"""What a run is given from Python: parameters and the time of a step, checked before anything is done."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from enum import StrEnum
 from math import isfinite
 from numbers import Integral, Real
@@ -90,18 +90,25 @@ def _no_signal(*_: object) -> Any:
 
 
 def _value(model: Model, parameter: Parameter, given: Any) -> Any:
-    value = _typed(given, parameter)
+    default = parameter.default
+    value = typed(given, parameter.type, type(default) if isinstance(default, StrEnum) else None)
     if value is None:
-        wanted = f"parameter `{parameter.name}` of machine {model.name} is {_wanted(parameter.type)}"
+        wanted = f"parameter `{parameter.name}` of machine {model.name} is {wanted_type(parameter.type)}"
         raise TypeError(f"{wanted}, not {given!r:.{_WIDEST}} ({type(given).__name__})")
     if not within_limits(value, parameter.type):
         raise ValueError(f"machine {model.name} cannot hold {given!r:.{_WIDEST}} in its parameter `{parameter.name}`")
     return value
 
 
-def _typed(given: Any, parameter: Parameter) -> Any:
-    """The value as the engine has it; None where it is of another type."""
-    match parameter.type:
+def typed(given: Any, kind: Type, enumeration: type[StrEnum] | None = None) -> Any:
+    """A value from Python as the engine has it; None where it is of another type.
+
+    Args:
+        given: the value.
+        kind: the type that is wanted.
+        enumeration: where the members of an enumeration come from.
+    """
+    match kind:
         case Boolean():
             return given if isinstance(given, bool) else None
         case Integer():
@@ -109,13 +116,13 @@ def _typed(given: Any, parameter: Parameter) -> Any:
         case Enumeration(_, members):
             if not isinstance(given, str) or str(given) not in members:
                 return None
-            default = parameter.default
-            return type(default)(given) if isinstance(default, StrEnum) else given
+            return given if enumeration is None else enumeration(given)
         case _:
             return float(given) if isinstance(given, Real) and not isinstance(given, bool) else None
 
 
-def _wanted(kind: Type) -> str:
+def wanted_type(kind: Type) -> str:
+    """A type in a message about a value from Python."""
     match kind:
         case Boolean():
             return "true or false"
@@ -146,24 +153,3 @@ def check_time(time: float, last: float) -> None:
         raise ValueError(f"the time of a step is a number of seconds, not {time}")
     if time < last:
         raise ValueError(f"time runs backwards: {time} s after {last} s")
-
-
-def check_events(model: Model, events: Iterable[str]) -> None:
-    """Make sure that a machine knows the events that it is sent.
-
-    Args:
-        model: the machine.
-        events: their names.
-
-    Raises:
-        TypeError: it is one text instead of a list of names, or something in the list is no text.
-        ValueError: neither the machine nor its library declares an event of that name.
-    """
-    if isinstance(events, str):
-        raise TypeError(f"events are a list of names: [{events!r:.{_WIDEST}}], not {events!r:.{_WIDEST}}")
-    for event in events:
-        if not isinstance(event, str):
-            raise TypeError(f"the name of an event is a text, not {event!r:.{_WIDEST}} ({type(event).__name__})")
-        if model.events is not None and event not in model.events:
-            known = ", ".join(sorted(model.events)) or "none"
-            raise ValueError(f"nobody declares an event `{event}` for machine {model.name}; its events: {known}")

@@ -89,7 +89,8 @@ class _Compiler:
         for unit in self.machines.values():
             for one in unit.model.enumerations if unit is not None and unit.model is not None else ():
                 self.context.scope.enumerations.setdefault(one.__name__, one)
-        self.declarations.declare()
+        units = [unit.model for unit in self.machines.values() if unit is not None and unit.model is not None]
+        self.declarations.declare([one for model in units for one in model.event_data])
         symbols = table.all_states()
         for symbol in symbols:
             self._find_machine(symbol)
@@ -162,6 +163,7 @@ class _Compiler:
             + tuple(self.copied_properties),
             frozenset((*self.declarations.events, *self.context.library.events)),
             enumerations=self.context.scope.own_enumerations(),
+            event_data=tuple(self.declarations.data.values()),
         )
 
     def _find_machine(self, symbol: StateSymbol) -> None:

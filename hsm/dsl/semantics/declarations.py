@@ -16,12 +16,12 @@ from hsm.dsl.semantics.symbols import StateSymbol
 from hsm.dsl.semantics.typing import FUNCTIONS, Declared, Definition
 from hsm.dsl.syntax import ast
 from hsm.engine.inputs import follow
-from hsm.model.chart import StateKind, Variable
+from hsm.model.chart import EventData, StateKind, Variable
 from hsm.model.diagnostics import Place, Related
 from hsm.model.expressions import Expression, Literal, VariableValue
-from hsm.model.registry import Parameter
+from hsm.model.registry import EventField, Parameter
 from hsm.model.rewriting import parts_of
-from hsm.model.types import Type
+from hsm.model.types import Enumeration, Type
 
 _MOST_REPORTERS = 3
 _MOST_HEARD = 8
@@ -38,6 +38,7 @@ class Declarations:
         variables: its variables; those of instances are put behind them.
         events: events that are declared (with their places) or raised.
         heard: events that some transition is on, or may be.
+        data: what events carry, by name: those of the registry, of the file and of what it imports.
         raised: events that this file raises, and where first.
         delayed: those that it raises later.
     """
@@ -48,13 +49,23 @@ class Declarations:
     variables: list[Variable] = field(default_factory=list)
     events: dict[str, Place | None] = field(default_factory=dict)
     heard: Names = field(default_factory=Names)
+    data: dict[str, EventData] = field(default_factory=dict)
     raised: dict[str, Token] = field(default_factory=dict)
     delayed: set[str] = field(default_factory=set)
     _unsent: dict[str, int] = field(default_factory=dict)
 
-    def declare(self) -> None:
-        """Give the lines at the top of the file their meaning."""
+    def declare(self, imported: Iterable[EventData] = ()) -> None:
+        """Give the lines at the top of the file their meaning.
+
+        Args:
+            imported: what the events of imported machines carry.
+        """
         lines = self.context.symbols.root.lines
+        for event in self.context.library.events.values():
+            if event.fields:
+                self.data[event.name] = EventData(event.name, event.fields)
+        for data in imported:
+            self.data.setdefault(data.event, data)
         for line in lines:
             if isinstance(line, ast.EnumerationLine):
                 self._declare_enumeration(line)
@@ -64,8 +75,10 @@ class Declarations:
                     self._declare(name, type_name, default, constant=True)
                 case ast.VariableLine(name, type_name, initial):
                     self._declare(name, type_name, initial, constant=False)
-                case ast.EventLine(names):
-                    self._declare_events(names)
+                case ast.EventLine(events):
+                    self._declare_events(events)
+        for data in self.data.values():
+            self.context.scope.carried.update((data.variable(one), (data.event, one.type)) for one in data.fields)
 
     def define(self) -> None:
         """Make the definitions known: what they name is looked for when they are first used."""
@@ -104,13 +117,45 @@ class Declarations:
         make = cast("Callable[..., type[StrEnum]]", StrEnum)  # called as a function, it makes a class
         scope.enumerations[str(name)] = make(str(name), {one.upper(): one for one in members})
 
-    def _declare_events(self, names: tuple[Token, ...]) -> None:
-        for name in names:
-            place = self.context.place(name)
+    def _declare_events(self, events: tuple[ast.EventSyntax, ...]) -> None:
+        for event in events:
+            name, place = event.name, self.context.place(event.name)
             first = self.events.setdefault(str(name), place)
             if first is not None and first is not place:
                 related = Related(first, "first declared here")
                 self.context.report.add("E0209", place, f"event `{name}` is declared twice", related=(related,))
+                continue
+            self._declare_data(event, place)
+
+    def _declare_data(self, event: ast.EventSyntax, place: Place) -> None:
+        """What an event of the file carries; whoever declares it, too, must say the same."""
+        fields: dict[str, EventField] = {}
+        for one in event.fields:
+            name = str(one.name)
+            kind = self.context.scope.type_named(one.type)
+            taken = f"{event.name}.{name}" in self.context.library.signals
+            if taken or "." in name:
+                self.context.add("E0211", one.name, f"`{name}` cannot name a part of an event: it means something else")
+            elif name in fields:
+                self.context.add("E0209", one.name, f"event `{event.name}` carries `{name}` twice")
+            elif kind is not None:
+                enumeration = self.context.scope.enumerations.get(str(kind)) if isinstance(kind, Enumeration) else None
+                fields[name] = EventField(name, kind, enumeration)
+            if name not in fields:
+                self.context.symbols.doubtful.add(f"{event.name}.{name}")
+        if len(fields) < len(event.fields):
+            return
+        found = EventData(str(event.name), tuple(fields.values()), place)
+        known = self.data.get(found.event)
+        if known is not None and [(one.name, one.type) for one in known.fields] != [
+            (one.name, one.type) for one in found.fields
+        ]:
+            related = () if known.place is None else (Related(known.place, "declared otherwise here"),)
+            form = ", ".join(f"{one.name} : {one.type}" for one in known.fields)
+            message = f"event `{event.name}` carries something else where it is declared, too"
+            self.context.report.add("E0209", place, message, f"write `{event.name}({form})`", related)
+        elif fields:
+            self.data[found.event] = found
 
     def _declare(self, name: Token, type_name: Token, value: ast.Expression | None, *, constant: bool) -> None:
         new = self.context.symbols.declared.get(str(name)) is name

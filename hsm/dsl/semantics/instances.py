@@ -14,13 +14,25 @@ from hsm.model.chart import (
     Every,
     Held,
     Model,
+    Raise,
+    Send,
     State,
     Transition,
     Trigger,
     Variable,
     When,
 )
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import (
+    Active,
+    Binary,
+    Choice,
+    EventValue,
+    Expression,
+    Literal,
+    SignalValue,
+    Unary,
+    VariableValue,
+)
 from hsm.model.properties import Property, with_conditions
 
 
@@ -143,7 +155,7 @@ class _Copier:
         match action:
             case Assign():
                 return replace(action, variable=self.prefix + action.variable, value=self.expression(action.value))
-            case Call():
+            case Call() | Raise() | Send():
                 return replace(action, arguments=tuple(map(self.expression, action.arguments)))
             case _:
                 return action
@@ -151,6 +163,8 @@ class _Copier:
     def expression(self, expression: Expression) -> Expression:
         """An expression with its new names."""
         match expression:
+            case EventValue():
+                return expression  # events have one name, whoever hears of them
             case VariableValue(name):
                 return replace(expression, name=self.prefix + name)
             case Active(state):
@@ -161,5 +175,8 @@ class _Copier:
                 return replace(expression, operand=self.expression(operand))
             case Binary(left=left, right=right):
                 return replace(expression, left=self.expression(left), right=self.expression(right))
+            case Choice(condition, then, otherwise):
+                condition, then, otherwise = map(self.expression, (condition, then, otherwise))
+                return replace(expression, condition=condition, then=then, otherwise=otherwise)
             case Literal():
                 return expression

@@ -77,7 +77,7 @@ def follow(formula: Expression, parameter: Parameter, values: Mapping[str, Any])
     slots = {name: slot for slot, name in enumerate(values)}
     constants = Evaluation(tuple(values.values()), slots, (), {}, {}, _no_signal, _no_signal)
     try:
-        value = _typed(constants.value(formula), parameter)
+        value = typed(constants.value(formula), parameter.type)
     except ZeroDivisionError:
         raise ValueError(f"parameter `{parameter.name}` divides by zero") from None
     if not within_limits(value, parameter.type):

@@ -17,6 +17,7 @@ from hsm.engine.configuration import Plan
 from hsm.engine.coverage import guards_of
 from hsm.engine.evaluation import Evaluation
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
+from hsm.engine.inputs import settled
 from hsm.engine.machine import Machine
 from hsm.engine.occurrences import checked_events, event_text
 from hsm.engine.record import Selection
@@ -236,8 +237,8 @@ class Explorer:
         self.machine = machine
         self._tick = tick
         self._domains = Domains([*expressions_of(machine.model), *_by_way_of_variables(machine.model)])
-        given = {one.name: None if one.required else one.default for one in machine.model.parameters}
-        self.parameters = tuple({**given, **(parameters or {})}.values())
+        unknown = {one.name: None for one in machine.model.parameters if one.required}
+        self.parameters = tuple(settled(machine.model, {**unknown, **(parameters or {})}).values())
         self._heard = _events(machine)
         self._regions = regions
         self._tried: dict[tuple[Any, ...], list[Any]] = {}

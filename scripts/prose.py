@@ -19,7 +19,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = ("hsm", "skills", "perception", "machines", "transport", "sim", "maze_machine", "docs", "examples", "benchmarks")
+FOLDERS = (
+    "hsm",
+    "skills",
+    "perception",
+    "machines",
+    "transport",
+    "sim",
+    "maze_machine",
+    "docs",
+    "examples",
+    "benchmarks",
+)
 KINDS = ("py", "md", "maze-machine", "maze-test", "toml", "html", "js", "sh", "yml")
 CODE = re.compile(r"``.+?``|`[^`\n]+`|:\w+:`[^`]+`|\]\([^)]*\)|https?://\S+|\{[^{}]*\}", re.DOTALL)
 FENCE = re.compile(r"^( *)```.*?^\1```$", re.DOTALL | re.MULTILINE)

@@ -103,7 +103,8 @@ def svg(frames: Sequence[Frame], colours: Colours) -> str:
     path = " ".join(f"{x(one.pose):.1f},{y(one.pose):.1f}" for one in frames)
     boxes = "".join(box(name, top) for name, top in BOXES.items())
     states = "\n".join(lit(name, frames, colours) for name in BOXES)
-    return f"""<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" role="img">
+    size = f'viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}"'
+    return f"""<svg xmlns="http://www.w3.org/2000/svg" {size} role="img">
 <title>A robot drives through a spiral; the active state of its machine is lit</title>
 <style>
 text {{ font: 14px ui-monospace, monospace; fill: {colours.text}; }}

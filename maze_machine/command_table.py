@@ -113,6 +113,7 @@ _SUBCOMMANDS = (
     Subcommand(
         "lsp", WRITE, "lsp:lsp", "Serve an editor over standard input and output, by the Language Server Protocol."
     ),
+    Subcommand("dap", WRITE, "dap:dap", "Let an editor debug a machine, by the Debug Adapter Protocol."),
     Subcommand(
         "trust",
         WRITE,

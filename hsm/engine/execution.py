@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,13 +14,13 @@ from hsm.engine.configuration import Configuration, Picked, Plan, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.limits import duration
 from hsm.engine.macrostep import Macrostep
-from hsm.engine.record import NOTHING_DUE, Phase, Selection
+from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
 from hsm.model.chart import Cancel, Held, On, Send
 from hsm.model.diagnostics import Place
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
-from hsm.model.messages import STORE, Message, Store
+from hsm.model.messages import STORE, Message, Occurrence, Store
 from hsm.model.topology import Remembered
 
 SPIN = 1000
@@ -114,7 +114,7 @@ class MacrostepExecution:
         *,
         facts: object,
         memo: dict[Any, Any],
-        hits: list[Any],
+        hits: set[tuple[int, int]],
     ) -> None:
         self.chart = chart
         self.state = replace(state)
@@ -180,6 +180,8 @@ class MacrostepExecution:
         match entry:
             case Message():
                 event = entry
+            case Occurrence(name, data):
+                event = Message(name, data=dict(data) or None)
             case str():
                 event = Message(entry)
             case StateEvent(origin=origin, standard=name):
@@ -194,7 +196,7 @@ class MacrostepExecution:
         # The last look for conditions found nothing; a step that ends the machine, or enters it, has none.
         values = state.values if self._settled and state.outcome is None else None
         step = Macrostep()
-        step.raw = (self._time, self.selections, self._memo, values, state.timers, state.configuration)
+        step.raw = StepRecord(self._time, self.selections, self._memo, values, state.timers, state.configuration)
         return step
 
     def _reached(self, deadline: int) -> bool:
@@ -248,6 +250,24 @@ class MacrostepExecution:
         if STORE in self._memo:
             self._bind(entry)
         event = _event(entry)
+        declared = self.chart.model.data_of(event.name) if isinstance(event, Occurrence) else None
+        if declared is None or not isinstance(event, Occurrence):
+            return self._let_fire(entry, event)
+        # What the event carries stands among the variables for as long as it is handled.
+        carried = {declared.variable(part): event.data[part.name] for part in declared.fields}
+        self._put(carried)
+        fired = self._let_fire(entry, event)
+        self._put(dict.fromkeys(carried))
+        return fired
+
+    def _put(self, carried: Mapping[str, Any]) -> None:
+        """Give slots other values; the old list stays as it is, for the record."""
+        values = self.state.values[:]
+        for name, value in carried.items():
+            values[self.chart.generator.variables[name]] = value
+        self.state.values = values
+
+    def _let_fire(self, entry: Event | Message | PendingFault, event: Event) -> bool:
         selector = self.state.configuration.on(event)
         if selector is not None:
             fired = self._fire(selector, event)
@@ -432,11 +452,13 @@ class MacrostepExecution:
                 waits = isinstance(trigger, On) and matches(trigger, fault.event, origin, origin)
                 if not waits or index in self._undone:
                     continue
+                decision = self.chart.generator.decision(index)
                 try:
-                    held, path = self.chart.generator.decision(index).follow(evaluation.condition)
+                    held, path = decision.follow(evaluation.condition)
                 except Exception:
                     continue
-                self.chart.generator.probes.mark(self._hits, index, path)
+                if decision.conditions:
+                    self._hits.add((index, path))
                 if held:
                     return index
         return None
@@ -456,14 +478,16 @@ class MacrostepExecution:
             for index in chain.candidates:
                 if index in self._undone or (due is not None and index not in due):
                     continue
+                decision = generator.decision(index)
                 try:
-                    held, path = generator.decision(index).follow(evaluation.condition)
+                    held, path = decision.follow(evaluation.condition)
                 except Exception as error:
                     self._report(index, error)
                     continue
                 finally:
                     self._error = None
-                generator.probes.mark(self._hits, index, path)
+                if decision.conditions:
+                    self._hits.add((index, path))
                 if held:
                     if index not in found:
                         found.append(index)

@@ -92,6 +92,16 @@ def render(machine: Machine, form: str, fills: Mapping[str, str] | None = None) 
     return drawn
 
 
+def node_id(model: Model, index: int) -> str:
+    """The title of a state's group in an SVG picture; that of a state with states in it begins with ``cluster_``."""
+    return f"{'cluster_' if model.states[index].children else ''}{_path(model, index)}"
+
+
+def edge_id(transition: Transition) -> str:
+    """A word that is among the classes of a transition's group in an SVG picture."""
+    return f"t{transition.index}"
+
+
 def _mermaid(model: Model) -> str:
     config = _config(model, "\\n".join, _mermaid_text)
     adapter = _adapter(model, config, _MERMAID_STYLES, {"rankdir": "TB"})
@@ -287,7 +297,7 @@ class _Picture(NestedGraph):
         transition = bundle[0]
         label = "".join(_paragraph(_transition_text(one)) for one in bundle)
         ink = self._inks[transition.source]
-        style = {"color": ink, "fontcolor": ink}
+        style = {"color": ink, "fontcolor": ink, "class": " ".join(map(edge_id, bundle))}
         if isinstance(transition.trigger, Timed):
             style["style"] = "dashed"
         states = self._model.states

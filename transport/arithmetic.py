@@ -61,12 +61,14 @@ _C4, _C5, _C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.1359
 
 
 def cos_sin(angle: float) -> tuple[float, float]:
-    """The cosine and the sine of an angle in rad.
+    """The cosine and the sine of an angle in rad; NaN of NaN.
 
     Raises:
-        ValueError: the angle is not finite.
+        ValueError: the angle is infinite.
     """
     if not -_FAR < angle < _FAR:
+        if math.isnan(angle):
+            return angle, angle
         angle = math.fmod(angle, math.tau)
     quarters = math.floor(angle * _QUARTERS + 0.5)
     near, below = angle - quarters * _QUARTER, quarters * _QUARTER_REST
@@ -124,7 +126,7 @@ def cosines_and_sines(angles: Floats) -> tuple[Floats, Floats]:
     cosine = about + (((1.0 - about) - half) + (z * tail - x * rest))
     tail = _S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))
     sine = x - ((z * (0.5 * rest - v * tail) - rest) - v * _S1)
-    which = quarters.astype(np.int64) & 3
+    which = np.where(np.isfinite(quarters), quarters, 0.0).astype(np.int64) & 3
     return (
         np.choose(which, (cosine, -sine, -cosine, sine)),
         np.choose(which, (sine, cosine, -sine, -cosine)),

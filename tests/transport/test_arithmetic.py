@@ -67,7 +67,11 @@ def test_angles_of_many_turns_are_taken_to_the_nearest_full_ones(angle):
     assert sin(angle) == pytest.approx(math.sin(math.fmod(angle, math.tau)), abs=1e-12)
 
 
-@pytest.mark.parametrize("angle", [math.inf, -math.inf, math.nan])
+def test_not_a_number_has_no_sine():
+    assert all(map(math.isnan, (*cos_sin(math.nan), *np.ravel(cosines_and_sines(np.array([math.nan]))))))
+
+
+@pytest.mark.parametrize("angle", [math.inf, -math.inf])
 def test_what_is_no_angle_has_no_sine(angle):
     with pytest.raises(ValueError, match=r"."):
         cos_sin(angle)

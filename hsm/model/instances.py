@@ -5,6 +5,7 @@ An instance shares its robot and its events with the machine around it; a member
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from hsm.model.chart import (
@@ -51,6 +52,7 @@ class InstanceCopy:
         root: what was the machine's root, to be merged into the instance's state.
         states: all other states.
         transitions: all transitions.
+        derived: what parameters are made of that are made of others, by their names in the machine.
         variables: all variables, set when the instance's state is entered (inner instances: on their own entry).
         properties: what must hold of it, about the instance's state.
     """
@@ -58,6 +60,7 @@ class InstanceCopy:
     root: State
     states: tuple[State, ...]
     transitions: tuple[Transition, ...]
+    derived: Mapping[str, Expression]
     variables: tuple[Variable, ...]
     properties: tuple[Property, ...]
 
@@ -83,6 +86,7 @@ def instantiate(
         states[0],
         states[1:],
         tuple(map(copier.transition, model.transitions)),
+        {parameter: copier.expression(made_of) for parameter, made_of in model.derived.items()},
         tuple(map(copier.variable, model.variables)),
         tuple(map(copier.property, model.properties)),
     )
@@ -122,7 +126,7 @@ class _Copier:
             source=transition.source + self.states,
             targets=self._shifted(transition.targets),
             trigger=self._trigger(transition.trigger),
-            guard=None if transition.guard is None else self._expression(transition.guard),
+            guard=None if transition.guard is None else self.expression(transition.guard),
             actions=self._actions(transition.actions),
         )
 
@@ -131,7 +135,7 @@ class _Copier:
         return replace(
             variable,
             name=self.prefix + variable.name,
-            initial=self._expression(variable.initial),
+            initial=self.expression(variable.initial),
             scope=variable.scope + self.states,
         )
 
@@ -140,7 +144,7 @@ class _Copier:
         return replace(
             stated,
             name=self.prefix + stated.name,
-            claim=with_conditions(stated.claim, self._expression),
+            claim=with_conditions(stated.claim, self.expression),
             scope=self.prefix + stated.scope if stated.scope is not None else self.prefix.removesuffix("."),
         )
 
@@ -150,11 +154,11 @@ class _Copier:
     def _trigger(self, trigger: Trigger) -> Trigger:
         match trigger:
             case When(condition):
-                return replace(trigger, condition=self._expression(condition))
+                return replace(trigger, condition=self.expression(condition))
             case Held(condition, duration):
-                return Held(self._expression(condition), self._expression(duration))
+                return Held(self.expression(condition), self.expression(duration))
             case After(duration) | Every(duration):
-                return replace(trigger, duration=self._expression(duration))
+                return replace(trigger, duration=self.expression(duration))
             case On(names) if self.owned is not None:
                 return replace(trigger, names=tuple(one for name in names for one in self._heard(name)))
             case _:
@@ -171,7 +175,7 @@ class _Copier:
         if call is None:
             return None
         activity = call.activity if self.owned is None else self.owned.activity(call.activity)
-        return replace(call, activity=activity, arguments=tuple(map(self._expression, call.arguments)))
+        return replace(call, activity=activity, arguments=tuple(map(self.expression, call.arguments)))
 
     def _actions(self, actions: tuple[Action, ...]) -> tuple[Action, ...]:
         return tuple(map(self._action, actions))
@@ -179,16 +183,16 @@ class _Copier:
     def _action(self, action: Action) -> Action:
         match action:
             case Assign():
-                return replace(action, variable=self.prefix + action.variable, value=self._expression(action.value))
+                return replace(action, variable=self.prefix + action.variable, value=self.expression(action.value))
             case Call():
                 declared = action.action if self.owned is None else self.owned.action(action.action)
-                return replace(action, action=declared, arguments=tuple(map(self._expression, action.arguments)))
+                return replace(action, action=declared, arguments=tuple(map(self.expression, action.arguments)))
             case Send():
-                arguments = tuple(map(self._expression, action.arguments))
+                arguments = tuple(map(self.expression, action.arguments))
                 label = None if action.label is None else self._event(action.label)
                 return replace(action, event=self._event(action.event), label=label, arguments=arguments)
             case Raise() | Emit():
-                arguments = tuple(map(self._expression, action.arguments))
+                arguments = tuple(map(self.expression, action.arguments))
                 return replace(action, event=self._event(action.event), arguments=arguments)
             case Cancel():
                 return replace(action, label=self._event(action.label))
@@ -199,7 +203,8 @@ class _Copier:
         """The name of an event: a member's bears its name."""
         return name if self.owned is None else self.prefix + name
 
-    def _expression(self, expression: Expression) -> Expression:
+    def expression(self, expression: Expression) -> Expression:
+        """An expression with its new names."""
         match expression:
             case EventValue(name):
                 return replace(expression, name=self._event(name))
@@ -209,13 +214,13 @@ class _Copier:
                 return replace(expression, state=self.prefix + state)
             case SignalValue(signal, arguments):
                 signal = signal if self.owned is None else self.owned.signal(signal)
-                return replace(expression, signal=signal, arguments=tuple(map(self._expression, arguments)))
+                return replace(expression, signal=signal, arguments=tuple(map(self.expression, arguments)))
             case Unary(operand=operand):
-                return replace(expression, operand=self._expression(operand))
+                return replace(expression, operand=self.expression(operand))
             case Binary(left=left, right=right):
-                return replace(expression, left=self._expression(left), right=self._expression(right))
+                return replace(expression, left=self.expression(left), right=self.expression(right))
             case Choice(condition, then, otherwise):
-                condition, then, otherwise = map(self._expression, (condition, then, otherwise))
+                condition, then, otherwise = map(self.expression, (condition, then, otherwise))
                 return replace(expression, condition=condition, then=then, otherwise=otherwise)
             case Literal():
                 return expression

@@ -14,7 +14,7 @@ from hsm.engine.configuration import Configuration, Picked, Plan, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.limits import duration
 from hsm.engine.macrostep import Macrostep
-from hsm.engine.record import NOTHING_DUE, Phase, Selection
+from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
 from hsm.model.chart import Cancel, Held, On, Send
 from hsm.model.diagnostics import Place
 from hsm.model.events import Event, StateEvent, matches
@@ -114,7 +114,7 @@ class MacrostepExecution:
         *,
         facts: object,
         memo: dict[Any, Any],
-        hits: list[Any],
+        hits: set[tuple[int, int]],
     ) -> None:
         self.chart = chart
         self.state = replace(state)
@@ -196,7 +196,7 @@ class MacrostepExecution:
         # The last look for conditions found nothing; a step that ends the machine, or enters it, has none.
         values = state.values if self._settled and state.outcome is None else None
         step = Macrostep()
-        step.raw = (self._time, self.selections, self._memo, values, state.timers, state.configuration)
+        step.raw = StepRecord(self._time, self.selections, self._memo, values, state.timers, state.configuration)
         return step
 
     def _reached(self, deadline: int) -> bool:
@@ -452,11 +452,13 @@ class MacrostepExecution:
                 waits = isinstance(trigger, On) and matches(trigger, fault.event, origin, origin)
                 if not waits or index in self._undone:
                     continue
+                decision = self.chart.generator.decision(index)
                 try:
-                    held, path = self.chart.generator.decision(index).follow(evaluation.condition)
+                    held, path = decision.follow(evaluation.condition)
                 except Exception:
                     continue
-                self.chart.generator.probes.mark(self._hits, index, path)
+                if decision.conditions:
+                    self._hits.add((index, path))
                 if held:
                     return index
         return None
@@ -476,14 +478,16 @@ class MacrostepExecution:
             for index in chain.candidates:
                 if index in self._undone or (due is not None and index not in due):
                     continue
+                decision = generator.decision(index)
                 try:
-                    held, path = generator.decision(index).follow(evaluation.condition)
+                    held, path = decision.follow(evaluation.condition)
                 except Exception as error:
                     self._report(index, error)
                     continue
                 finally:
                     self._error = None
-                generator.probes.mark(self._hits, index, path)
+                if decision.conditions:
+                    self._hits.add((index, path))
                 if held:
                     if index not in found:
                         found.append(index)

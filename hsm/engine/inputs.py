@@ -8,8 +8,10 @@ from math import isfinite
 from numbers import Integral, Real
 from typing import Any
 
+from hsm.engine.evaluation import Evaluation
 from hsm.engine.limits import within_limits
 from hsm.model.chart import Model
+from hsm.model.expressions import Expression
 from hsm.model.registry import Parameter
 from hsm.model.types import NUMBER, Boolean, Enumeration, Integer, Type
 
@@ -24,8 +26,8 @@ def parameter_values(model: Model, given: Mapping[str, Any]) -> list[Any]:
         given: values by name, in SI units.
 
     Raises:
-        ValueError: a parameter is unknown, one without a default is missing, or a value is out of bounds, infinite or
-            no number.
+        ValueError: a parameter is unknown, one without a default is missing, or a value, given or made of others, is
+            out of bounds, infinite or no number.
         TypeError: a value is of the wrong type.
     """
     declared = {parameter.name: parameter for parameter in model.parameters}
@@ -36,10 +38,55 @@ def parameter_values(model: Model, given: Mapping[str, Any]) -> list[Any]:
     missing = [name for name, parameter in declared.items() if parameter.required and name not in given]
     if missing:
         raise ValueError(f"machine {model.name} needs a value for its parameter `{missing[0]}`")
-    return [
-        _value(model, parameter, given[name]) if name in given else parameter.default
-        for name, parameter in declared.items()
-    ]
+    checked = {name: _value(model, declared[name], value) for name, value in given.items()}
+    return list(settled(model, checked).values())
+
+
+def settled(model: Model, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of all parameters of a machine by name: those given, what is made of others, and defaults.
+
+    Args:
+        model: the machine.
+        given: values by name, as the engine has them.
+
+    Raises:
+        ValueError: what a parameter is made of divides by zero, or is no value of it.
+    """
+    values: dict[str, Any] = {}
+    for parameter in model.parameters:
+        if parameter.name in given:
+            values[parameter.name] = given[parameter.name]
+        elif parameter.name in model.derived:
+            values[parameter.name] = follow(model.derived[parameter.name], parameter, values)
+        else:
+            values[parameter.name] = parameter.default
+    return values
+
+
+def follow(formula: Expression, parameter: Parameter, values: Mapping[str, Any]) -> Any:
+    """The value of a parameter that is made of others.
+
+    Args:
+        formula: what it is made of.
+        parameter: which one it is.
+        values: those of the parameters before it, by name.
+
+    Raises:
+        ValueError: this divides by zero, or is no value of the parameter.
+    """
+    slots = {name: slot for slot, name in enumerate(values)}
+    constants = Evaluation(tuple(values.values()), slots, (), {}, {}, _no_signal, _no_signal)
+    try:
+        value = typed(constants.value(formula), parameter.type)
+    except ZeroDivisionError:
+        raise ValueError(f"parameter `{parameter.name}` divides by zero") from None
+    if not within_limits(value, parameter.type):
+        raise ValueError(f"parameter `{parameter.name}` cannot hold {value!r:.{_WIDEST}}")
+    return value
+
+
+def _no_signal(*_: object) -> Any:
+    raise AssertionError("constants and parameters are made of no signal")
 
 
 def _value(model: Model, parameter: Parameter, given: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 
 from hsm.engine.configuration import Plan
 from hsm.engine.explanation import Considered, explain
-from hsm.engine.record import NOTHING_DUE, Phase, RawRecord, Selection, StepRecord
+from hsm.engine.record import Phase, RawRecord, Selection, StepRecord, record_of
 from hsm.model.chart import Action, Model, Transition
 from hsm.model.events import Event, StateEvent
 from hsm.model.messages import Occurrence
@@ -61,19 +61,12 @@ class Macrostep:
     @property
     def record(self) -> StepRecord:
         """What the step leaves behind."""
-        return StepRecord._make(self.raw)
+        return record_of(self.raw)
 
     @property
     def selections(self) -> tuple[Selection, ...]:
         """Which transitions were looked for and taken, but for the last selection, which took nothing."""
-        record = self.record
-        values = record.values or ()
-        return tuple(
-            Selection(Phase.WHEN, one.source or record.after, values, NOTHING_DUE, one)
-            if isinstance(one, Plan)
-            else Selection._make(one)
-            for one in record.selections
-        )
+        return tuple(self.record.selections)
 
     @property
     def microsteps(self) -> tuple[Microstep, ...]:
@@ -117,7 +110,7 @@ class Macrostep:
 
         Worked out from the signals and variables of the step, so it is true of the step whenever it is asked.
         """
-        return explain(self.record, self.selections)
+        return explain(self.record)
 
     def why(self, state: str) -> tuple[Considered, ...]:
         """What became of the transitions of one state, and why.

@@ -7,8 +7,8 @@ machine.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
 from enum import Enum, StrEnum
 from typing import Any
 
@@ -316,6 +316,8 @@ class Model:
         transitions: all transitions in document order.
         variables: all variables in document order.
         parameters: what may be set when a run is started, with defaults in SI units.
+        derived: how a parameter that is not given follows from those before it, by its name; its default follows from
+            their defaults.
         files: the source files it was read from, the machine's own first.
         doc: the comment at the top of the file.
         properties: what must hold of every run, those of instances included.
@@ -331,6 +333,7 @@ class Model:
     transitions: tuple[Transition, ...] = ()
     variables: tuple[Variable, ...] = ()
     parameters: tuple[Parameter, ...] = ()
+    derived: Mapping[str, Expression] = field(default_factory=dict)
     files: tuple[str, ...] = ()
     doc: str = ""
     properties: tuple[Property, ...] = ()

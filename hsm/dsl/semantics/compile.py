@@ -142,6 +142,7 @@ class _Compiler:
             tuple(self.behaviour.transitions),
             tuple(self.declarations.variables),
             tuple(self.declarations.parameters),
+            self.declarations.derived,
             tuple(files),
             self.context.tree.comment_above(heading.name.line or 1) if heading is not None else "",
             compile_properties(
@@ -243,7 +244,9 @@ class _Compiler:
     def _bind(self, symbol: StateSymbol, model: Model, copied: InstanceCopy) -> None:
         """The parameters of an instance become constants that its state's entry sets."""
         assert symbol.instance is not None
-        arguments = self.context.scope.arguments(symbol.instance, model.parameters, f"machine `{symbol.instance.name}`")
+        arguments = self.context.scope.arguments(
+            symbol.instance, model.parameters, f"machine `{symbol.instance.name}`", copied.derived
+        )
         if arguments is not None:
             place = self.context.place(symbol.instance.name, symbol.instance.closing)
             for parameter, value in zip(model.parameters, arguments, strict=True):

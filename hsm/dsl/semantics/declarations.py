@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import cast
@@ -15,11 +15,13 @@ from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import StateSymbol
 from hsm.dsl.semantics.typing import FUNCTIONS, Declared, Definition
 from hsm.dsl.syntax import ast
+from hsm.engine.inputs import follow
 from hsm.model.chart import EventData, StateKind, Variable
 from hsm.model.diagnostics import Place, Related
-from hsm.model.expressions import Literal
+from hsm.model.expressions import Expression, Literal, VariableValue
 from hsm.model.registry import EventField, Parameter
-from hsm.model.types import Enumeration
+from hsm.model.rewriting import parts_of
+from hsm.model.types import Enumeration, Type
 
 _MOST_REPORTERS = 3
 _MOST_HEARD = 8
@@ -32,6 +34,7 @@ class Declarations:
     Attributes:
         context: what all stages share.
         parameters: the machine's parameters.
+        derived: what those are made of that are made of others, by name.
         variables: its variables; those of instances are put behind them.
         events: events that are declared (with their places) or raised.
         heard: events that some transition is on, or may be.
@@ -42,6 +45,7 @@ class Declarations:
 
     context: Context
     parameters: list[Parameter] = field(default_factory=list)
+    derived: dict[str, Expression] = field(default_factory=dict)
     variables: list[Variable] = field(default_factory=list)
     events: dict[str, Place | None] = field(default_factory=dict)
     heard: Names = field(default_factory=Names)
@@ -157,14 +161,15 @@ class Declarations:
         new = self.context.symbols.declared.get(str(name)) is name
         new = not self._taken(name, "a variable") and new
         kind = self.context.scope.type_named(type_name)
+        if value is not None and self._made_of_later(name, value):
+            self.context.scope.used.update(ast.names_in(value))
+            self.context.symbols.doubtful.add(str(name))
+            value = None
         initial = self.context.scope.value(value, kind) if kind is not None and value is not None else None
-        if (
-            initial is not None
-            and not isinstance(initial, Literal)
-            and (constant or not self.context.scope.is_constant(initial))
-        ):
-            message = f"`{name}` begins with a value made of constants{'' if constant else ' and parameters'}"
-            self.context.report.add("E0303", initial.place, message)
+        if initial is not None and not isinstance(initial, Literal) and not self.context.scope.is_constant(initial):
+            self.context.report.add(
+                "E0303", initial.place, f"`{name}` begins with a value made of constants and parameters"
+            )
             initial = None
         if value is not None and initial is None:
             self.context.symbols.doubtful.add(str(name))
@@ -175,10 +180,51 @@ class Declarations:
         self.context.scope.variables[str(name)] = Declared(kind, constant, place)
         if not constant and initial is not None:
             self.variables.append(Variable(str(name), kind, initial, place=place))
-        elif constant and isinstance(initial, Literal):
-            self.parameters.append(Parameter(str(name), kind, initial.value))
+        elif constant and initial is not None:
+            self._declare_parameter(str(name), kind, initial)
         elif constant:
             self.parameters.append(Parameter(str(name), kind))
+
+    def _declare_parameter(self, name: str, kind: Type, initial: Expression) -> None:
+        """A parameter with a default, which may follow from the parameters before it."""
+        if isinstance(initial, Literal):
+            self.parameters.append(Parameter(name, kind, initial.value))
+            return
+        needed = {one.name for one in parts_of(initial) if isinstance(one, VariableValue)}
+        required = [one.name for one in self.parameters if one.required and one.name in needed]
+        if any(one in self.context.symbols.doubtful for one in required):
+            self.context.symbols.doubtful.add(name)
+            self.parameters.append(Parameter(name, kind))
+        elif required:
+            message = f"`{name}` is made of `{required[0]}`, which has no default itself"
+            self.context.report.add("E0303", initial.place, message, f"give `{required[0]}` a default")
+        elif needed <= {one.name for one in self.parameters}:  # else one of them is at fault itself, and reported
+            try:
+                default = follow(initial, Parameter(name, kind), {one.name: one.default for one in self.parameters})
+            except ValueError as error:
+                self.context.report.add("E0306", initial.place, str(error))
+            else:
+                self.derived[name] = initial
+                self.parameters.append(Parameter(name, kind, default))
+
+    def _made_of_later(self, name: Token, value: ast.Expression) -> bool:
+        """Whether a value names what is declared at its own line or below; reported."""
+        made_of = _made_of(self.context.symbols.root.lines)
+        later = [one for one in ast.names_in(value) if one in made_of and one not in self.context.scope.variables]
+        if not later or any(one in self.context.symbols.doubtful for one in later):
+            return bool(later)
+        used, seen = later[0], set(later)
+        pending = list(later)
+        while pending:
+            more = made_of.get(pending.pop(), frozenset()) - seen
+            seen |= more
+            pending += more
+        if str(name) in seen:
+            message, hint = f"`{name}` is made of itself", "give one of them a value of its own"
+        else:
+            message, hint = f"`{name}` is made of `{used}`, which is declared below it", f"put `{used}` above `{name}`"
+        self.context.report.add("E0303", self.context.place(name), message, hint)
+        return True
 
     def gather_events(self, order: Sequence[StateSymbol], imported: Iterable[str]) -> None:
         """Find out which events each state may hear of: outcomes and final states inside it, what is raised anywhere.
@@ -304,3 +350,13 @@ def _heard(symbol: StateSymbol) -> str | None:
     """What a state hears of, as a way out."""
     names = sorted(symbol.completions | symbol.reported.known)
     return f"what `{symbol.name}` hears of: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None
+
+
+def _made_of(lines: Iterable[object]) -> Mapping[str, frozenset[str]]:
+    """What each parameter and variable of a file is made of, by their names."""
+    found = {}
+    for line in lines:
+        if isinstance(line, ast.ParameterLine | ast.VariableLine):
+            value = line.default if isinstance(line, ast.ParameterLine) else line.initial
+            found[str(line.name)] = frozenset(() if value is None else ast.names_in(value))
+    return found

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import Enum, StrEnum
+from types import MappingProxyType
 from typing import Any
 
 from lark import Token
@@ -195,9 +196,20 @@ class Scope:
         return self._expression(node, expected)
 
     def arguments(
-        self, call: ast.CallSyntax, parameters: Sequence[Parameter], subject: str
+        self,
+        call: ast.CallSyntax,
+        parameters: Sequence[Parameter],
+        subject: str,
+        derived: Mapping[str, Expression] = MappingProxyType({}),
     ) -> tuple[Expression, ...] | None:
-        """The arguments of a call in the order of the parameters, defaults filled in; None where one is at fault."""
+        """The arguments of a call in the order of the parameters, defaults filled in; None where one is at fault.
+
+        Args:
+            call: the call.
+            parameters: of what is called.
+            subject: how that is called in messages.
+            derived: what takes the place of a default, by the parameter's name.
+        """
         by_name = {parameter.name: parameter for parameter in parameters}
         given: dict[str, Expression | None] = {}
         position = 0
@@ -233,7 +245,9 @@ class Scope:
             return None
         if missing or None in given.values():
             return None
-        return tuple(given.get(one.name) or Literal(one.default, one.type) for one in parameters)
+        return tuple(
+            given.get(one.name) or derived.get(one.name) or Literal(one.default, one.type) for one in parameters
+        )
 
     def _expression(self, node: ast.Expression | ast.Named, expected: Type | None) -> Expression | None:
         match node:

@@ -101,7 +101,8 @@ def _write_data(model: Model, root: ElementTree.Element) -> None:
         return
     data = ElementTree.Element("datamodel")
     for parameter in model.parameters:
-        value = {} if parameter.required else {"expr": expression_text(Literal(parameter.default, parameter.type))}
+        made_of = model.derived.get(parameter.name, Literal(parameter.default, parameter.type))
+        value = {} if parameter.required else {"expr": expression_text(made_of)}
         ElementTree.SubElement(data, "data", {"id": parameter.name, **value})
     for variable in model.variables:
         ElementTree.SubElement(data, "data", id=variable.name, expr=expression_text(variable.initial))

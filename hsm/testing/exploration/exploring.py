@@ -14,8 +14,10 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.configuration import Plan
+from hsm.engine.coverage import guards_of
 from hsm.engine.evaluation import Evaluation
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
+from hsm.engine.inputs import settled
 from hsm.engine.machine import Machine
 from hsm.engine.occurrences import checked_events, event_text
 from hsm.engine.record import Selection
@@ -235,8 +237,8 @@ class Explorer:
         self.machine = machine
         self._tick = tick
         self._domains = Domains([*expressions_of(machine.model), *_by_way_of_variables(machine.model)])
-        given = {one.name: None if one.required else one.default for one in machine.model.parameters}
-        self.parameters = tuple({**given, **(parameters or {})}.values())
+        unknown = {one.name: None for one in machine.model.parameters if one.required}
+        self.parameters = tuple(settled(machine.model, {**unknown, **(parameters or {})}).values())
         self._heard = _events(machine)
         self._regions = regions
         self._tried: dict[tuple[Any, ...], list[Any]] = {}
@@ -249,7 +251,7 @@ class Explorer:
         state = RunState(plan.target, self.machine.generator.first_values(self.parameters), {}, (), {}, None)
         before = ExploredMoment(state, 0.0, frozenset(), {})
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+        def attempt(choices: _Choices, hits: set[tuple[int, int]]) -> tuple[RunState, list[Selection]]:
             execution = choices.execution = MacrostepExecution(
                 self.machine, state, 0.0, facts=choices, memo={}, hits=hits
             )
@@ -288,7 +290,7 @@ class Explorer:
         time = moment.time + given.wait.seconds
         before = ExploredMoment(moment.state, time, over, moment.signals)
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+        def attempt(choices: _Choices, hits: set[tuple[int, int]]) -> tuple[RunState, list[Selection]]:
             execution = MacrostepExecution(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
             choices.execution = execution
             execution.run((*pending, *checked_events(self.machine.model, given.events)))
@@ -300,15 +302,14 @@ class Explorer:
         self,
         before: ExploredMoment,
         given: Input,
-        attempt: Callable[[_Choices, list[Any]], tuple[RunState, list[Selection]]],
+        attempt: Callable[[_Choices, set[tuple[int, int]]], tuple[RunState, list[Selection]]],
         region: int,
     ) -> Iterator[ExploredStep]:
         """One edge for each combination of the signals that are asked for."""
-        marks = self.machine.generator.probes
         open_choices: list[tuple[dict[SignalKey, Any], int]] = [(dict(given.signals), region)]
         while open_choices:
             choices = _Choices(self, before.signals, *open_choices.pop())
-            hits = marks.new()
+            hits: set[tuple[int, int]] = set()
             selections: list[Selection] = []
             state, fault = before.state, None
             try:
@@ -321,7 +322,7 @@ class Explorer:
             signals = tuple(choices.chosen.items())
             target = ExploredMoment(state, before.time, over, {**before.signals, **choices.chosen})
             taken = Input(given.wait, given.reports, given.events, signals)
-            yield ExploredStep(taken, target, tuple(selections), dict(marks.seen(hits)), fault)
+            yield ExploredStep(taken, target, tuple(selections), guards_of(hits), fault)
 
     # What may happen.
 

@@ -22,7 +22,7 @@ from hsm.dsl.semantics.symbols import HISTORY, SymbolTable, collect_symbols
 from hsm.dsl.semantics.typing import FUNCTIONS, SIMPLE_TYPES
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.lexer import STATEMENTS
-from hsm.dsl.syntax.parser import parse
+from hsm.dsl.syntax.parser import BlockParser
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import MachineError
 from hsm.model.registry import Library, Parameter
@@ -114,13 +114,24 @@ _KINDS_OF = {
 
 
 class Document:
-    """A text under edit, as far as it can be understood; it never changes, an edit makes another one."""
+    """A text under edit, as far as it can be understood; it never changes, an edit makes another one.
 
-    def __init__(self, text: str, file: str, library: Library) -> None:
+    Attributes:
+        text: the text.
+        file: its name.
+        library: what its machine may name.
+        tree: its syntax tree.
+        unread: what is wrong with lines that could not be read.
+        table: its states and imports.
+    """
+
+    def __init__(self, text: str, file: str, library: Library, parser: BlockParser | None = None) -> None:
+        """Args: the text, its name, what its machine may name, and who has read the text before it was edited."""
         self.text = text
         self.file = file
         self.library = library
-        self.tree, findings = parse(text, file)
+        self.tree, findings = (parser or BlockParser()).parse(text, file)
+        self.unread = tuple(findings)
         self.table: SymbolTable = collect_symbols(self.tree, Report(file, findings))
 
     @cached_property

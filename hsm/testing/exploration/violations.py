@@ -6,7 +6,7 @@ a run of the engine; that nothing was found proves nothing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +17,7 @@ from hsm.model.expressions import Expression, SignalValue
 from hsm.model.properties import conditions_of
 from hsm.testing.exploration.exploring import ExploredMoment, ExploredStep, Explorer
 from hsm.testing.scenarios.driver import TICK, Driver
+from hsm.testing.scenarios.inputs import Input, Wait
 from hsm.testing.scenarios.replaying import replay
 from hsm.testing.scenarios.scenarios import Scenario
 from hsm.testing.scenarios.watching import property_watch
@@ -64,6 +65,7 @@ class Searched:
         steps: how many steps were tried.
         depth: all that is tried was tried in so many steps from the start.
         states: how many different moments were met.
+        complete: whether every one of them was left in all ways that are tried.
     """
 
     violations: dict[str, Scenario] = field(default_factory=dict)
@@ -71,6 +73,14 @@ class Searched:
     steps: int = 0
     depth: int = 0
     states: int = 0
+    complete: bool = False
+
+    @property
+    def extent(self) -> str:
+        """How far it went, in words."""
+        if self.complete:
+            return f"no violation found in all {self.states} states that were explored"
+        return f"no violation found in {self.steps} steps, up to {self.depth} from the start"
 
 
 def search(machine: Machine, parameters: Mapping[str, Any], *, steps: int = MOST_STEPS, tick: float = TICK) -> Searched:
@@ -106,10 +116,20 @@ class _Search:
             for visit in level:
                 if self._found.steps >= steps or (wanted <= self._found.violations.keys() and self._found.fault):
                     return self._found
-                for edge in self._explorer.successors(visit.moment):
+                for edge in self._following(visit):
                     self._take(visit, visit.memories, edge)
             self._found.depth += 1
+        self._found.complete = True
         return self._found
+
+    def _following(self, visit: _Visit) -> Iterator[ExploredStep]:
+        """All steps that are tried, also that at the time at which a property would be violated."""
+        yield from self._explorer.successors(visit.moment)
+        state, now = visit.moment.state, visit.moment.time
+        due = [deadline(*one) for one in zip(self._properties, visit.memories, strict=True)]
+        soonest = min((one for one in due if one is not None), default=now)
+        if now < soonest < state.wake and state.outcome is None:
+            yield from self._explorer.continued(visit.moment, Input(Wait(round(soonest - now, 9))))
 
     def _take(self, before: _Visit | None, memories: tuple[Memory, ...], edge: ExploredStep) -> None:
         found = self._found

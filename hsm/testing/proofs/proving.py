@@ -125,7 +125,7 @@ class _Proof:
             return {name: PropertyVerdict(name, text, undecided, reason=obstacle) for name, text in texts.items()}
         searched = search(self._machine, values, tick=self._assumed.longest_tick)
         shown = {**searched.violations, **({} if searched.fault is None else {NO_FAULT: searched.fault})}
-        reason = f"{obstacle}; no violation found in {searched.steps} steps, up to {searched.depth} from the start"
+        reason = f"{obstacle}; {searched.extent}"
         return {
             name: PropertyVerdict(name, text, Status.UNDECIDED, reason=reason, states=searched.states)
             if name not in shown

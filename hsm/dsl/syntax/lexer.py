@@ -16,6 +16,7 @@ STATEMENTS = frozenset(
     {
         *("machine", "import", "param", "var", "event", "state", "parallel", "final", "initial"),
         *("do", "entry", "exit", "on", "when", "else", "after", "every", "stay", "property", "enum", "define"),
+        *("defer", "expose", "member"),
     }
 )
 """The words that a line may begin with."""
@@ -27,7 +28,7 @@ _INNER = {
     "stay": RESERVED | {"when"},
     "property": RESERVED | {"after", "always", "before", "eventually", "never", "within"},
 }
-_IN_PLACE = frozenset({"after", "cancel", "else", "for"})
+_IN_PLACE = frozenset({"after", "cancel", "else", "for", "send"})
 """Words that are keywords only where nothing else makes sense."""
 
 _OPENERS = frozenset(map(str.upper, STATEMENTS))

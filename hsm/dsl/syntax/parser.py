@@ -28,7 +28,7 @@ _SHIFT = "let it begin below the line that it belongs with; only `state` and `pa
 _TAB = "here is a tab"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
-_NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import)\b(?! *[A-Za-z_])")
+_NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import|expose|member)\b(?! *[A-Za-z_])")
 
 
 class TreeBuilder:
@@ -69,6 +69,12 @@ class TreeBuilder:
             return ast.StateBlock(parts[0], StateKind.ATOMIC, parts[1], tuple(parts[2:]))
         return ast.StateBlock(parts[0], StateKind.ATOMIC, None, tuple(parts[1:]))
 
+    def member(self, parts: list[Any]) -> ast.StateBlock:
+        return ast.StateBlock(parts[0], StateKind.ATOMIC, parts[1], tuple(parts[2:]), member=True)
+
+    def expose(self, parts: list[Any]) -> ast.ExposeLine:
+        return ast.ExposeLine(tuple(parts))
+
     def parallel(self, parts: list[Any]) -> ast.StateBlock:
         return ast.StateBlock(parts[0], StateKind.PARALLEL, None, tuple(parts[1:]))
 
@@ -92,6 +98,8 @@ class TreeBuilder:
         while end < len(parts) and isinstance(parts[end], Token):
             end += 1
         return self._transition(parts[0], tuple(parts[1:end]), None, parts[end:])
+
+    defer = on
 
     def when(self, parts: list[Any]) -> ast.TransitionLine:
         return self._transition(parts[0], (), parts[1], parts[2:])
@@ -151,6 +159,10 @@ class TreeBuilder:
         if isinstance(raised, ast.CallSyntax):
             return ast.RaiseSyntax(raised.name, delay, raised)
         return ast.RaiseSyntax(raised, delay)
+
+    def send_event(self, parts: list[Any]) -> ast.SendSyntax:
+        sent = parts[0]
+        return ast.SendSyntax(sent.name, sent) if isinstance(sent, ast.CallSyntax) else ast.SendSyntax(sent)
 
     def cancel(self, parts: list[Any]) -> ast.CancelSyntax:
         return ast.CancelSyntax(parts[0])

@@ -246,7 +246,7 @@ def test_the_robot_and_the_maze_of_the_project_are_the_defaults(own_robot, tmp_p
         "--record",
         tmp_path / "r.mcap",
     )
-    assert json.loads(told)["maze"] == "corridor", error
+    assert json.loads(told)["verdict"]["maze"] == "corridor", error
     recorded = read_recording(tmp_path / "r.mcap").run["profile"]
     assert json.loads(recorded)["robot"]["name"] == "small"
     monkeypatch.chdir(own_robot)

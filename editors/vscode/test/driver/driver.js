@@ -184,6 +184,8 @@ const steps = {
   },
 
   async coverage(api) {
+    await running(api);
+    await api.tests.discover();
     const heard = hearTests(api);
     await vscode.commands.executeCommand("testing.coverageAll");
     await until(() => heard.ended, "the end of the run");
@@ -267,6 +269,19 @@ const steps = {
     assert.equal(api.server.client, undefined);
     await vscode.commands.executeCommand("maze-machine.restart");
     await running(api);
+  },
+
+  // Something to see.
+
+  async shown(api) {
+    const editor = await open("patrol.maze-machine");
+    const shown = await diagram(api, "patrol.maze-machine");
+    await api.live.watch(process.env.MAZE_MACHINE_LIVE);
+    await until(() => shown.drawn.active.length === 1, "an active state");
+    const line = lineOf(editor.document, "state turn");
+    const again = await open("patrol.maze-machine");
+    again.selection = new vscode.Selection(line, 6, line, 6);
+    await until(() => shown.drawn.selected === "s2", "the state under the cursor");
   },
 
   // In a workspace that is not trusted.

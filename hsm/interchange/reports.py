@@ -17,6 +17,7 @@ from hsm.engine.compiled import CompiledChart
 from hsm.engine.explanation import Considered
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.monitoring import Violation
+from hsm.engine.occurrences import sent_text
 from hsm.model.chart import Model, State, StateKind, Transition
 from hsm.model.diagnostics import Place
 from hsm.model.events import StateEvent
@@ -113,6 +114,11 @@ class StepReport:
         return {name: json_value(value) for name, value in self.variables.items()}
 
     @property
+    def sent(self) -> tuple[str, ...]:
+        """The events that were sent to other machines, as texts with what they carry, in order."""
+        return tuple(sent_text(self.machine.model, one) for one in self.step.sent)
+
+    @property
     def violated(self) -> list[str]:
         """Names of the properties that do not hold from this step on."""
         return [violation.property.name for violation in self.violations]
@@ -147,6 +153,7 @@ def model_json(model: Model, parameters: Mapping[str, Any]) -> dict[str, Any]:
         "parameters": {name: json_value(value) for name, value in parameters.items()},
         "types": {name: str(kind) for name, kind in types.items()},
         "events": None if model.events is None else sorted(model.events),
+        "event_data": {one.event: {part.name: str(part.type) for part in one.fields} for one in model.event_data},
         "states": [_state(model, state) for state in model.states[1:] if state.kind not in HISTORY],
         "transitions": [_transition(model, one) for one in model.transitions],
         "properties": {one.name: one.text for one in model.properties},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,12 @@ from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.typing import Declared, Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
+from hsm.engine.occurrences import event_text
 from hsm.model.chart import Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
 from hsm.model.expressions import Literal
+from hsm.model.members import library_of_members
+from hsm.model.messages import Occurrence
 from hsm.model.registry import Library, Parameter, SignalDeclaration
 from hsm.model.rewriting import actions_of
 from hsm.model.types import BOOLEAN, Quantity
@@ -140,6 +144,7 @@ class _Reader:
 
     def __post_init__(self) -> None:
         unknown = Place(self.report.file, 1, 1, 1, 1)
+        self.library = library_of_members(self.library, self.model.members)
         self.parameters = {one.name: one for one in self.model.parameters}
         declared = {name: Declared(one.type, constant=True, place=unknown) for name, one in self.parameters.items()}
         declared.update(
@@ -152,6 +157,11 @@ class _Reader:
                 self.states.setdefault(name.rpartition(".")[2], []).append(name)
         self.scope = Scope(self.library, self.report, declared, frozenset(names))
         self.scope.enumerations.update((one.__name__, one) for one in self.model.enumerations)
+        for one in self.model.variables:  # how instances have ended
+            if isinstance(one.initial, Literal) and isinstance(one.initial.value, StrEnum):
+                kind = type(one.initial.value)
+                if kind.__name__ not in self.scope.enumerations:
+                    self.scope.outcomes[kind.__name__] = kind
 
     def suite(self, lines: list[ScenarioLine]) -> Suite:
         """The whole file."""
@@ -212,8 +222,7 @@ class _Reader:
                 case Reporting(name, outcome):
                     self._report(name, outcome, reports)
                 case Sending(event):
-                    self._event(event)
-                    events.append(str(event))
+                    events += self._event(event)
         return Stimulus(after, signals, reports, frozenset(failing), tuple(events), line.place)
 
     def _set(self, setting: Setting, signals: dict[str | SignalKey, Any], parameters: dict[str, Any] | None) -> None:
@@ -284,10 +293,12 @@ class _Reader:
         else:
             reports[str(name)] = FAULT if outcome is None else str(outcome)
 
-    def _event(self, event: Token) -> None:
+    def _event(self, sent: Token | ast.CallSyntax) -> list[str]:
+        """The event that is sent, as a text with what it carries; none where something is wrong with it."""
+        event = name_of(sent)
         heard = {one for t in self.model.transitions if isinstance(t.trigger, On) for one in t.trigger.names}
-        if "*" in heard:
-            heard |= self.model.events or set()
+        patterns = [one.removesuffix("*") for one in heard if one.endswith("*")]
+        heard |= {one for one in self.model.events or () if any(map(one.startswith, patterns))}
         if str(event) not in heard and str(event) not in self.library.events:
             self.report.add(
                 "E0203",
@@ -295,6 +306,18 @@ class _Reader:
                 f"nothing in the machine waits for `{event}`",
                 self.report.guess(event, heard).text,
             )
+            return []
+        data = self.model.data_of(str(event))
+        call = sent if isinstance(sent, ast.CallSyntax) else ast.CallSyntax(sent, (), sent, 1)
+        fields = () if data is None else data.fields
+        values = self.scope.arguments(call, [Parameter(one.name, one.type) for one in fields], f"event `{event}`")
+        if values is None:
+            return []
+        known = {one.name: value.value for one, value in zip(fields, values, strict=True) if isinstance(value, Literal)}
+        if len(known) < len(fields):
+            self.report.add("E0303", self._span(call), "what an event carries in a scenario is constant")
+            return []
+        return [event_text(self.model, Occurrence(str(event), known))]
 
     def assignment(self, setting: Setting) -> tuple[str, Any] | None:
         """A variable or parameter and its new value."""
@@ -363,6 +386,10 @@ class _Reader:
     def _raises(self, part: Performance) -> ExpectationClause | None:
         raised = {one.event for one in actions_of(self.model) if isinstance(one, Raise | Send)}
         name = name_of(part.what)
+        if isinstance(part.what, ast.CallSyntax):
+            message = f"`raised {name}` stands without what the event carries"
+            self.report.add("E0213", self._span(part.what), message, "expect a variable that it was given to")
+            return None
         if str(name) not in raised:
             hint = self.report.guess(name, raised).text
             self.report.add("E0203", self._span(name), f"the machine never raises `{name}`", hint)

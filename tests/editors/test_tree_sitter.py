@@ -124,7 +124,7 @@ def test_an_edited_tree_equals_a_fresh_one():
             tree, fresh = parser().parse(text.encode(), tree), parser().parse(text.encode())
             edits += 1
             if list(_nodes(tree)) != list(_nodes(fresh)):
-                # Where a text is broken, tree-sitter seldom chooses another way round the error than from the beginning.
+                # Round an error tree-sitter seldom finds another way than from the beginning.
                 assert fresh.root_node.has_error, (seed, text)
                 assert tree.root_node.has_error, (seed, text)
                 differing += 1

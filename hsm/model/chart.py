@@ -61,6 +61,11 @@ class On:
 
 
 @dataclass(frozen=True, slots=True)
+class Defer(On):
+    """Keeps any of these events until another state is active, and lets them happen then."""
+
+
+@dataclass(frozen=True, slots=True)
 class When:
     """Fires in a step in which the condition holds."""
 
@@ -152,6 +157,7 @@ class Send:
         place: where it is written.
         message: the event with its data, once it was sent.
         arguments: what it carries, in the order of its declaration; evaluated when it is sent.
+        target: the session that it goes to; None for the machine itself.
     """
 
     event: str
@@ -160,6 +166,24 @@ class Send:
     place: Place | None = None
     message: Message | Occurrence | None = None
     arguments: tuple[Expression, ...] = ()
+    target: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Emit:
+    """Send an event to other machines; they hear of it in their next step.
+
+    Attributes:
+        event: its name.
+        place: where it is written.
+        arguments: what it carries, in the order of its declaration.
+        receivers: how the members of this machine that hear of it call it; empty where others run elsewhere.
+    """
+
+    event: str
+    place: Place | None = None
+    arguments: tuple[Expression, ...] = ()
+    receivers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +209,39 @@ class Execute:
     place: Place | None = None
 
 
-Action = Assign | Call | Raise | Send | Cancel | Execute
+Action = Assign | Call | Raise | Send | Emit | Cancel | Execute
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Invoked:
+    """A chart that begins to run.
+
+    Attributes:
+        identifier: what the invoking chart calls it.
+        model: the chart.
+        data: values for its data, by name.
+        autoforward: it is sent all events that its invoker is sent.
+        finalize: run on each of its events before the invoker handles it, or None.
+    """
+
+    identifier: str
+    model: Model
+    data: Mapping[str, Any]
+    autoforward: bool = False
+    finalize: Callable[[dict[Any, Any], Collection[int], Any], None] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Invoke:
+    """A chart that runs while a state is active.
+
+    Attributes:
+        begin: makes it, with the signals of the step, the active states and the machine's queue; None after an error.
+        place: where it is written.
+    """
+
+    begin: Callable[[dict[Any, Any], Collection[int], Any], Invoked | None]
+    place: Place | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,6 +295,7 @@ class State:
         exit: actions on exit.
         activity: what it does while active.
         transitions: indices of its transitions, in document order.
+        invokes: the charts that run while it is active.
         instance: name of the machine that this state is an instance of, or None.
         doc: the comment above it.
         place: where its name is written.
@@ -256,6 +313,7 @@ class State:
     exit: tuple[Action, ...] = ()
     activity: ActivityCall | None = None
     transitions: tuple[int, ...] = ()
+    invokes: tuple[Invoke, ...] = ()
     instance: str | None = None
     doc: str = ""
     place: Place | None = None
@@ -276,6 +334,7 @@ class Variable:
         initial: its value on entry of ``scope``.
         scope: index of the state whose entry sets it (0: when the machine starts).
         constant: nothing assigns it (a parameter of an instance).
+        exposed: machines that import this one may read it, also while the instance is not active.
         place: where it is declared.
     """
 
@@ -285,6 +344,7 @@ class Variable:
     scope: int = 0
     constant: bool = False
     place: Place | None = None
+    exposed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,6 +386,8 @@ class Model:
         store: what a chart's data is before it begins; None for a machine without a data model.
         enumerations: those that its files declare.
         event_data: what its events carry, of those that carry anything.
+        exposed: the variables that a machine which imports this one may read.
+        members: the states that are machines with a robot and events of their own.
     """
 
     name: str
@@ -341,6 +403,8 @@ class Model:
     store: Store | None = None
     enumerations: tuple[type[StrEnum], ...] = ()
     event_data: tuple[EventData, ...] = ()
+    exposed: tuple[str, ...] = ()
+    members: tuple[str, ...] = ()
 
     def data_of(self, event: str) -> EventData | None:
         """What an event carries; None where that is nothing."""

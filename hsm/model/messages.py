@@ -26,6 +26,19 @@ class Occurrence:
         return self.name
 
 
+@dataclass(frozen=True, slots=True)
+class Emission:
+    """An event on its way to other machines.
+
+    Attributes:
+        event: the event.
+        receivers: how the members of this machine that hear of it call it.
+    """
+
+    event: str | Occurrence
+    receivers: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
     """An event with data of a chart in SCXML, with SCXML's fields.
@@ -36,6 +49,7 @@ class Message:
         data: what it carries; None for nothing.
         sendid: the identifier of the ``send`` that failed or made it.
         origin: where an answer would go.
+        invokeid: the invocation that it comes from.
     """
 
     name: str
@@ -43,6 +57,7 @@ class Message:
     data: Any = None
     sendid: str | None = None
     origin: str | None = None
+    invokeid: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,9 +69,15 @@ class Store:
         event: the event that is handled, or was last.
         results: what the completion of each state carries, by index.
         begun: the states whose data was set on their first entry.
+        given: data that whoever invoked the chart has given a value, in place of its own first value.
+        session: the identifier of the session; None where it is the chart's name.
+        reachable: the targets of other sessions that events can be sent to.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
     event: Message | None = None
     results: Mapping[int, Any] = field(default_factory=dict)
     begun: frozenset[int] = frozenset()
+    given: Mapping[str, Any] = field(default_factory=dict)
+    session: str | None = None
+    reachable: frozenset[str] = frozenset()

@@ -24,7 +24,7 @@ from hsm.model.messages import STORE, Message, Occurrence, Store
 from hsm.model.topology import Remembered
 
 SPIN = 1000
-"""So many microsteps may follow one another before they count as endless."""
+"""A step with more consecutive microsteps than this counts as endless."""
 
 
 @dataclass(slots=True)
@@ -253,7 +253,7 @@ class MacrostepExecution:
         declared = self.chart.model.data_of(event.name) if isinstance(event, Occurrence) else None
         if declared is None or not isinstance(event, Occurrence):
             return self._let_fire(entry, event)
-        # What the event carries stands among the variables for as long as it is handled.
+        # What the event carries is among the variables for as long as it is handled.
         carried = {declared.variable(part): event.data[part.name] for part in declared.fields}
         self._put(carried)
         fired = self._let_fire(entry, event)

@@ -124,7 +124,7 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
     configuration = new.configuration(leaves)
     gone = sorted(run.state.configuration.names ^ configuration.names)
     if gone:
-        raise SnapshotError(f"state `{gone[0]}` does not stand where it stood")
+        raise SnapshotError(f"state `{gone[0]}` is no longer at the same place in the machine")
     kept = _kept_values(old, run, new)
     values = new.generator.first_values(parameters)
     for name, slot in new.generator.variables.items():
@@ -158,7 +158,7 @@ def _sent_text(machine: CompiledChart, send: Send) -> str:
 
 
 def _sent(machine: CompiledChart, event: str, delay: float, label: str | None) -> Send:
-    """The event on its way that a text stands for."""
+    """The event on its way that a text represents."""
     if machine.model.events is None:
         return Send(event, delay, label)
     try:

@@ -1,6 +1,6 @@
 """The language server: each request of the protocol, answered from ``hsm.dsl.lsp``'s own terms.
 
-It needs the extra ``lsp``. Diagnostics are worked out when a document is opened, and when typing pauses for a moment;
+It needs the extra ``lsp``. Diagnostics are computed when a document is opened, and when typing pauses for a moment;
 an editor that asks for them itself (pull) gets them then and none unasked.
 """
 
@@ -44,7 +44,7 @@ class MachineServer(LanguageServer):
         return self.documents[file]
 
     def publish(self, uri: str) -> None:
-        """Tell the editor what is wrong with a document, unless it asks itself."""
+        """Send the editor the diagnostics of a document, unless it asks for them."""
         self._waiting.pop(uri, None)
         if self.pulls or uri not in self.workspace.text_documents:
             return
@@ -275,7 +275,7 @@ def _editing(server: MachineServer) -> None:
         edits = [protocol.text_edit(one, lines) for one in actions.all_fixes(document, found)]
         if edits and (asked is None or any(FIX_ALL.startswith(str(one)) for one in asked)):
             change = types.WorkspaceEdit(changes={uri: edits})
-            offered.append(types.CodeAction("Fix all that is certain", FIX_ALL, edit=change))
+            offered.append(types.CodeAction("Fix all certain problems", FIX_ALL, edit=change))
         for one in refactoring.refactorings(document, params.range.start.line):
             # The many targets of a transition are offered only where an editor asks for refactorings.
             if (

@@ -41,7 +41,7 @@ class Documents:
         self._found.pop(file, None)
 
     def refresh(self) -> None:
-        """Check everything anew: something that files depend on has changed on the disk."""
+        """Check everything again: something that files depend on has changed on the disk."""
         self._found.clear()
         for file, document in list(self._open.items()):
             self.update(file, document.text)

@@ -33,7 +33,7 @@ def read_file(path: str | Path) -> Model:
     """The model of an SCXML file.
 
     Raises:
-        MachineError: the file cannot be read or is no chart that is supported; all findings are in it.
+        MachineError: the file cannot be read or is no chart that is supported; all diagnostics are in it.
     """
     try:
         with Path(path).open("rb") as file:  # not to its end, which a device may not have
@@ -51,10 +51,10 @@ def read_text(text: str | bytes, file: str = "<text>") -> Model:
 
     Args:
         text: the document.
-        file: what findings call it.
+        file: what diagnostics call it.
 
     Raises:
-        MachineError: it is no chart that is supported; all findings are in it.
+        MachineError: it is no chart that is supported; all diagnostics are in it.
     """
     top = parse(text, file)
     reader = _Reader(file)
@@ -446,7 +446,7 @@ _ADVICE = {
     "if": _CASES,
     "elseif": _CASES,
     "else": _CASES,
-    "donedata": "leave it out: the name of the final state tells how the chart ended",
+    "donedata": "leave it out: the name of the final state shows how the chart ended",
     "param": "events carry no data: send one of several events instead",
     "content": "events carry no data: send one of several events instead",
 }

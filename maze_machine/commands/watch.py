@@ -16,7 +16,7 @@ ConnectOption = Annotated[
 
 def watch(
     connect: ConnectOption = OPEN,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     identity: IdentityOption = None,
     why: Annotated[
         str | None, typer.Option(metavar="STATE", help="Say once why this state's transitions fire or not, and end.")
@@ -62,7 +62,7 @@ def watch(
 def send(
     event: Annotated[str | None, typer.Argument(help="The event; the machine must declare it.")] = None,
     connect: ConnectOption = OPEN,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     identity: IdentityOption = None,
     pause: Annotated[bool, typer.Option("--pause", help="Have a simulation stand still.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Have it go on.")] = False,
@@ -98,6 +98,7 @@ def _line(step: dict[str, Any]) -> str:
     parts = [f"{step.get('stamp', 0) / 1e9:8.1f} s", ", ".join(map(str, step.get("states", ())))]
     parts += [f"took {taken}" for taken in step.get("taken", ())]
     parts += [f"heard {event}" for event in step.get("events", ())]
+    parts += [f"sent {event}" for event in step.get("sent", ())]
     variables = ", ".join(f"{name} = {value}" for name, value in step.get("variables", {}).items())
     parts += [variables] if variables else []
     parts += [f"standing: {step['blind']}"] if step.get("blind") else []

@@ -7,11 +7,15 @@ an editor that asks for them itself (pull) gets them then and none unasked.
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
+from typing import Any
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol
 
 from hsm.dsl.format.formatter import format_text
 from hsm.dsl.lsp import actions, navigation, protocol, refactoring
@@ -19,20 +23,53 @@ from hsm.dsl.lsp.editing import Document
 from hsm.dsl.lsp.workspace import Documents, LibraryOf
 from hsm.model.diagnostics import MachineError
 
-PAUSE = 0.05
+PAUSE = 0.02
 """How long typing has to pause before a document is checked, s."""
+_BREATH = 0.002
+"""How long a request for diagnostics lets others come first, s."""
 _PULL = types.DiagnosticOptions(inter_file_dependencies=True, workspace_diagnostics=False, identifier="maze-machine")
 FIX_ALL = "source.fixAll.maze-machine"
 CODE_ACTIONS = (types.CodeActionKind.QuickFix, FIX_ALL, refactoring.ADD_STATE, refactoring.RETARGET)
 """The kinds of what can be done about a line."""
 
 
+class _Protocol(LanguageServerProtocol):
+    """The protocol without a flaw of pygls 2.1, which keeps what became of every notification for ever."""
+
+    def _execute_handler(
+        self,
+        msg_id: str | int,
+        handler: Callable[..., Any],
+        callback: Callable[[Future[Any]], Any],
+        args: tuple[Any, ...] | None = None,
+        kwargs: dict[str, Any] | None = None,
+    ) -> None:
+        def done(future: Future[Any]) -> None:
+            self._request_futures.pop(msg_id, None)
+            callback(future)
+
+        super()._execute_handler(msg_id, handler, done, args, kwargs)
+
+
 class MachineServer(LanguageServer):
-    """A language server with the documents of its editor."""
+    """A language server with the documents of its editor.
+
+    Attributes:
+        documents: what is open.
+        pulls: the editor asks for diagnostics itself.
+        snippets: the editor fills in what is inserted with places to fill in.
+        forget_libraries: called when files have changed that may say what a file's library is.
+    """
 
     def __init__(self, library_of: LibraryOf, version: str) -> None:
-        super().__init__("maze-machine", version, text_document_sync_kind=types.TextDocumentSyncKind.Incremental)
+        super().__init__(
+            "maze-machine",
+            version,
+            text_document_sync_kind=types.TextDocumentSyncKind.Incremental,
+            protocol_cls=_Protocol,
+        )
         self.documents = Documents(library_of)
+        self.forget_libraries: Callable[[], object] = lambda: None
         self.pulls = False
         self.snippets = False
         self._waiting: dict[str, asyncio.TimerHandle] = {}
@@ -119,6 +156,9 @@ def _synchronisation(server: MachineServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_DIAGNOSTIC, _PULL)
     async def pulled(params: types.DocumentDiagnosticParams) -> types.RelatedFullDocumentDiagnosticReport:
+        # Edits and cancellations that have come meanwhile are taken in first: of a row of keystrokes only the last text
+        # is checked, and each request is answered with what is wrong with it.
+        await asyncio.sleep(_BREATH)
         document = server.document(params.text_document.uri)
         found = server.documents.diagnostics(document.file)
         shown = [protocol.diagnostic(one, document.file, document.tree.lines) for one in found]
@@ -126,6 +166,7 @@ def _synchronisation(server: MachineServer) -> None:
 
 
 def _refresh(server: MachineServer) -> None:
+    server.forget_libraries()
     server.documents.refresh()
     for uri in list(server.workspace.text_documents):
         server.publish_soon(uri)

@@ -34,7 +34,7 @@ class Load(Protocol):
         ...
 
     def file(self, element: Element) -> Model | None:
-        """The chart in a file that an ``invoke`` names; None, with diagnostics, where there is something wrong with it."""
+        """The chart in a file that an ``invoke`` names; None, with diagnostics, if it is not valid."""
         ...
 
     def text(self, text: Any) -> Model:

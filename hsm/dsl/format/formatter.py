@@ -238,3 +238,32 @@ def _joined(lines: Sequence[_Line], codes: Sequence[str]) -> str:
             elif indented[number] or (result and result[-1]):
                 result.append(indented[number])
     return "\n".join(result).rstrip("\n") + "\n" if any(result) else ""
+
+
+def indented_lines(lines: Sequence[str], outer: Sequence[str], parted: str) -> str:
+    """Lines of two levels laid out: some at the margin, the others four columns in, those that go on twice that.
+
+    Args:
+        lines: the lines.
+        outer: the words that lines at the margin begin with.
+        parted: the one of these words before whose lines, and the comments above them, there is a blank line.
+    """
+    found: list[str] = []
+    joined = False
+    for line in lines:
+        text = line.strip()
+        if not text:
+            if found and found[-1]:
+                found.append("")
+            continue
+        word = text.split(maxsplit=1)[0]
+        margin = word in outer or (text.startswith("#") and not line.startswith(" "))
+        found.append(text if margin else f"{'        ' if joined else '    '}{text}")
+        joined = text.partition("#")[0].rstrip().endswith(",")
+        if word == parted:
+            above = len(found) - 1
+            while above > 0 and found[above - 1].startswith("#"):
+                above -= 1
+            if above > 0 and found[above - 1]:
+                found.insert(above, "")
+    return "\n".join(found).rstrip() + "\n"

@@ -1,6 +1,6 @@
 """Whether anything grows: ``python benchmarks/soak.py [--minutes N] [--runs N]``.
 
-The first part drives a simulated robot over a Zenoh link for this many minutes of simulated time, at ten periods a second,
+The first part drives a simulated robot over a Zenoh link for that many minutes of its time, at ten periods a second,
 the second makes this many short runs in one process. Memory, file descriptors and threads are read after a tenth of
 part and at its end; the exit status is 1 if they grew by more than the limits.
 """

@@ -20,7 +20,7 @@ class Course:
     def error(self, facts: Facts) -> float:
         """How far to turn to be on course, rad, counter-clockwise positive.
 
-        The first call sets the course: along the nearest axis of the walls, or the robot's heading where there are none.
+        The first call sets the course: along the nearest wall axis, or the robot's heading where there are none.
         """
         heading = facts.observation.odometry.pose.heading
         along_walls = heading + facts.misalignment

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Protocol
 
 from hsm.dsl.loading import SUFFIX, ImportedMachines, check_tree, read_text
-from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.editing import Document, Entry
+from hsm.dsl.lsp.navigation import OutlineSymbol, Span
 from hsm.dsl.syntax.parser import BlockParser
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
@@ -15,6 +17,52 @@ from hsm.model.registry import Library
 LibraryOf = Callable[[str], Library]
 """Gives the library that a file's machine is written against."""
 _MOST_FILES = 500
+
+
+class OtherDocument(Protocol):
+    """A file of another language about machines, such as that of scenarios, as it is in the editor."""
+
+    @property
+    def file(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def lines(self) -> Sequence[str]:
+        """Its text, line by line."""
+        ...
+
+    def diagnostics(self) -> Sequence[Diagnostic]:
+        """What is wrong with it."""
+        ...
+
+    def typed(self, line: int, column: int) -> str:
+        """The part of a name that is before a position."""
+        ...
+
+    def completions(self, line: int, column: int) -> Sequence[Entry]:
+        """What could be written at a position."""
+        ...
+
+    def hover(self, line: int, column: int) -> Entry | None:
+        """What is written at a position."""
+        ...
+
+    def definition(self, line: int, column: int) -> Span | None:
+        """Where the name at a position is declared."""
+        ...
+
+    def outline(self) -> Sequence[OutlineSymbol]:
+        """What it declares."""
+        ...
+
+    def formatted(self) -> str | None:
+        """Its text laid out; None where it cannot be read."""
+        ...
+
+
+OtherLanguage = Callable[[str, str, Mapping[str, str]], OtherDocument | None]
+"""Makes the document of a file from its name, its text and the texts of all open files; None for a machine's file."""
 
 
 @dataclass(slots=True)
@@ -46,7 +94,7 @@ class Documents:
         self._found.pop(file, None)
 
     def refresh(self) -> None:
-        """Check everything anew: something that files depend on has changed on the disk."""
+        """Check everything again: something that files depend on has changed on the disk."""
         self._found.clear()
         self._imported.clear()
         for file, document in list(self._open.items()):

@@ -44,7 +44,7 @@ class EditorLibraries:
         return self._of_files[file]
 
     def refresh(self, changed: Sequence[str] = ()) -> None:
-        """Files have changed: look for the library of each file anew; where it is Python that changed, import it anew.
+        """Files have changed: look for the library of each file again; where it is Python that changed, import it again.
 
         Args:
             changed: the files, as far as they are known.
@@ -98,7 +98,7 @@ class EditorLibraries:
 
 
 def forget_modules(folders: Sequence[Path]) -> None:
-    """Have the modules of some folders imported anew the next time; what is installed in them stays."""
+    """Have the modules of some folders imported again the next time; what is installed in them stays."""
     for name, module in list(sys.modules.items()):
         file = getattr(module, "__file__", None)
         if file is None or "site-packages" in file:

@@ -1,7 +1,7 @@
 """The one canonical form of a machine's text: layout only, so that comments and meaning stay as they are.
 
-Blocks are indented by four spaces; within a block the arrows of its transitions stand in one column, and so do their
-actions; comments behind neighbouring lines stand in one column; no two blank lines follow one another.
+Blocks are indented by four spaces; within a block the arrows of its transitions are in one column, and so are their
+actions; comments after neighbouring lines are in one column; no two blank lines follow one another.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ INDENT = 4
 
 _CONTINUATION = 8
 _WIDEST_TRIGGER = 72
-_TRANSITIONS = ("ON", "WHEN", "AFTER")
+_TRANSITIONS = ("ON", "WHEN", "ELSE", "AFTER", "EVERY")
 _DECLARATIONS = ("PARAM", "VAR")
 _AMOUNT = re.compile(r"([\d.]+(?:[eE][+-]?\d+)?) *(.*)")
 
@@ -33,7 +33,7 @@ class _Line:
     Attributes:
         depth: how many blocks it lies in.
         block: which block it lies in, by number.
-        tokens: what stands on it; empty for a comment or a blank line.
+        tokens: what is on it; empty for a comment or a blank line.
         continued: it is part of the line before it.
         comment: its comment, with the mark.
     """
@@ -84,7 +84,7 @@ def _lines(source: Sequence[str]) -> list[_Line]:
 
 
 def _comment(text: str) -> str:
-    """The comment of a line, with one blank behind its mark."""
+    """The comment of a line, with one blank after its mark."""
     _, mark, comment = text.partition("#")
     if not mark:
         return ""

@@ -1,4 +1,4 @@
-"""What an editor asks while a machine is written: what could stand here, what is this, what does a call take.
+"""What an editor asks while a machine is written: what could be here, what is this, what does a call take.
 
 Lines and columns count from 0, columns in characters; ``hsm.dsl.lsp.server`` turns them into what the protocol counts.
 """
@@ -163,12 +163,12 @@ class Document:
     # Completion.
 
     def typed(self, line: int, column: int) -> str:
-        """The part of a name that stands before a position."""
+        """The part of a name that is before a position."""
         found = re.search(r"[A-Za-z_][\w.]*$", self._before(line, column))
         return found.group() if found else ""
 
     def completions(self, line: int, column: int) -> list[Entry]:
-        """What could stand at a position: all that has the letters typed so far, in their order."""
+        """What could be at a position: all that has the letters typed so far, in their order."""
         text = self._before(line, column)
         if "#" in text:
             return []
@@ -179,7 +179,7 @@ class Document:
         return self.tree.lines[line][:column] if line < len(self.tree.lines) else ""
 
     def _possible(self, before: str) -> Iterator[Entry]:
-        """What could stand after the beginning of a line."""
+        """What could be after the beginning of a line."""
         words = before.split()
         if not words:
             yield from (Entry(word, SymbolKind.KEYWORD, snippet=_SNIPPETS.get(word, "")) for word in sorted(STATEMENTS))
@@ -222,7 +222,7 @@ class Document:
             yield Entry(f"{event}.{one.name}", SymbolKind.VARIABLE, type_text(one.type))
 
     def _inside_call(self, called: str, written: str) -> Iterator[Entry]:
-        """What could stand in the brackets of a call: its arguments by name, and values of the type that is due."""
+        """What could be in the brackets of a call: its arguments by name, and values of the type that is due."""
         if called == "in":
             yield from self._states()
             return
@@ -284,7 +284,7 @@ class Document:
     # Hovering and calls.
 
     def hover(self, line: int, column: int) -> Entry | None:
-        """What stands at a position."""
+        """What is at a position."""
         here = self.occurrence(line, column)
         if here is None:
             word = self._word(line, column)
@@ -499,7 +499,7 @@ def fitting(typed: str, possible: Iterable[Entry]) -> list[Entry]:
 
 
 def _fits(typed: str, label: str) -> bool:
-    """Whether the letters that were typed stand in a label in this order, as editors match them; dots part words."""
+    """Whether the letters that were typed are in a label in this order, as editors match them; dots part words."""
     if "." in typed:
         return label.lower().startswith(typed.lower())
     letters = iter(label.lower())

@@ -46,7 +46,7 @@ class OutlineSymbol:
     Attributes:
         name: its name.
         detail: what it is.
-        role: what the name stands for.
+        role: what the name represents.
         place: the name.
         whole: the declaration with its block.
         children: the states inside it.
@@ -245,16 +245,16 @@ def references_elsewhere(document: Document, here: Occurrence, other: Document) 
 def rename(
     document: Document, line: int, column: int, name: str, others: Iterable[Document]
 ) -> list[tuple[str, Occurrence]]:
-    """All places to change when what stands at a position gets a new name, each with its file.
+    """All places to change when what is at a position gets a new name, each with its file.
 
     Raises:
-        RenameError: nothing that a file declares stands there, the name is none, or it is taken.
+        RenameError: nothing that a file declares is there, the name is none, or it is taken.
     """
     here = renamable(document, line, column)
     if not _NAME.fullmatch(name):
-        raise RenameError(f"`{name}` is no name: use letters, digits and underscores")
+        raise RenameError(f"`{name}` is not a name: use letters, digits and underscores")
     if name in document.table.declared or name in document.library.signals:
-        raise RenameError(f"`{name}` is declared already")
+        raise RenameError(f"`{name}` is already declared")
     found = [(document.file, one) for one in references(document, line, column)]
     for other in others:
         if Path(other.file) != Path(document.file):

@@ -1,6 +1,6 @@
 """The language server: each request of the protocol, answered from ``hsm.dsl.lsp``'s own terms.
 
-It needs the extra ``lsp``. Diagnostics are worked out when a document is opened, and when typing pauses for a moment;
+It needs the extra ``lsp``. Diagnostics are computed when a document is opened, and when typing pauses for a moment;
 an editor that asks for them itself (pull) gets them then and none unasked.
 """
 
@@ -101,7 +101,7 @@ class MachineServer(LanguageServer):
         return self.documents[file]
 
     def other(self, uri: str) -> OtherDocument | None:
-        """The document as it is in the editor, if it is of another language; it is made anew where any file changes."""
+        """The document as the editor has it, if it is of another language; made again when any file changes."""
         if uri.endswith(SUFFIX):
             return None
         opened = {protocol.path_of(one): document for one, document in self.workspace.text_documents.items()}
@@ -148,7 +148,7 @@ class MachineServer(LanguageServer):
                 self.work_done_progress.end(token, types.WorkDoneProgressEnd())
 
     def refresh(self, changed: Sequence[str] = ()) -> None:
-        """Files have changed on the disk: look at everything anew.
+        """Files have changed on the disk: look at everything again.
 
         Args:
             changed: the files, as far as they are known.
@@ -160,7 +160,7 @@ class MachineServer(LanguageServer):
             self.publish_soon(uri)
 
     def publish(self, uri: str) -> None:
-        """Tell the editor what is wrong with a document, unless it asks itself."""
+        """Send the editor the diagnostics of a document, unless it asks for them."""
         self._waiting.pop(uri, None)
         if self.pulls or uri not in self.workspace.text_documents:
             return
@@ -407,7 +407,7 @@ def _editing(server: MachineServer) -> None:
         edits = [protocol.text_edit(one, lines) for one in actions.all_fixes(document, found)]
         if edits and (asked is None or any(FIX_ALL.startswith(str(one)) for one in asked)):
             change = types.WorkspaceEdit(changes={uri: edits})
-            offered.append(types.CodeAction("Fix all that is certain", FIX_ALL, edit=change))
+            offered.append(types.CodeAction("Fix all certain problems", FIX_ALL, edit=change))
         for one in refactoring.refactorings(document, params.range.start.line):
             # The many targets of a transition are offered only where an editor asks for refactorings.
             if (

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Protocol
 
@@ -16,7 +18,8 @@ from hsm.model.registry import Library
 
 LibraryOf = Callable[[str], Library]
 """Gives the library that a file's machine is written against."""
-_MOST_FILES = 500
+_MOST_FILES, _MOST_FOLDERS = 500, 2000
+"""How much of a folder is looked at: an editor may have opened a file in the root of a disk."""
 
 
 class OtherDocument(Protocol):
@@ -94,7 +97,7 @@ class Documents:
         self._found.pop(file, None)
 
     def refresh(self) -> None:
-        """Check everything anew: something that files depend on has changed on the disk."""
+        """Check everything again: something that files depend on has changed on the disk."""
         self._found.clear()
         self._imported.clear()
         for file, document in list(self._open.items()):
@@ -126,12 +129,17 @@ class Documents:
         for file in self:
             seen.add(str(Path(file).resolve()))
             yield self._open[file]
-        for number, path in enumerate(sorted(folder.rglob(f"*{SUFFIX}"))):
-            if number >= _MOST_FILES:
-                return
+        for path in islice(_machines(folder), _MOST_FILES):
             if str(path.resolve()) in seen:
                 continue
             try:
                 yield Document(read_text(path), str(path), self.library_of(str(path)))
             except MachineError:
                 continue
+
+
+def _machines(folder: Path) -> Iterator[Path]:
+    """The machines of a folder and of those in it, in order; hidden folders and links to folders are passed over."""
+    for place, folders, files in islice(os.walk(folder), _MOST_FOLDERS):
+        folders[:] = sorted(one for one in folders if not one.startswith("."))
+        yield from (Path(place, one) for one in sorted(files) if one.endswith(SUFFIX))

@@ -44,7 +44,7 @@ class EditorLibraries:
         return self._of_files[file]
 
     def refresh(self, changed: Sequence[str] = ()) -> None:
-        """Files have changed: look for the library of each file again; where it is Python that changed, import it again.
+        """Files have changed: look for the library of each file again; import it again where it is Python that changed.
 
         Args:
             changed: the files, as far as they are known.

@@ -41,7 +41,7 @@ NONE = -1
 """What a chain gives when no transition fires."""
 
 FEW_PATHS = 16
-"""A guard with up to that many paths is decided by nested ``if``s, one with more by adding up its path."""
+"""A guard with up to this many paths is decided by nested ``if``s, one with more by adding up its path."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -37,7 +37,7 @@ class Mission:
         machine: the checked machine.
         profile: what is tunable of the robot.
         parameters: the machine's parameters, in SI units.
-        time_limit: the run is ended after so many seconds on the robot's clock; None for no limit.
+        time_limit: the run is ended after that many seconds on the robot's clock; None for no limit.
     """
 
     machine: Machine[Facts, Command]

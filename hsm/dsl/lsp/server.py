@@ -85,7 +85,7 @@ class MachineServer(LanguageServer):
         return self.documents[file]
 
     def other(self, uri: str) -> OtherDocument | None:
-        """The document as it is in the editor, if it is of another language; it is made anew where any file changes."""
+        """The document as the editor has it, if it is of another language; made again when any file changes."""
         if uri.endswith(SUFFIX):
             return None
         opened = {protocol.path_of(one): document for one, document in self.workspace.text_documents.items()}
@@ -107,7 +107,7 @@ class MachineServer(LanguageServer):
         return [protocol.diagnostic(one, document.file, document.tree.lines) for one in found]
 
     def refresh(self) -> None:
-        """Files have changed on the disk: look at everything anew."""
+        """Files have changed on the disk: look at everything again."""
         self.forget_libraries()
         self.documents.refresh()
         self._others.clear()

@@ -31,6 +31,9 @@ _WORDS = (
     "for",
     "reports",
     "doing",
+    "called",
+    "raised",
+    "sent",
 )
 
 

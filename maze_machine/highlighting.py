@@ -32,6 +32,9 @@ _WORDS = (
     "for",
     "reports",
     "doing",
+    "called",
+    "raised",
+    "sent",
 )
 
 

@@ -78,7 +78,7 @@ class DrivenRun:
         """It goes on as it is asked to."""
 
     def close(self) -> None:
-        """Let go of the robot."""
+        """Release the robot."""
         self._close()
 
 

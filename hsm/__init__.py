@@ -21,6 +21,7 @@ from hsm.engine.transition import Inputs, transition
 from hsm.model.chart import Model
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
 from hsm.model.faults import MachineFault, Spin
+from hsm.model.messages import Occurrence
 from hsm.model.registry import Activity, E, F, Library, Outcome, RegistryError, Stoppable
 from hsm.model.types import UNITS, Angle, Duration, Length, Speed, TurnRate, Unit
 
@@ -44,6 +45,7 @@ __all__ = [
     "Macrostep",
     "Microstep",
     "Model",
+    "Occurrence",
     "Outcome",
     "Place",
     "RegistryError",

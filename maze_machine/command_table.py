@@ -52,7 +52,7 @@ _SUBCOMMANDS = (
         "view",
         DRIVE,
         "view:view",
-        "Make a page of a recorded run: robot, laser, states and transitions, with play, pause and seek.",
+        "Show a run on a page: the plan, the machine, why it does what it does, variables and time.",
     ),
     Subcommand(
         "watch",
@@ -113,6 +113,7 @@ _SUBCOMMANDS = (
     Subcommand(
         "lsp", WRITE, "lsp:lsp", "Serve an editor over standard input and output, by the Language Server Protocol."
     ),
+    Subcommand("dap", WRITE, "dap:dap", "Let an editor debug a machine, by the Debug Adapter Protocol."),
     Subcommand(
         "trust",
         WRITE,

@@ -8,7 +8,7 @@ from pygments.lexer import RegexLexer, bygroups, words
 from pygments.token import Comment, Keyword, Name, Number, Operator, Punctuation, Text
 
 _NAME = r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*"
-_UNIT = r"(?:[ ]*(?!(?:and|or|if|within|before|for)\b)[A-Za-z]+(?:/[A-Za-z]{1,3}\b(?:\^\d+)?)?)?"
+_UNIT = r"(?:[ ]*(?!(?:and|or|if|else|within|before|for)\b)[A-Za-z]+(?:/[A-Za-z]{1,3}\b(?:\^\d+)?)?)?"
 _BLOCKS = ("state", "parallel", "final")
 _STATEMENTS = (
     *("machine", "import", "param", "var", "event", "define", "enum", "initial"),
@@ -20,7 +20,9 @@ _WORDS = (
     "or",
     "not",
     "if",
+    "else",
     "raise",
+    "cancel",
     "never",
     "always",
     "eventually",

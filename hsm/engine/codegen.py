@@ -12,7 +12,7 @@ entered or left, or one transition is taken. All functions share the names of th
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from itertools import count
 from types import CodeType, TracebackType
@@ -22,9 +22,20 @@ from hsm.engine.decisions import Condition, Connective, Constant, Decision, Nega
 from hsm.engine.evaluation import Evaluation, all_signals, eager_signals
 from hsm.engine.limits import duration, finite, following, interval, whole
 from hsm.engine.probes import Probes
-from hsm.model.chart import Action, After, Assign, Call, Every, Execute, Model, Raise, State, Timed, When
+from hsm.model.chart import Action, After, Assign, Call, Every, Execute, Model, Raise, Send, State, Timed, When
 from hsm.model.diagnostics import Place
-from hsm.model.expressions import Active, Binary, Computed, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import (
+    Active,
+    Binary,
+    Choice,
+    Computed,
+    Expression,
+    Literal,
+    SignalValue,
+    Unary,
+    VariableValue,
+)
+from hsm.model.messages import Occurrence
 from hsm.model.types import Integer, Quantity, Type
 
 NONE = -1
@@ -126,14 +137,17 @@ class Generator:
     """Makes chains and blocks for one model, and gives signals, variables and foreign objects their slots.
 
     Attributes:
-        variables: slot of each variable and parameter, by name.
+        variables: slot of each parameter, each variable and each part of what events carry, by name.
+        own_variables: the names of the parameters and variables: what keeps its value between events.
         states: index of each state, by name.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
         names = [parameter.name for parameter in model.parameters] + [variable.name for variable in model.variables]
-        self.variables = {name: slot for slot, name in enumerate(names)}
+        carried = [declared.variable(part) for declared in model.event_data for part in declared.fields]
+        self.variables = {name: slot for slot, name in enumerate((*names, *carried))}
+        self.own_variables = names
         self._types = {one.name: one.type for one in model.variables}
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
         self.states = {state.name: state.index for state in model.states}
@@ -158,6 +172,14 @@ class Generator:
     ) -> Evaluation:
         """What expressions are evaluated against at one moment of a run."""
         return Evaluation(values, self.variables, active, self.states, memo, self.key, ask)
+
+    def first_values(self, parameters: Sequence[Any]) -> list[Any]:
+        """The values of all slots before a run begins.
+
+        Args:
+            parameters: those of the parameters, in order.
+        """
+        return [*parameters, *[None] * (len(self.variables) - len(parameters))]
 
     def decision(self, transition: int) -> Decision:
         """What decides whether a transition fires."""
@@ -314,8 +336,13 @@ class Generator:
                     writer.add(1, f"{self._object(declared.function)}(f{given})", place)
                 case Execute(run=execute, place=place):
                     writer.add(1, f"{self._object(execute)}(m, c, q)", place)
+                case Raise(event, place, arguments) if arguments:
+                    writer.add(1, f"q.append({self._occurrence(writer, event, arguments)})", place)
                 case Raise(event, place):
                     writer.add(1, f"q.append({event!r})", place)
+                case Send(event=event, place=place, arguments=arguments) if arguments:
+                    sent = self._occurrence(writer, event, arguments)
+                    writer.add(1, f"q.append({self._object(replace)}({self._object(action)}, message={sent}))", place)
                 case _:
                     writer.add(1, f"q.append({self._object(action)})", action.place)
         if len(writer.lines) == 1:
@@ -386,6 +413,16 @@ class Generator:
             return code
         return f"{self._object(whole if isinstance(kind, Integer) else finite)}({code})"
 
+    def _occurrence(self, writer: _Writer, event: str, arguments: tuple[Expression, ...]) -> str:
+        """The code of an event with what it carries."""
+        declared = self.model.data_of(event)
+        assert declared is not None, "only declared events carry anything"
+        parts = (
+            f"{part.name!r}: {self._held(writer, argument, part.type)}"
+            for part, argument in zip(declared.fields, arguments, strict=True)
+        )
+        return f"{self._object(Occurrence)}({event!r}, {{{', '.join(parts)}}})"
+
     def repeat(self, index: int) -> Block | None:
         """What sets the next deadline of a repeated transition that was taken, and whose state stays."""
         transition = self.model.transitions[index]
@@ -439,6 +476,9 @@ class Generator:
                 return f"{operator}({self._code(left, known)}, {self._code(right, known)})"
             case Binary(operator, left, right):
                 return f"({self._code(left, known)} {operator} {self._code(right, known)})"
+            case Choice(condition, then, otherwise):
+                chosen, other = self._code(then, known), self._code(otherwise, known)
+                return f"({chosen} if {self._code(condition, known)} else {other})"
 
     def _number(self, value: Any) -> str:
         if type(value) is float and value - value == 0:  # neither infinite nor NaN
@@ -461,3 +501,6 @@ def _variables(expression: Expression) -> Iterator[str]:
         case Binary(_, left, right):
             yield from _variables(left)
             yield from _variables(right)
+        case Choice(condition, then, otherwise):
+            for one in (condition, then, otherwise):
+                yield from _variables(one)

@@ -9,6 +9,7 @@ from typing import Any
 from hsm.engine.codegen import NONE, Block, CandidateChain, Generator
 from hsm.model.chart import Action, Always, Held, On, Timed, Transition, When
 from hsm.model.events import Event, StateEvent, matches
+from hsm.model.messages import Occurrence
 from hsm.model.topology import Topology
 
 CACHE = 4096
@@ -102,7 +103,8 @@ class Configuration:
         held: the transitions whose condition must hold for some time.
         pick_when: the selector's function, or one that gives ``NONE``.
         pick_first: the same, for a step in which no signal was evaluated yet.
-        events: what an event can fire, for the events that were asked for.
+        events: what an event can fire, for the events that were asked for; those that carry something, by their names
+            in brackets.
         plans: what is done for the transitions that a selector picked.
         moves: those of the plans that do nothing but move, whatever history states remember; ``SlowPath`` is raised for
             all others.
@@ -142,7 +144,7 @@ class Configuration:
         self.pick_first = self.when.chains[0].first if self.when and single else self.pick_when
         self._names: frozenset[str] | None = None
         self._activities: tuple[int, ...] | None = None
-        self.events: dict[Event, Selector | None] = {}
+        self.events: dict[Event | tuple[str], Selector | None] = {}
         self.plans: dict[Any, Plan] = {}
         self.moves: dict[Picked, Plan] = Moves()
 
@@ -168,11 +170,12 @@ class Configuration:
 
     def on(self, event: Event) -> Selector | None:
         """What an event can fire."""
-        if event not in self.events:
+        key = (event.name,) if isinstance(event, Occurrence) else event
+        if key not in self.events:
             if len(self.events) >= CACHE:
                 self.events.clear()
-            self.events[event] = self._selector(lambda transition: self._listens(transition, event))
-        return self.events[event]
+            self.events[key] = self._selector(lambda transition: self._listens(transition, event))
+        return self.events[key]
 
     def forget(self) -> None:
         """Drop the plans, which keep other configurations alive."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +20,7 @@ from hsm.model.diagnostics import Place
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
-from hsm.model.messages import STORE, Message, Store
+from hsm.model.messages import STORE, Message, Occurrence, Store
 from hsm.model.topology import Remembered
 
 SPIN = 1000
@@ -180,6 +180,8 @@ class MacrostepExecution:
         match entry:
             case Message():
                 event = entry
+            case Occurrence(name, data):
+                event = Message(name, data=dict(data) or None)
             case str():
                 event = Message(entry)
             case StateEvent(origin=origin, standard=name):
@@ -248,6 +250,24 @@ class MacrostepExecution:
         if STORE in self._memo:
             self._bind(entry)
         event = _event(entry)
+        declared = self.chart.model.data_of(event.name) if isinstance(event, Occurrence) else None
+        if declared is None or not isinstance(event, Occurrence):
+            return self._let_fire(entry, event)
+        # What the event carries stands among the variables for as long as it is handled.
+        carried = {declared.variable(part): event.data[part.name] for part in declared.fields}
+        self._put(carried)
+        fired = self._let_fire(entry, event)
+        self._put(dict.fromkeys(carried))
+        return fired
+
+    def _put(self, carried: Mapping[str, Any]) -> None:
+        """Give slots other values; the old list stays as it is, for the record."""
+        values = self.state.values[:]
+        for name, value in carried.items():
+            values[self.chart.generator.variables[name]] = value
+        self.state.values = values
+
+    def _let_fire(self, entry: Event | Message | PendingFault, event: Event) -> bool:
         selector = self.state.configuration.on(event)
         if selector is not None:
             fired = self._fire(selector, event)

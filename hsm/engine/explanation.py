@@ -12,7 +12,7 @@ from hsm.engine.configuration import Configuration, Plan
 from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
 from hsm.model.chart import Transition
-from hsm.model.expressions import Binary, Expression, SignalValue, Unary, VariableValue
+from hsm.model.expressions import Binary, Choice, Expression, SignalValue, Unary, VariableValue
 from hsm.model.unparse import call_text, expression_text, trigger_text, value_text
 
 
@@ -161,6 +161,9 @@ def _values(expression: Expression, evaluation: Evaluation) -> Iterator[tuple[st
         case Binary(_, left, right):
             yield from _values(left, evaluation)
             yield from _values(right, evaluation)
+        case Choice(condition, then, otherwise):
+            for one in (condition, then, otherwise):
+                yield from _values(one, evaluation)
 
 
 def _gone(call: SignalValue) -> Any:

@@ -11,6 +11,7 @@ from hsm.engine.explanation import Considered, explain
 from hsm.engine.record import NOTHING_DUE, Phase, RawRecord, Selection, StepRecord
 from hsm.model.chart import Action, Model, Transition
 from hsm.model.events import Event, StateEvent
+from hsm.model.messages import Occurrence
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +133,7 @@ class Macrostep:
         return self.record.after.topology.model
 
     def _events(self) -> Iterator[Selection]:
-        return (one for one in self.selections if isinstance(one.trigger, str | StateEvent))
+        return (one for one in self.selections if isinstance(one.trigger, str | Occurrence | StateEvent))
 
     def _said(self) -> tuple[Any, ...]:
         return self.time, self.microsteps, self.ignored, self.configuration

@@ -13,12 +13,14 @@ from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Plan, SlowPath
 from hsm.engine.coverage import Collector, Coverage
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
-from hsm.engine.inputs import check_events, check_time, parameter_values
+from hsm.engine.inputs import check_time, parameter_values
 from hsm.engine.macrostep import Macrostep
+from hsm.engine.occurrences import checked_events
 from hsm.engine.record import NOTHING_DUE, RawSelection
 from hsm.engine.snapshots import SavedRun, carry_over, to_json
 from hsm.model.chart import ActivityCall
 from hsm.model.events import StateEvent
+from hsm.model.messages import Occurrence
 from hsm.model.registry import Activity, E, F, Outcome, Stoppable
 from hsm.model.unparse import activity_text
 
@@ -51,7 +53,7 @@ class Supervisor(Generic[F, E]):
     def begin(cls, machine: CompiledChart, parameters: Sequence[Any], facts: F | None, time: float) -> Supervisor[F, E]:
         """Enter the initial configuration; see ``Machine.start``."""
         plan = machine.planner.start()
-        values = [*parameters, *(None for _ in machine.model.variables)]
+        values = machine.generator.first_values(parameters)
         nowhere = RunState(plan.target, values, {}, (), {}, None)
         supervisor = cls(machine, SavedRun(time, nowhere, (), frozenset()))
         memo: dict[Any, Any] = {}
@@ -90,6 +92,14 @@ class Supervisor(Generic[F, E]):
         return self._state.outcome
 
     @property
+    def due(self) -> float:
+        """When the run goes on by itself: the first deadline of a time-out or of an event on its way, in seconds.
+
+        Infinite where nothing happens without an event, an outcome or a change of a signal.
+        """
+        return -inf if self._pending else self._state.wake
+
+    @property
     def variables(self) -> Mapping[str, Any]:
         """The values of variables and parameters by their full names; those of states never entered are left out."""
         named = zip(self.machine.generator.variables, self._state.values, strict=True)
@@ -107,7 +117,7 @@ class Supervisor(Generic[F, E]):
 
     # Steps.
 
-    def step(self, time: float, events: Sequence[str] = (), facts: F | None = None) -> Macrostep:
+    def step(self, time: float, events: Sequence[str | Occurrence] = (), facts: F | None = None) -> Macrostep:
         """Let the machine react to what happened and to what is now.
 
         First the outcomes of activities and the given events, one after the other, then time-outs that are due, then
@@ -115,7 +125,8 @@ class Supervisor(Generic[F, E]):
 
         Args:
             time: logical time in seconds; it never runs backwards.
-            events: names of events from outside, in the order in which they happened.
+            events: events from outside, in the order in which they happened: their names, with what they carry as
+                texts such as ``floor(number = 3)`` or as ``Occurrence``.
             facts: what the signals and actions of this step are given.
 
         Returns:
@@ -124,8 +135,9 @@ class Supervisor(Generic[F, E]):
         Raises:
             MachineFault: something failed that the machine does not handle, or its transitions spin; the machine is as
                 it was before the step.
-            ValueError: the time is before that of the last step, infinite or no number, or nobody declares an event.
-            TypeError: the time is no number, or the events are no list of names.
+            ValueError: the time is before that of the last step, infinite or no number, nobody declares an event, or it
+                carries something else than declared.
+            TypeError: the time is no number, the events are no list of events, or one carries a value of another type.
         """
         memo: dict[Any, Any] = {}
         # The quick way: a step in which nothing happens but moving, in a tenth of the time that the full way takes with
@@ -170,17 +182,19 @@ class Supervisor(Generic[F, E]):
         step.raw = (time, selections, memo, values, state.timers, configuration)
         return step
 
-    def _hear(self, events: Sequence[str], facts: object, memo: dict[Any, Any]) -> list[RawSelection]:
+    def _hear(self, events: Sequence[str | Occurrence], facts: object, memo: dict[Any, Any]) -> list[RawSelection]:
         """Let events, of which there are some, move the machine one after the other."""
         if events.__class__ is str:
-            check_events(self.machine.model, events)
+            checked_events(self.machine.model, events)
         values, hits = self._state.values, self._hits
         configuration = self._state.configuration
         selections: list[RawSelection] = []
         for event in events:
             plan = None
             if event not in configuration.events:
-                check_events(self.machine.model, (event,))
+                if self.machine.model.event_data or isinstance(event, Occurrence):
+                    raise SlowPath  # what an event carries stands among the variables while it is handled
+                checked_events(self.machine.model, (event,))
                 configuration.on(event)
             selector = configuration.events[event]
             if selector is not None:
@@ -195,16 +209,16 @@ class Supervisor(Generic[F, E]):
     def _react(
         self,
         time: float,
-        events: Sequence[str],
+        events: Sequence[str | Occurrence],
         facts: object,
         memo: dict[Any, Any],
         error: BaseException | None = None,
     ) -> Macrostep:
         """A step in full; when it fails, nothing was changed."""
         check_time(time, self._time)
-        check_events(self.machine.model, events)
+        heard = checked_events(self.machine.model, events)
         execution = MacrostepExecution(self.machine, self._state, time, facts=facts, memo=memo, hits=self._hits)
-        execution.run((*self._pending, *events), error)
+        execution.run((*self._pending, *heard), error)
         self._pending = []
         return self._adopt(execution, time)
 

@@ -12,9 +12,11 @@ from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Configuration
 from hsm.engine.execution import PendingFault, RunState
 from hsm.engine.limits import duration, within_limits
+from hsm.engine.occurrences import checked_events, event_text, name_of
 from hsm.model.chart import Held, Send, Timed
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
+from hsm.model.messages import Occurrence
 from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
 from hsm.model.unparse import activity_text, expression_text, trigger_text
 
@@ -56,11 +58,11 @@ def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
         "outcome": state.outcome,
         "variables": {
             name: value.value if isinstance(value, StrEnum) else value
-            for name, value in zip(machine.generator.variables, state.values, strict=True)
+            for name, value in zip(machine.generator.own_variables, state.values, strict=False)
         },
         "timers": [[*key, state.timers.get(index)] for key, index in _time_outs(machine, state.configuration).items()],
         "acted": [list(key) for key, index in _time_outs(machine, state.configuration).items() if index in state.acted],
-        "sent": [[due, send.event, send.delay, send.label] for due, send in state.sent],
+        "sent": [[due, _sent_text(machine, send), send.delay, send.label] for due, send in state.sent],
         "history": {names[index]: [names[one] for one in states] for index, states in sorted(state.history.items())},
         "pending": [[list(one.names), names[one.origin], one.standard, reason] for one, reason in events],
         "finished": [[names[index], _activity(machine, index)] for index in sorted(run.finished)],
@@ -80,14 +82,15 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
     try:
         leaves = _leaves(machine, snapshot["configuration"])
         given = snapshot["variables"]
-        unknown = sorted(given.keys() ^ machine.generator.variables.keys())
+        unknown = sorted(given.keys() ^ set(machine.generator.own_variables))
         if unknown:
             raise SnapshotError(f"the machine and the snapshot do not have the same variables: `{unknown[0]}`")
-        values = [_typed(machine, name, given[name]) for name in machine.generator.variables]
+        own = [_typed(machine, name, given[name]) for name in machine.generator.own_variables]
+        values = machine.generator.first_values(own)
         configuration = machine.configuration(leaves)
         timers = _restored_timers(machine, configuration, snapshot["timers"])
         history = dict(_restored_history(machine, name, states) for name, states in snapshot["history"].items())
-        sent = tuple((int(due), Send(event, delay, label)) for due, event, delay, label in snapshot["sent"])
+        sent = tuple((int(due), _sent(machine, *one)) for due, *one in snapshot["sent"])
         keys = _time_outs(machine, configuration)
         acted = frozenset(keys[state, text, number] for state, text, number in snapshot["acted"])
         state = RunState(configuration, values, timers, sent, history, snapshot["outcome"], acted)
@@ -123,7 +126,7 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
     if gone:
         raise SnapshotError(f"state `{gone[0]}` does not stand where it stood")
     kept = _kept_values(old, run, new)
-    values: list[Any] = [*parameters, *(None for _ in new.model.variables)]
+    values = new.generator.first_values(parameters)
     for name, slot in new.generator.variables.items():
         if name in kept:
             values[slot] = kept[name]
@@ -142,10 +145,27 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
             remembered = tuple(known[names[one]] for one in states)
             if new.topology.recalls(known[names[index]], remembered):
                 history[known[names[index]]] = remembered
-    state = RunState(configuration, values, timers, run.state.sent, history, run.state.outcome, acted)
+    sent = tuple((due, _sent(new, _sent_text(old, one), one.delay, one.label)) for due, one in run.state.sent)
+    state = RunState(configuration, values, timers, sent, history, run.state.outcome, acted)
     pending = tuple(_moved(one, known[names[_origin(one)]]) for one in run.pending if names[_origin(one)] in known)
     finished = frozenset(known[names[one]] for one in run.finished if names[one] in known)
     return SavedRun(run.time, state, pending, finished)
+
+
+def _sent_text(machine: CompiledChart, send: Send) -> str:
+    """An event on its way, with what it carries, as a text."""
+    return event_text(machine.model, send.message) if isinstance(send.message, Occurrence) else send.event
+
+
+def _sent(machine: CompiledChart, event: str, delay: float, label: str | None) -> Send:
+    """The event on its way that a text stands for."""
+    if machine.model.events is None:
+        return Send(event, delay, label)
+    try:
+        (message,) = checked_events(machine.model, (event,))
+    except (TypeError, ValueError) as error:
+        raise SnapshotError(f"`{event}` is on its way: {error}") from error
+    return Send(name_of(event), delay, label, message=message if isinstance(message, Occurrence) else None)
 
 
 def _leaves(machine: CompiledChart, names: Sequence[str]) -> tuple[int, ...]:

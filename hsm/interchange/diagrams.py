@@ -8,10 +8,13 @@ and their texts share a colour; those with the same ends share the line.
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import cycle
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -132,8 +135,8 @@ class DiagramError(Exception):
 def render(machine: Machine, form: str, look: Look = Look()) -> bytes:
     """A diagram as the contents of a file.
 
-    In SVG the states are groups with the ids ``state_INDEX``, the transitions groups with ids such as
-    ``edge_INDEX_INDEX_tN``, by the indices in the machine's model.
+    In SVG the states are groups with the ids ``state_INDEX``, the transitions groups with the classes ``tINDEX``, by
+    their indices in the machine's model.
 
     Args:
         machine: the machine.
@@ -164,8 +167,39 @@ def render(machine: Machine, form: str, look: Look = Look()) -> bytes:
         if not text.rstrip().endswith("}"):  # Graphviz writes it to a temporary file and does not look back
             raise DiagramError("the diagram is cut off: is the folder for temporary files full?")
         return text.encode()
+    _read_fonts()
     drawn: bytes = graph.draw(format=form, prog="dot")
     return drawn
+
+
+@cache
+def _read_fonts() -> None:
+    """Have Graphviz read what fonts there are, which it does once.
+
+    Its libraries warn on standard error, past Python, of each word in a newer system's settings that they do not know.
+    """
+    import pygraphviz  # noqa: PLC0415 - an extra
+
+    graph = pygraphviz.AGraph("digraph { a }")
+    sys.stderr.flush()
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        graph.draw(format="svg", prog="dot")
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def node_id(model: Model, index: int) -> str:
+    """The title of a state's group in an SVG picture; that of a state with states in it begins with ``cluster_``."""
+    return f"{'cluster_' if model.states[index].children else ''}{_path(model, index)}"
+
+
+def edge_id(index: int) -> str:
+    """A word among the classes of a transition's group in an SVG picture; the index is that in the machine's model."""
+    return f"t{index}"
 
 
 def _mermaid(part: Excerpt, look: Look) -> str:
@@ -398,12 +432,12 @@ class _Picture(NestedGraph):
         transition = bundle[0]
         label = _bundle_label(bundle, self._look)
         ink = self._inks[transition.source]
-        style = {"color": ink, "fontcolor": ink}
-        name = "_".join(str(self._part.transitions[one.index]) for one in bundle)
+        names = " ".join(edge_id(self._part.transitions[one.index]) for one in bundle)
+        style = {"color": ink, "fontcolor": ink, "class": names}
         if isinstance(transition.trigger, Timed):
             style["style"] = "dashed"
         states = self._model.states
-        for number, target in enumerate(transition.targets):
+        for target in transition.targets:
             ends = self._head(target)
             if states[target].children and transition.source == target:
                 ends = {}
@@ -412,8 +446,7 @@ class _Picture(NestedGraph):
                 ends["ltail"] = f"cluster_{_path(self._model, transition.source)}"
             if states[target].children and target < transition.source <= states[target].last:
                 ends.pop("lhead", None)
-            identity = f"edge_{name}_t{number}"
-            self.fsm_graph.add_edge(source, self._anchor(target), label=label, id=identity, **ends, **style)
+            self.fsm_graph.add_edge(source, self._anchor(target), label=label, **ends, **style)
 
     def _anchor(self, index: int) -> str:
         return _path(self._model, index)

@@ -147,6 +147,7 @@ def model_json(model: Model, parameters: Mapping[str, Any]) -> dict[str, Any]:
         "parameters": {name: json_value(value) for name, value in parameters.items()},
         "types": {name: str(kind) for name, kind in types.items()},
         "events": None if model.events is None else sorted(model.events),
+        "event_data": {one.event: {part.name: str(part.type) for part in one.fields} for one in model.event_data},
         "states": [_state(model, state) for state in model.states[1:] if state.kind not in HISTORY],
         "transitions": [_transition(model, one) for one in model.transitions],
         "properties": {one.name: one.text for one in model.properties},

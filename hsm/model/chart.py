@@ -7,16 +7,16 @@ machine.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
 from enum import Enum, StrEnum
 from typing import Any
 
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression
-from hsm.model.messages import Message, Store
+from hsm.model.messages import Message, Occurrence, Store
 from hsm.model.properties import Property
-from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter
+from hsm.model.registry import ActionDeclaration, ActivityDeclaration, EventField, Parameter
 from hsm.model.types import Type
 
 
@@ -128,10 +128,17 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Raise:
-    """Put an event into the machine's own queue, handled before those from outside."""
+    """Put an event into the machine's own queue, handled before those from outside.
+
+    Attributes:
+        event: its name.
+        place: where it is written.
+        arguments: what it carries, in the order of its declaration.
+    """
 
     event: str
     place: Place | None = None
+    arguments: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,14 +150,16 @@ class Send:
         delay: after so many seconds of logical time.
         label: what a ``Cancel`` calls it, or None.
         place: where it is written.
-        message: the event with its data, in charts that have any.
+        message: the event with its data, once it was sent.
+        arguments: what it carries, in the order of its declaration; evaluated when it is sent.
     """
 
     event: str
     delay: float = 0.0
     label: str | None = None
     place: Place | None = None
-    message: Message | None = None
+    message: Message | Occurrence | None = None
+    arguments: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,6 +288,25 @@ class Variable:
 
 
 @dataclass(frozen=True, slots=True)
+class EventData:
+    """What an event carries.
+
+    Attributes:
+        event: the event's name.
+        fields: the names and types of its parts, in order.
+        place: where it is declared.
+    """
+
+    event: str
+    fields: tuple[EventField, ...]
+    place: Place | None = None
+
+    def variable(self, field: EventField) -> str:
+        """How expressions name a part of it: ``floor.number``."""
+        return f"{self.event}.{field.name}"
+
+
+@dataclass(frozen=True, slots=True)
 class Model:
     """A whole machine.
 
@@ -288,6 +316,8 @@ class Model:
         transitions: all transitions in document order.
         variables: all variables in document order.
         parameters: what may be set when a run is started, with defaults in SI units.
+        derived: how a parameter that is not given follows from those before it, by its name; its default follows from
+            their defaults.
         files: the source files it was read from, the machine's own first.
         doc: the comment at the top of the file.
         properties: what must hold of every run, those of instances included.
@@ -295,6 +325,7 @@ class Model:
             None where nothing is declared and any may come, as in SCXML.
         store: what a chart's data is before it begins; None for a machine without a data model.
         enumerations: those that its files declare.
+        event_data: what its events carry, of those that carry anything.
     """
 
     name: str
@@ -302,9 +333,15 @@ class Model:
     transitions: tuple[Transition, ...] = ()
     variables: tuple[Variable, ...] = ()
     parameters: tuple[Parameter, ...] = ()
+    derived: Mapping[str, Expression] = field(default_factory=dict)
     files: tuple[str, ...] = ()
     doc: str = ""
     properties: tuple[Property, ...] = ()
     events: frozenset[str] | None = None
     store: Store | None = None
     enumerations: tuple[type[StrEnum], ...] = ()
+    event_data: tuple[EventData, ...] = ()
+
+    def data_of(self, event: str) -> EventData | None:
+        """What an event carries; None where that is nothing."""
+        return next((one for one in self.event_data if one.event == event), None)

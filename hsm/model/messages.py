@@ -1,4 +1,4 @@
-"""Events with data, and the data of a chart: what charts in SCXML hold beyond typed variables."""
+"""Events that carry data, and the data of a chart in SCXML."""
 
 from __future__ import annotations
 
@@ -10,9 +10,25 @@ STORE = "store"
 """Under this key the signals of a step keep the data of the chart."""
 
 
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """An event that carries the data that its machine declares.
+
+    Attributes:
+        name: the event's name.
+        data: the value of each part of its data, by name, in SI units.
+    """
+
+    name: str
+    data: Mapping[str, Any] = field(default_factory=dict, hash=False)
+
+    def __str__(self) -> str:
+        return self.name
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
-    """An event with data, with SCXML's fields.
+    """An event with data of a chart in SCXML, with SCXML's fields.
 
     Attributes:
         name: its name.

@@ -62,6 +62,8 @@ def chosen_library(
     machine: Path | None = None,
     shipped: Callable[[], RobotLibrary] = robot_names,
     ask: Callable[[str], bool] | None = None,
+    *,
+    vouched: bool = False,
 ) -> RobotLibrary:
     """The library that a machine is written against.
 
@@ -73,6 +75,7 @@ def chosen_library(
         machine: the machine's file; None for whatever lies in the present folder.
         shipped: gives the shipped library: its names, or for a machine that is to drive, all of it.
         ask: asks a person whether to trust a project; by default a question on the terminal where there is one.
+        vouched: the caller knows that the user trusts the project.
 
     Raises:
         UsageError: there is no such library, or its project is not trusted.
@@ -87,7 +90,8 @@ def chosen_library(
     if project.library is None:
         library = shipped()
     else:
-        require_trust(project, ask)
+        if not vouched:
+            require_trust(project, ask)
         library = named_library(project.library, project.folder)
     return replace(library, folders=[*project.machines, *library.folders])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from maze_machine.drive.mission import Mission, TickWatcher
     from maze_machine.remote.operated import OperatedRun
     from maze_machine.simulated.world import SimulatedWorld
+    from maze_machine.view.drawings import Drawings
     from maze_machine.view.live import LivePage
 
 GRACE = 3.0
@@ -66,39 +68,41 @@ def opened_run(
         yield operated, (operated,)
         return
     from maze_machine.report.pages import run_head
+    from maze_machine.view.drawings import Drawings
 
-    head = run_head(mission, world)
+    head, drawings = run_head(mission, world), Drawings(mission.machine)
     with ExitStack() as stack:
         watchers: list[TickWatcher] = []
         if openings.endpoint is not None:
-            watchers.append(stack.enter_context(_on_network(openings, mission, operated, head)))
+            watchers.append(stack.enter_context(_on_network(openings, mission, operated, head, drawings)))
         if openings.view:
-            watchers.append(stack.enter_context(_on_page(openings, mission, operated, head)))
+            watchers.append(stack.enter_context(_on_page(openings, operated, head, drawings)))
         yield operated, (*watchers, operated)
 
 
 @contextmanager
 def _on_network(
-    openings: Openings, mission: Mission, operated: OperatedRun, head: dict[str, Any]
+    openings: Openings, mission: Mission, operated: OperatedRun, head: dict[str, Any], drawings: Drawings
 ) -> Iterator[TickWatcher]:
     from maze_machine.arguments.network import secured
     from maze_machine.remote.opened import OpenRun
+    from maze_machine.report.pages import network_head
     from transport.connect import listening
 
     endpoint = str(openings.endpoint)
     security = secured(endpoint, openings.identity, mission.profile.link, listens=True)
-    with listening(endpoint, security=security) as bus, OpenRun(bus, mission, operated, head) as opened:
+    told = network_head(head, drawings)
+    with listening(endpoint, security=security) as bus, OpenRun(bus, mission, operated, told) as opened:
         yield opened
 
 
 @contextmanager
 def _on_page(
-    openings: Openings, mission: Mission, operated: OperatedRun, head: dict[str, Any]
+    openings: Openings, operated: OperatedRun, head: dict[str, Any], drawings: Drawings
 ) -> Iterator[TickWatcher]:
     from maze_machine.report.pages import ShownRun
-    from maze_machine.view.drawings import Drawings, drawable
+    from maze_machine.view.drawings import drawable
 
-    drawings = Drawings(mission.machine)
     page = served(
         openings.host,
         openings.port,
@@ -126,7 +130,8 @@ def served(host: str, port: int, head: dict[str, Any], **what: Any) -> LivePage:
     try:
         return LivePage(head, port, host=host, **what)
     except OSError as error:
-        raise UsageError(f"--host {host} --port {port}: {error.strerror}", "port 0 takes any that is free") from None
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        raise UsageError(f"--host {host} --port {port}: {reason}", "port 0 takes any") from None
 
 
 def announce(page: LivePage) -> None:

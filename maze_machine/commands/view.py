@@ -103,7 +103,7 @@ def _told(recorded: Recording, profile: Profile, *, sights: bool) -> tuple[Frame
     from perception import Perception
 
     perception = Perception(profile.robot, profile.perception) if sights else None
-    head = recorded_head(recorded, profile.robot)
+    head = recorded_head(recorded, profile)
     return head, list(recorded_frames(recorded, perception)), recorded_verdict(recorded)
 
 
@@ -118,10 +118,13 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
     from functools import partial
 
     from maze_machine.commands.opened_run import announce, linger, served
-    from maze_machine.commands.watch import remote
+    from maze_machine.remote.reaching import reaching
+    from maze_machine.report.pages import remote_head
 
-    with remote(endpoint, robot, identity) as machine:
-        page = served(host, port, machine.model(), operate=machine.ask, pausable=lambda: True)
+    with reaching(endpoint, robot, identity) as machine:
+        model = machine.model()
+        head = remote_head(model)
+        page = served(host, port, head, operate=machine.ask, pausable=lambda: True)
         with page:
             announce(page)
             ending = {"line": f"nothing has come for {SILENCE:g} s: the run is over, or the link is", "stands": False}

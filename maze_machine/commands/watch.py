@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from maze_machine.arguments.options import OPEN, IdentityOption, JsonOption, RobotOption
 from maze_machine.errors import ExitStatus, UsageError
-
-if TYPE_CHECKING:
-    from maze_machine.remote.client import RemoteMachine
 
 ConnectOption = Annotated[
     str, typer.Option(metavar="ENDPOINT", help="Where the running machine listens: its `run --open`.")
@@ -42,7 +36,9 @@ def watch(
     """
     from json import dumps
 
-    with remote(connect, robot, identity) as machine:
+    from maze_machine.remote.reaching import reaching
+
+    with reaching(connect, robot, identity) as machine:
         if why is not None:
             found = machine.why(why)
             print(dumps(found) if json else "\n".join(_reasons(found)))
@@ -84,34 +80,17 @@ def send(
     Example: `maze-machine send --stop`
     """
     from maze_machine.remote.messages import AdvanceRun, EndRun, Pause, Resume, SendEvent
+    from maze_machine.remote.reaching import reaching
 
     asked: list[Any] = [SendEvent(name=event)] if event else []
     asked += [Pause()] * pause + [Resume()] * resume + [EndRun()] * stop
     asked += [AdvanceRun(ticks=advance)] if advance is not None else []
     if len(asked) != 1:
         raise UsageError("give one thing to do", "an event, --pause, --resume, --advance TICKS or --stop")
-    with remote(connect, robot, identity) as machine:
+    with reaching(connect, robot, identity) as machine:
         answer = machine.operate(asked[0])
     if not answer.done:
         raise UsageError(f"the machine refuses: {answer.reason}")
-
-
-@contextmanager
-def remote(endpoint: str, robot: str, identity: Path | None) -> Iterator[RemoteMachine]:
-    """The machine that listens at an endpoint, for as long as the block runs.
-
-    Raises:
-        LinkError: nobody can be reached there.
-    """
-    from maze_machine.arguments.network import secured
-    from maze_machine.catalogue.profile import load_profile
-    from maze_machine.remote.client import RemoteMachine
-    from transport.connect import dialling
-
-    profile = load_profile(robot)
-    security = secured(endpoint, identity, profile.link)
-    with dialling(endpoint, wait=profile.link.connect, security=security) as bus:
-        yield RemoteMachine(bus, profile.robot.name)
 
 
 def _line(step: dict[str, Any]) -> str:

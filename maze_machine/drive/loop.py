@@ -9,6 +9,7 @@ from typing import Any
 
 from hsm import Machine, Supervisor
 from hsm.engine.monitoring import Monitor
+from hsm.engine.occurrences import event_text
 from hsm.interchange.reports import StepReport
 from maze_machine.drive.operation import NOBODY, Operator
 from maze_machine.drive.tick import Phases, Tick
@@ -67,7 +68,7 @@ def ticks(
         observation = trust.judged(robot.observe())  # communicate
         observed = perf_counter()
         blind = trust.reason
-        sent = tuple(operator.events(index, observation.time))
+        sent = tuple(event_text(machine.model, one) for one in operator.events(index, observation.time))
         happened = (BLINDED, *sent) if blind and seeing and hears_it else sent
         facts = perception.facts(observation)  # prepare
         prepared = perf_counter()

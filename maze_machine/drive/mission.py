@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -78,6 +78,18 @@ class Ending:
     limited: bool = False
     violations: tuple[str, ...] = ()
 
+    @property
+    def solved(self) -> bool:
+        """Whether the robot has done what was to be done; where nobody judges, whether the machine came to its end."""
+        return bool(self.report["solved"]) if self.report else self.outcome is not None
+
+    def as_json(self) -> dict[str, Any]:
+        """How it ended, for whoever shows it: ``line`` says it in a sentence, ``lines`` in full."""
+        ended = f"ended in {self.outcome}" if self.outcome else self.reason
+        words = str(self.report["line"]) if "line" in self.report else ended
+        lines = [words, self.reason, *self.violations]
+        return {"line": words, "solved": self.solved, "lines": lines, "outcome": self.outcome}
+
 
 def prepare(
     name: str,
@@ -106,6 +118,34 @@ def prepare(
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
     values = parameter_values(machine.model.parameters, written, names.enumerations)
     return Mission(machine, profile, values, time_limit)
+
+
+def mission_ticks(
+    mission: Mission,
+    robot: Robot,
+    perception: Perception | None = None,
+    *,
+    operator: Operator = NOBODY,
+    truth: Callable[[int], Pose] | None = None,
+) -> Iterator[Tick]:
+    """The ticks of a mission, as ``drive.loop.ticks`` gives them; whoever takes them closes the robot.
+
+    Args:
+        mission: what to do; its time limit is the caller's to keep.
+        robot: the robot.
+        perception: as for ``drive``.
+        operator: who sends events to the machine.
+        truth: where the robot really is at a tick, if anybody knows.
+
+    Raises:
+        MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
+        LinkError: the robot is out of reach.
+    """
+    profile = mission.profile
+    perception = perception or Perception(profile.robot, profile.perception)
+    chain = MotionChain(profile.robot, profile.skills)
+    machine, parameters = mission.machine, mission.parameters
+    return ticks(robot, machine, parameters, perception, chain, settings=profile.link, operator=operator, truth=truth)
 
 
 def drive(
@@ -139,11 +179,7 @@ def drive(
     limited = False
     reason = "the machine ended"
     with closing(robot):
-        perception = perception or Perception(mission.profile.robot, mission.profile.perception)
-        chain = MotionChain(mission.profile.robot, mission.profile.skills)
-        link, machine, parameters = mission.profile.link, mission.machine, mission.parameters
-        driven = ticks(robot, machine, parameters, perception, chain, settings=link, operator=operator, truth=truth)
-        for tick in driven:
+        for tick in mission_ticks(mission, robot, perception, operator=operator, truth=truth):
             first, last = first or tick, tick
             violations.extend(map(str, tick.violations))
             for watch in watchers:

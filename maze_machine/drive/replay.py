@@ -11,7 +11,10 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from hsm import Machine
 from hsm.engine.explanation import Verdict
+from hsm.engine.occurrences import event_text
+from hsm.model.chart import Model
 from hsm.model.unparse import value_text
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.catalogue.profile import Profile
@@ -205,19 +208,32 @@ def replay(
     """
     lines: list[dict[str, Any]] = []
     robot = ReplayRobot(recording)
-    known = mission.machine.model.events
-    operator = Recorded(
-        [[one for one in recorded_events(tick.step) if known is None or one in known] for tick in recording.ticks]
-    )
+    operator = recorded_operator(recording, mission.machine)
     watching = [lambda tick: lines.append(dict(tick.line)), *watchers]
     ending = drive(mission, robot, robot, watching, operator=operator)
     return ending, first_difference([line_of(tick.step) for tick in recording.ticks], lines) if recording.own else None
+
+
+def recorded_operator(recording: Recording, machine: Machine) -> Recorded:
+    """The operator of a recorded run: sends a machine the events of it that the machine knows."""
+    return Recorded([known_events(machine.model, tick.step) for tick in recording.ticks])
 
 
 def recorded_events(step: Mapping[str, Any]) -> list[str]:
     """The events that somebody outside sent for a recorded tick; what is no name is none."""
     events = step.get("events", ())
     return [one for one in events if isinstance(one, str)] if isinstance(events, list) else []
+
+
+def known_events(model: Model, step: Mapping[str, Any]) -> list[str]:
+    """The recorded events of a tick that a machine can be given: others are left out, as by a machine that changed."""
+    found = []
+    for one in recorded_events(step):
+        try:
+            found.append(event_text(model, one))
+        except (TypeError, ValueError):
+            continue
+    return found
 
 
 def first_difference(recorded: Iterable[Mapping[str, Any]], replayed: Iterable[Mapping[str, Any]]) -> Difference | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from pydantic import ValidationError
@@ -84,17 +84,25 @@ class RemoteMachine:
         Args:
             silence: for how long, s.
         """
-        newest = self._bus.newest(self._keys.step)
+        newest = self.newest_step()
         heard = self._clock.now()
         while self._clock.now() - heard < silence:
-            message = newest.take()
-            if message is None:
+            step = newest()
+            if step is None:
                 self._clock.wait(_LOOK)
                 continue
             heard = self._clock.now()
-            step = _object(message.payload)
-            if step is not None:
-                yield step
+            yield step
+
+    def newest_step(self) -> Callable[[], dict[str, Any] | None]:
+        """A function that gives the newest tick that was published, or None where there is none since the last call."""
+        newest = self._bus.newest(self._keys.step)
+
+        def take() -> dict[str, Any] | None:
+            message = newest.take()
+            return None if message is None else _object(message.payload)
+
+        return take
 
     def _asked(self, key: str, payload: bytes) -> dict[str, Any]:
         answer = ask_until(self._bus, key, payload, self._patience, self._clock)

@@ -21,10 +21,10 @@ class _Question(BaseModel):
 
 
 class SendEvent(_Question):
-    """An event for the next tick."""
+    """An event for the next tick, with what it carries: ``floor(number = 3)``."""
 
     kind: Literal["event"] = "event"
-    name: Annotated[str, Field(min_length=1, max_length=200)]
+    name: Annotated[str, Field(min_length=1, max_length=1000)]
 
 
 class Pause(_Question):

@@ -8,7 +8,7 @@ from threading import Condition, Thread
 from types import TracebackType
 from typing import Any
 
-from maze_machine.drive.mission import Mission
+from maze_machine.drive.mission import Ending, Mission
 from maze_machine.drive.tick import Tick, shown_ranges
 from maze_machine.remote.messages import encoded, why_json
 from maze_machine.remote.operated import OperatedRun
@@ -37,6 +37,7 @@ class OpenRun:
         model = encoded(head)
         self._newest: Tick | None = None
         self._unsent = False
+        self._ended: Ending | None = None
         self._closed = False
         self._change = Condition()
         self._publisher = bus.publisher(keys.step)
@@ -65,6 +66,12 @@ class OpenRun:
                 self._unsent = True
                 self._change.notify_all()
 
+    def end(self, ending: Ending) -> None:
+        """Publish how the run ended, with the last tick once more; the base stands by then."""
+        with self._change:
+            self._ended, self._unsent = ending, True
+            self._change.notify_all()
+
     def _publish(self) -> None:
         while True:
             with self._change:
@@ -72,7 +79,9 @@ class OpenRun:
                 tick, self._unsent = self._newest if self._unsent else None, False
                 closed = self._closed
             if tick is not None:
-                self._publisher.put(encoded({**tick.json, "ranges": shown_ranges(tick.observation.scan)}))
+                ended = {} if self._ended is None else {"ended": self._ended.as_json()}
+                ranges = shown_ranges(tick.observation.scan)
+                self._publisher.put(encoded({**tick.json, "ranges": ranges, **ended}))
             if closed:
                 return
             time.sleep(_RATE)

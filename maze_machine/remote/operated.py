@@ -104,10 +104,10 @@ class OperatedRun:
         with self._change:
             match operation:
                 case SendEvent(name=name):
-                    checked_event(name, self._machine)
+                    event = checked_event(name, self._machine)
                     if len(self._events) >= BACKLOG:
                         return Answer(done=False, reason=f"{BACKLOG} events wait already")
-                    self._events.append(name)
+                    self._events.append(event)
                 case Pause():
                     self._allowed = 0
                 case Resume():

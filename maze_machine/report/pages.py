@@ -5,13 +5,18 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from hsm import Model
+import hsm
+from hsm import MachineError, Model
 from hsm.interchange.reports import model_json
+from maze_machine.catalogue.library import robot_library
+from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.mission import Ending, Mission
+from maze_machine.drive.replay import MACHINES
 from maze_machine.drive.sights import sights
 from maze_machine.drive.tick import Tick, shown_ranges
 from maze_machine.simulated.world import SimulatedWorld
@@ -19,7 +24,6 @@ from maze_machine.view.drawings import Drawings, cleaned, drawable
 from maze_machine.view.page import Frame, head
 from perception import Perception
 from perception.facts import Facts
-from transport.description import RobotDescription
 from transport.messages import Command, Observation, Pose
 from transport.recording import Recording
 
@@ -53,33 +57,33 @@ def said_of(mission: Mission, world: SimulatedWorld | None) -> dict[str, str]:
     said = {"model": model_json(model, mission.parameters), "sources": sources_of(model)}
     if world is not None:
         said["scene"] = scene_of(world)
-    drawings = Drawings(mission.machine)
-    if not drawable(drawings):
-        said["drawings"] = drawings.all()
     return {name: json.dumps(value) for name, value in said.items()}
 
 
 def run_head(mission: Mission, world: SimulatedWorld | None) -> dict[str, Any]:
-    """What the page, and whoever asks over the network, is told of a run once."""
+    """What the page is told of a run once."""
     machine = mission.machine
-    return {
-        **head(
-            machine.model.name,
-            mission.profile.robot,
-            None if world is None else scene_of(world),
-            model_json(machine.model, mission.parameters),
-            sources_of(machine.model),
-        ),
-    }
+    return head(
+        machine.model.name,
+        mission.profile.robot,
+        None if world is None else scene_of(world),
+        model_json(machine.model, mission.parameters),
+        sources_of(machine.model),
+    )
 
 
-def verdict_of(ending: Ending) -> dict[str, Any]:
-    """How a run ended, of JSON values; ``line`` says it to a person."""
-    report = ending.report
-    solved = bool(report["solved"]) if report else ending.outcome is not None
-    words = str(report["line"]) if report else f"ended in {ending.outcome}" if ending.outcome else ending.reason
-    lines = [words, ending.reason, *ending.violations]
-    return {"line": words, "solved": solved, "lines": lines, "outcome": ending.outcome, "report": dict(report)}
+def network_head(told: Mapping[str, Any], drawings: Drawings) -> dict[str, Any]:
+    """The same for the network: the machine, and as ``page`` what a page elsewhere needs besides."""
+    undrawn = drawable(drawings)
+    drawn = {"undrawn": undrawn, "drawings": {} if undrawn else drawings.all()}
+    return {**told["model"], "page": {**told, "model": None, **drawn}}
+
+
+def remote_head(answer: Mapping[str, Any]) -> dict[str, Any]:
+    """What the page is told of a machine elsewhere, by what that answers; of its pictures only shapes are believed."""
+    told = dict(answer.get("page") or {})
+    drawn = {str(name): cleaned(str(one)) for name, one in dict(told.get("drawings") or {}).items()}
+    return {**told, "drawings": drawn, "model": {name: one for name, one in answer.items() if name != "page"}}
 
 
 class ShownRun:
@@ -100,7 +104,7 @@ class ShownRun:
 
     def end(self, ending: Ending) -> None:
         """Show how it ended."""
-        self._end(verdict_of(ending))
+        self._end(ending.as_json())
 
     def _frame(self, tick: Tick) -> Frame:
         if tick.index % LOOKED_AT == 0 and tick.facts is not None:
@@ -108,15 +112,32 @@ class ShownRun:
         return _with_sights({**tick.json, "ranges": shown_ranges(tick.observation.scan)}, self._seen)
 
 
-def recorded_head(recording: Recording, robot: RobotDescription) -> dict[str, Any]:
+def recorded_head(recording: Recording, profile: Profile) -> dict[str, Any]:
     """What the page is told of a recorded run once."""
     said = recording.run
     title = f"{Path(said.get('machine', recording.robot)).stem}, {len(recording.ticks)} ticks"
     kept = {name: _kept(said.get(name)) for name in ("scene", "model", "sources")}
-    drawn: dict[str, Any] = {"undrawn": "the recording has no pictures of its machine", "drawings": {}}
-    if isinstance(packed := _kept(said.get("drawings")), dict):
-        drawn = {"undrawn": "", "drawings": {str(name): cleaned(str(one)) for name, one in packed.items()}}
-    return {**head(title, robot, kept["scene"], kept["model"], kept["sources"]), **drawn}
+    drawn = _recorded_drawings(kept["model"], kept["sources"], profile)
+    return {**head(title, profile.robot, kept["scene"], kept["model"], kept["sources"]), **drawn}
+
+
+def _recorded_drawings(model: Any, sources: Any, profile: Profile) -> dict[str, Any]:
+    """The pictures of a recorded machine, made of its recorded text; or why there are none."""
+    texts = sources if isinstance(sources, dict) else {}
+    with TemporaryDirectory() as folder:
+        for name, text in texts.items():
+            if Path(str(name)).name == name and Path(name).suffix in MACHINES:
+                (Path(folder) / name).write_text(str(text), encoding="utf-8")
+        first = next(iter(texts), "")
+        try:
+            machine = hsm.load(Path(folder) / str(first), robot_library(profile.skills, profile.robot))
+        except (MachineError, OSError, ValueError):
+            return {"undrawn": "the recorded machine cannot be read here: no picture of it", "drawings": {}}
+    if not isinstance(model, dict) or model.get("states") != model_json(machine.model, {})["states"]:
+        return {"undrawn": "the recorded text is not the machine that ran: no picture of it", "drawings": {}}
+    drawings = Drawings(machine)
+    undrawn = drawable(drawings)
+    return {"undrawn": undrawn, "drawings": {} if undrawn else drawings.all()}
 
 
 def recorded_verdict(recording: Recording) -> dict[str, Any] | None:
@@ -126,7 +147,7 @@ def recorded_verdict(recording: Recording) -> dict[str, Any] | None:
         return None
     report, violations = _kept(said.get("report")) or {}, _kept(said.get("violations")) or []
     outcome, reason = said.get("outcome") or None, said.get("reason", "")
-    return verdict_of(Ending(outcome, reason, 0, 0.0, 0.0, report, violations=tuple(map(str, violations))))
+    return Ending(outcome, reason, 0, 0.0, 0.0, report, violations=tuple(map(str, violations))).as_json()
 
 
 def _kept(text: str | None) -> Any:

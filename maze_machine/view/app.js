@@ -70,6 +70,7 @@ const app = (() => {
     lanes.draw(at);
     label();
     spent = performance.now() - began;
+    document.body.dataset.shown = "yes";
   }
 
   function beat(now) {

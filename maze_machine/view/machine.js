@@ -56,8 +56,9 @@ const machine = (() => {
       group.addEventListener("click", choose);
       group.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); choose(event); } });
     }
-    for (const group of svg.querySelectorAll("g[id^='edge_']")) {
-      const numbers = group.id.slice(5).split("_t")[0].split("_").map(Number);
+    for (const group of svg.querySelectorAll("g.edge")) {
+      const numbers = [...group.classList].filter((word) => /^t\d+$/.test(word)).map((word) => Number(word.slice(1)));
+      if (!numbers.length) continue;
       for (const number of numbers) { if (!edges.has(number)) edges.set(number, []); edges.get(number).push(group); }
       const title = document.createElementNS("http://www.w3.org/2000/svg", "title");
       title.textContent = numbers.map((number) => `line ${model.transitions[number].line}: ${model.transitions[number].trigger}`).join("\n");
@@ -118,7 +119,8 @@ const machine = (() => {
       group.classList.toggle("chosen", name_ === why.chosen(true));
       group.setAttribute("aria-pressed", String(active.has(name_)));
     }
-    for (const [number, drawn] of edges) for (const group of drawn) group.classList.toggle("flash", flashing.has(number) || (group.id.slice(5).split("_t")[0].split("_").some((one) => flashing.has(Number(one)))));
+    for (const group of svg ? svg.querySelectorAll("g.edge.flash") : EMPTY) group.classList.remove("flash");
+    for (const number of flashing) for (const group of edges.get(number) || EMPTY) group.classList.add("flash");
     if (moved && svg && transform.k === Math.max(1, transform.k)) visible();
   }
 
@@ -130,7 +132,7 @@ const machine = (() => {
   }
 
   if (model) {
-    const options = [["*", "the active one"], ["", `${model.machine} (all)`], ...compounds.map((one) => [one.name, one.name])];
+    const options = [["*", "the active one"], ["", `${model.machine} (top)`], ...compounds.map((one) => [one.name, one.name])];
     for (const [value, text] of options) choice.add(new Option(text, value));
     choice.addEventListener("change", () => { opened = choice.value === "*" ? null : choice.value; app.dirty(); });
     element("machine-fit").addEventListener("click", centre);

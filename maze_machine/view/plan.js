@@ -225,7 +225,7 @@ const plan = (() => {
       }));
     }
     const text = `Robot at x ${frame.at[0].toFixed(2)} m, y ${frame.at[1].toFixed(2)} m, heading ${(frame.at[2] * 180 / Math.PI).toFixed(0)} degrees, in ${frame.doing || "no state"}`;
-    if (text !== told && !app.playing) element("scene-text").textContent = told = text;
+    if (text !== told && (!told || !app.playing)) element("scene-text").textContent = told = text;
   }
 
   function fit() { element("follow").checked = false; base = null; d3.select(canvas).call(zoom.transform, d3.zoomIdentity); app.dirty(); }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hsm.model.types import Length, Speed
 from perception.facts import Facts
 from skills.activities.advance import Advance
@@ -26,8 +28,9 @@ class ToCorner(Advance):
         spacing = facts.observation.scan.geometry.spacing
         if spacing >= DENSE:  # so far that some beams meet what stands there, seen from its end
             behind += BEAMS * spacing * self.settings.opening.aside
-        near = (x > -behind) & (x <= 0) & (y > self.settings.opening.beside) & (y < farthest)
-        return bool(near.sum() >= 2)
+        # Two hits, so that one of noise is not enough; of a thin wall seen from its end only the first need be so near.
+        beside = np.sort(y[(x > -behind) & (x <= 0) & (y > self.settings.opening.beside)])
+        return len(beside) >= 2 and bool(beside[0] < farthest)
 
 
 @LIBRARY.activity("reach_corner", outcomes=("done", "blocked"), holds=("base",))

@@ -15,9 +15,11 @@ from maze_machine.cli import app
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 PAGE = (ROOT / "docs" / "reference" / "language.md").read_text(encoding="utf-8")
-BLOCK = re.compile(r"```maze-machine(?: file=\S+)?\n(machine (\w+)\n.*?|#[^\n]*\nmachine (\w+)\n.*?)```", re.DOTALL)
-OWN_LIBRARY = {"diagnostics.md"}
-"""Its examples are written against a library of the tests, and checked there."""
+BLOCK = re.compile(
+    r"```maze-machine(?: title=\"\S+\")?\n(machine (\w+)\n.*?|#[^\n]*\nmachine (\w+)\n.*?)```", re.DOTALL
+)
+OWN_LIBRARY = {"diagnostics.md", "examples.md", "python.md"}
+"""Their machines name libraries of their own; other tests check them."""
 
 MACHINES = [
     pytest.param(match[1], match[2] or match[3], id=f"{page.name}-{match[2] or match[3]}")

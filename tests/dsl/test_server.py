@@ -44,7 +44,7 @@ class Client(LanguageClient):
 
 
 @asynccontextmanager
-async def serving(folder, *, pulls=True):
+async def serving(folder, *, pulls=True, options=None):
     client = Client()
     await client.start_io(str(Path(sys.executable).parent / "maze-machine"), "lsp")
     text = types.TextDocumentClientCapabilities(
@@ -57,6 +57,7 @@ async def serving(folder, *, pulls=True):
         types.InitializeParams(
             types.ClientCapabilities(text_document=text),
             root_uri=folder.as_uri(),
+            initialization_options=options,
             workspace_folders=[types.WorkspaceFolder(folder.as_uri(), folder.name)],
         )
     )

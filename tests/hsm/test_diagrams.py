@@ -5,7 +5,7 @@ import re
 import pytest
 
 from hsm import build
-from hsm.interchange.diagrams import THEMES, DiagramError, Look, render
+from hsm.interchange.diagrams import THEMES, DiagramError, Look, edge_id, render
 from hsm.interchange.folding import down_to, excerpt, open_around
 from tests.hsm.charts import (
     add,
@@ -135,8 +135,8 @@ def test_states_and_transitions_are_groups_that_a_page_can_find(machine):
     text = render(machine, "svg", Look(transparent=True, theme="dark")).decode()
     for one in machine.model.states[1:]:
         assert text.count(f'id="state_{one.index}"') == 1
-    drawn = {number for found in re.findall(r'id="edge_([\d_]+)_t\d+"', text) for number in found.split("_")}
-    assert drawn == {str(one.index) for one in machine.model.transitions if one.targets}
+    drawn = {word for found in re.findall(r'class="edge ([^"]*)"', text) for word in found.split()}
+    assert drawn == {edge_id(one.index) for one in machine.model.transitions if one.targets}
     assert 'fill="white"' not in text
 
 

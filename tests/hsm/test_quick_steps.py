@@ -9,7 +9,8 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from hsm import MachineFault, build
-from hsm.engine.inputs import check_events, check_time
+from hsm.engine.inputs import check_time
+from hsm.engine.occurrences import checked_events
 from hsm.engine.run import Supervisor
 from hsm.model.chart import StateKind, TransitionKind
 from tests.hsm.charts import (
@@ -48,7 +49,7 @@ class InFull(Supervisor):
 
     def step(self, time, events=(), facts=None):
         check_time(time, self.time)
-        check_events(self.machine.model, events)
+        checked_events(self.machine.model, events)
         return self._react(time, events, facts, {})
 
 

@@ -15,8 +15,15 @@ import pytest
 from maze_machine.catalogue.machines import SHIPPED
 
 ROOT = Path(__file__).parents[2]
-PAGES = ("../README.md", "tutorial.md", "explanation/loop.md", "explanation/skills.md", "how-to/maps-and-recordings.md")
-BLOCK = re.compile(r"^```(\S+)(?: file=(\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+PAGES = (
+    "../README.md",
+    "tutorial.md",
+    "how-to/python.md",
+    "explanation/loop.md",
+    "explanation/skills.md",
+    "how-to/maps-and-recordings.md",
+)
+BLOCK = re.compile(r"^```(\S+)(?: title=\"(\S+)\")?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LIMIT = 120
 
 
@@ -64,7 +71,7 @@ def test_a_page_does_what_it_says(page, tmp_path):
 
 def test_the_python_of_the_readme_runs(tmp_path):
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    ((name, machine),) = re.findall(r"^```maze-machine file=(\S+)\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)
+    ((name, machine),) = re.findall(r"^```maze-machine title=\"(\S+)\"\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)
     (tmp_path / name).write_text(machine, encoding="utf-8")
     (program,) = re.findall(r"^```python\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)
     done = subprocess.run(

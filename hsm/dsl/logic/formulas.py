@@ -9,13 +9,14 @@ never the other way round.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
 from hsm.dsl.logic.linear import Constraint, Form, LinearAtom, feasible, form_of
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.rewriting import parts_of
 from hsm.model.types import BOOLEAN, Enumeration
 from hsm.model.unparse import expression_text, value_text
 
@@ -72,6 +73,7 @@ class Either:
 Formula: TypeAlias = bool | Flag | EnumerationValue | LinearAtom | Not | Both | Either
 Assignment: TypeAlias = dict[Atom, bool]
 
+_COMPARISONS = frozenset(("==", "!=", "<", "<=", ">", ">="))
 _MOST_CASES = 3000
 _MOST_ATOMS = 60
 _DEEPEST_COMPARISON = 5
@@ -110,6 +112,10 @@ def formula_of(expression: Expression, values: Values) -> Formula:
         values: parameters whose values are taken as given.
     """
     match expression:
+        case Binary(operator, Choice() as choice, right) if operator in _COMPARISONS and _plain(choice):
+            return _of_choice(choice, lambda one: Binary(operator, one, right, BOOLEAN), values)
+        case Binary(operator, left, Choice() as choice) if operator in _COMPARISONS and _plain(choice):
+            return _of_choice(choice, lambda one: Binary(operator, left, one, BOOLEAN), values)
         case Literal(value):
             return bool(value)
         case VariableValue(name):
@@ -129,6 +135,20 @@ def formula_of(expression: Expression, values: Values) -> Formula:
             return negation(_equality(left, right, values))
         case Binary(operator, left, right):
             return _ordering(operator, left, right, values)
+        case Choice():
+            raise AssertionError("a choice is no condition")
+
+
+def _of_choice(choice: Choice, compare: Callable[[Expression], Expression], values: Values) -> Formula:
+    """A comparison with one of two values, by cases."""
+    condition = formula_of(choice.condition, values)
+    chosen, other = formula_of(compare(choice.then), values), formula_of(compare(choice.otherwise), values)
+    return either(both(condition, chosen), both(negation(condition), other))
+
+
+def _plain(choice: Choice) -> bool:
+    """Whether the condition of a choice makes none itself: it stands twice in the formula."""
+    return not any(isinstance(one, Choice) for one in parts_of(choice.condition))
 
 
 def _equality(left: Expression, right: Expression, values: Values) -> Formula:

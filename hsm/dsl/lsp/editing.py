@@ -19,14 +19,14 @@ from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signatur
 from hsm.dsl.lsp.occurrences import Occurrence, Role, occurrences
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.symbols import HISTORY, SymbolTable, collect_symbols
-from hsm.dsl.semantics.typing import FUNCTIONS
+from hsm.dsl.semantics.typing import FUNCTIONS, SIMPLE_TYPES
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.lexer import STATEMENTS
 from hsm.dsl.syntax.parser import parse
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import MachineError
 from hsm.model.registry import Library, Parameter
-from hsm.model.types import QUANTITY_NAMES, UNITS, Enumeration
+from hsm.model.types import QUANTITY_NAMES, UNITS, Enumeration, Type
 
 _WORD = re.compile(r"[A-Za-z_][\w.]*")
 _TYPES = ("bool", "int", *QUANTITY_NAMES.values())
@@ -170,7 +170,7 @@ class Document:
             return
         first, last = words[0], words[-1]
         called = _OPEN_CALL.search(before)
-        if called is not None:
+        if called is not None and first != "event":
             yield from self._inside_call(called[1], called[2])
         elif first == "initial" or re.search(r"[-=]>([^/]*,)?\s*$", before):
             yield from self._states()
@@ -179,7 +179,7 @@ class Document:
         elif first == "import":
             names = dict.fromkeys(importable(Path(self.file), self.library))
             yield from (Entry(name, SymbolKind.MACHINE) for name in names)
-        elif first in ("param", "var") and last == ":":
+        elif first in ("param", "var", "event") and last == ":":
             yield from self._types()
         elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and "=" not in words:
             return
@@ -187,12 +187,19 @@ class Document:
             yield from (self._instance(name) for name in self.table.imports)
         elif re.search(r"\d\s*$", before):
             yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
-        elif last == "raise" or (first == "on" and re.fullmatch(r"\s*on\s+([\w.]+\s*,\s*)*", before)):
+        elif last in ("raise", "cancel") or (first == "on" and re.fullmatch(r"\s*on\s+([\w.]+\s*,\s*)*", before)):
             yield from self._events()
         elif re.search(r"/\s*$|/.*,\s*$", before):
-            yield from (Entry("raise", SymbolKind.KEYWORD), *self._actions(), *self._variables())
+            yield from (Entry(word, SymbolKind.KEYWORD) for word in ("raise", "cancel"))
+            yield from (*self._actions(), *self._variables())
         else:
+            yield from self._carried(words[1] if first == "on" and len(words) > 1 else "")
             yield from self._values()
+
+    def _carried(self, event: str) -> Iterator[Entry]:
+        """What an event carries, as a transition that waits for it alone may read it."""
+        for one in self._fields(event):
+            yield Entry(f"{event}.{one.name}", SymbolKind.VARIABLE, type_text(one.type))
 
     def _inside_call(self, called: str, written: str) -> Iterator[Entry]:
         """What could stand in the brackets of a call: its arguments by name, and values of the type that is due."""
@@ -218,9 +225,31 @@ class Document:
         yield from (one for one in self._variables() if one.detail.partition(" ")[0] == str(due.type))
 
     def parameters_of(self, called: str) -> tuple[Parameter, ...]:
-        """What a signal, an activity or an action takes."""
+        """What a signal, an activity or an action takes, or an event carries."""
         tables = (self.library.signals, self.library.activities, self.library.actions)
-        return next((table[called].parameters for table in tables if called in table), ())
+        return next((table[called].parameters for table in tables if called in table), self._fields(called))
+
+    def _fields(self, event: str) -> tuple[Parameter, ...]:
+        """What an event carries: one of the file, of what it imports, or of the library."""
+        for line in self.table.root.lines:
+            for declared in line.events if isinstance(line, ast.EventLine) else ():
+                if declared.name == event and declared.fields:
+                    types = [(str(one.name), self._type_named(str(one.type))) for one in declared.fields]
+                    return tuple(Parameter(name, kind) for name, kind in types if kind is not None)
+        for name in self.table.imports:
+            inner = self.imported(name)
+            if inner is not None and (found := inner._fields(event)):
+                return found
+        known = self.library.events.get(event)
+        return () if known is None else tuple(Parameter(one.name, one.type) for one in known.fields)
+
+    def _type_named(self, name: str) -> Type | None:
+        for line in self.table.root.lines:
+            if isinstance(line, ast.EnumerationLine) and line.name == name:
+                return Enumeration(name, tuple(map(str, line.members)))
+        kind = self.library.enumerations.get(name)
+        known = None if kind is None else Enumeration(name, tuple(one.value for one in kind))
+        return SIMPLE_TYPES.get(name, known)
 
     # Hovering and calls.
 
@@ -365,11 +394,15 @@ class Document:
     def _events(self) -> Iterator[Entry]:
         for line in self.table.root.lines:
             if isinstance(line, ast.EventLine):
-                for event in line.names:
-                    yield Entry(str(event), SymbolKind.EVENT, "event", self.tree.comment_above(event.line or 1))
-        yield from (Entry(one.name, SymbolKind.EVENT, "event", one.doc) for one in self.library.events.values())
+                for event in line.events:
+                    yield self._event(str(event.name), self.tree.comment_above(event.name.line or 1))
+        yield from (self._event(one.name, one.doc) for one in self.library.events.values())
         for name in dict.fromkeys((*self._outcomes(), *self._finals(), "done", "fault")):
             yield Entry(name, SymbolKind.EVENT, "outcome")
+
+    def _event(self, name: str, doc: str) -> Entry:
+        fields = self._fields(name)
+        return Entry(name, SymbolKind.EVENT, f"event {signature(name, fields)}" if fields else "event", doc)
 
     def _outcomes(self) -> Iterator[str]:
         """The outcomes of the activities that the file names, and of the machines of which it has instances."""
@@ -396,6 +429,10 @@ class Document:
 
     def _types(self) -> Iterator[Entry]:
         yield from (Entry(name, SymbolKind.TYPE) for name in _TYPES)
+        for line in self.table.root.lines:
+            if isinstance(line, ast.EnumerationLine):
+                doc = self.tree.comment_above(line.name.line or 1)
+                yield Entry(str(line.name), SymbolKind.TYPE, ", ".join(map(str, line.members)), doc)
         for name, enumeration in self.library.enumerations.items():
             values = ", ".join(member.value for member in enumeration)
             yield Entry(name, SymbolKind.TYPE, values, first_line(enumeration.__doc__ or ""))

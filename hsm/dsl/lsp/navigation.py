@@ -23,8 +23,8 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _COLOURS = re.compile(
     r"(?P<comment>#.*)|(?P<number>(?<![\w.])\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_][\w.]*)|(?P<operator>->|=>|[-+*/=<>!]+)"
 )
-_INNER_KEYWORDS = RESERVED | {"always", "before", "eventually", "never", "within"}
-_IN_FILE = {Role.STATE, Role.VARIABLE, Role.PARAMETER, Role.EVENT, Role.PROPERTY}
+_INNER_KEYWORDS = RESERVED | {"always", "before", "eventually", "never", "within", "for", "else", "cancel"}
+_IN_FILE = {Role.STATE, Role.VARIABLE, Role.PARAMETER, Role.EVENT, Role.ARGUMENT, Role.PROPERTY}
 """What a file declares, and can rename."""
 
 
@@ -176,6 +176,9 @@ def definition(document: Document, line: int, column: int) -> Span | None:
     if here.role is Role.ARGUMENT and here.owner in document.table.imports:
         inner = document.imported(here.owner)
         return None if inner is None else _declared(inner, here.name, (Role.PARAMETER,))
+    if here.role is Role.ARGUMENT:
+        declared = (one for one in document.occurrences if one.declares and one.role is Role.ARGUMENT)
+        return next((span(document, one) for one in declared if (one.owner, one.name) == (here.owner, here.name)), None)
     if here.role is Role.EVENT:
         return _event(document, here.name)
     own = _declared(document, here.name, _same(here.role))
@@ -284,13 +287,13 @@ def _machine(document: Document, name: str) -> Span | None:
 
 
 def _event(document: Document, name: str) -> Span | None:
-    """An event of the file, a final state of it, a final state of an imported machine."""
+    """An event or a final state of the file, or of an imported machine."""
     own = _declared(document, name, (Role.EVENT,)) or _declared(document, name, (Role.STATE,))
     if own is not None:
         return own
     for imported in document.table.imports:
         inner = document.imported(imported)
-        if inner is not None and (found := _declared(inner, name, (Role.STATE,))) is not None:
+        if inner is not None and (found := _event(inner, name)) is not None:
             return found
     return None
 

@@ -46,7 +46,7 @@ class Occurrence:
         line: counted from 0.
         column: in characters, from 0.
         declares: whether it is declared here.
-        owner: of an argument, whose it is: the name of the signal, activity, action or machine.
+        owner: of an argument, whose it is: the name of the signal, activity, action, event or machine.
     """
 
     name: str
@@ -66,7 +66,7 @@ _DECLARED = {
     ("MachineLine", "name"): Role.MACHINE,
     ("ParameterLine", "name"): Role.PARAMETER,
     ("VariableLine", "name"): Role.VARIABLE,
-    ("EventLine", "names"): Role.EVENT,
+    ("EventSyntax", "name"): Role.EVENT,
     ("DefinitionLine", "name"): Role.VARIABLE,
     ("EnumerationLine", "name"): Role.TYPE,
     ("EnumerationLine", "members"): Role.VALUE,
@@ -78,6 +78,7 @@ _NAMED = {
     ("ImportLine", "name"): Role.MACHINE,
     ("ParameterLine", "type"): Role.TYPE,
     ("VariableLine", "type"): Role.TYPE,
+    ("FieldSyntax", "type"): Role.TYPE,
     ("InitialLine", "target"): Role.STATE,
     ("TargetSyntax", "names"): Role.STATE,
     ("TransitionLine", "names"): Role.EVENT,
@@ -86,7 +87,7 @@ _NAMED = {
     ("AssignSyntax", "variable"): Role.VARIABLE,
     ("Named", "name"): Role.ARGUMENT,
 }
-_CALLED = {"DoLine": Role.ACTIVITY, "StateBlock": Role.MACHINE, "actions": Role.ACTION}
+_CALLED = {"DoLine": Role.ACTIVITY, "StateBlock": Role.MACHINE, "actions": Role.ACTION, "RaiseSyntax": Role.EVENT}
 
 
 def occurrences(tree: ast.File, table: SymbolTable, library: Library) -> list[Occurrence]:
@@ -110,6 +111,15 @@ class _Walker:
                 yield from self._token(node, parent, field, owner)
             elif isinstance(node, tuple):
                 pending.extend((one, parent, field, owner) for one in node)
+            elif isinstance(node, ast.EventSyntax):
+                yield from self._token(node.name, "EventSyntax", "name", "")
+                for part in node.fields:
+                    yield _occurrence(part.name, Role.ARGUMENT, declares=True, owner=str(node.name))
+                    yield from self._token(part.type, "FieldSyntax", "type", "")
+            elif isinstance(node, ast.RaiseSyntax):
+                yield from self._call(node.data, "RaiseSyntax", "call")
+                pending.extend((one, "CallSyntax", "arguments", str(node.event)) for one in node.data.arguments)
+                pending.append((node.delay, "RaiseSyntax", "delay", ""))
             elif isinstance(node, ast.CallSyntax):
                 yield from self._call(node, parent, field)
                 pending.extend((one, "CallSyntax", "arguments", str(node.name)) for one in node.arguments)
@@ -128,6 +138,19 @@ class _Walker:
             role = Role.STATE if owner == "in" else self._value_role(str(token))
             if role is not None:
                 yield _occurrence(token, role)
+            elif self._carried(token):
+                yield from _parted(token)
+
+    def _carried(self, token: Token) -> bool:
+        """Whether a name is a part of what an event carries."""
+        event, _, part = token.rpartition(".")
+        for line in self.table.root.lines:
+            if isinstance(line, ast.EventLine):
+                for one in line.events:
+                    if one.name == event and any(field.name == part for field in one.fields):
+                        return True
+        declared = self.library.events.get(event)
+        return declared is not None and any(field.name == part for field in declared.fields)
 
     def _call(self, node: ast.CallSyntax, parent: str, field: str) -> Iterator[Occurrence]:
         role = _CALLED.get(parent) or _CALLED.get(field)
@@ -158,6 +181,14 @@ class _Walker:
         if name in self.library.activities:
             return Role.ACTIVITY
         return Role.STATE if name in self.table.states else None
+
+
+def _parted(token: Token) -> Iterator[Occurrence]:
+    """An event and a part of what it carries, which are written as one name."""
+    event, _, part = token.rpartition(".")
+    line, column = (token.line or 1) - 1, (token.column or 1) - 1
+    yield Occurrence(event, Role.EVENT, line, column)
+    yield Occurrence(part, Role.ARGUMENT, line, column + len(event) + 1, owner=event)
 
 
 def _occurrence(token: Token, role: Role, *, declares: bool = False, owner: str = "") -> Occurrence:

@@ -14,7 +14,7 @@ from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 
 from hsm.dsl.format.formatter import format_text
-from hsm.dsl.lsp import actions, navigation, protocol
+from hsm.dsl.lsp import actions, navigation, protocol, refactoring
 from hsm.dsl.lsp.editing import Document
 from hsm.dsl.lsp.workspace import Documents, LibraryOf
 from hsm.model.diagnostics import MachineError
@@ -23,6 +23,8 @@ PAUSE = 0.05
 """How long typing has to pause before a document is checked, s."""
 _PULL = types.DiagnosticOptions(inter_file_dependencies=True, workspace_diagnostics=False, identifier="maze-machine")
 FIX_ALL = "source.fixAll.maze-machine"
+CODE_ACTIONS = (types.CodeActionKind.QuickFix, FIX_ALL, refactoring.ADD_STATE, refactoring.RETARGET)
+"""The kinds of what can be done about a line."""
 
 
 class MachineServer(LanguageServer):
@@ -259,7 +261,7 @@ def _editing(server: MachineServer) -> None:
             changes.setdefault(protocol.uri_of(file), []).append(edit)
         return types.WorkspaceEdit(changes=changes)
 
-    @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions([types.CodeActionKind.QuickFix, FIX_ALL]))
+    @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions(CODE_ACTIONS))
     def act(params: types.CodeActionParams) -> list[types.CodeAction]:
         uri = params.text_document.uri
         document = server.document(uri)
@@ -274,6 +276,15 @@ def _editing(server: MachineServer) -> None:
         if edits and (asked is None or any(FIX_ALL.startswith(str(one)) for one in asked)):
             change = types.WorkspaceEdit(changes={uri: edits})
             offered.append(types.CodeAction("Fix all that is certain", FIX_ALL, edit=change))
+        for one in refactoring.refactorings(document, params.range.start.line):
+            # The many targets of a transition are offered only where an editor asks for refactorings.
+            if (
+                one.kind == refactoring.ADD_STATE
+                if asked is None
+                else any(one.kind.startswith(str(kind)) for kind in asked)
+            ):
+                change = types.WorkspaceEdit(changes={uri: [protocol.text_edit(edit, lines) for edit in one.edits]})
+                offered.append(types.CodeAction(one.title, one.kind, edit=change))
         return offered
 
     @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)

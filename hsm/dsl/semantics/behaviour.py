@@ -33,7 +33,7 @@ from hsm.model.chart import (
 )
 from hsm.model.diagnostics import Related
 from hsm.model.expressions import Binary, Expression, Literal, Unary
-from hsm.model.registry import Choosy
+from hsm.model.registry import Choosy, Parameter
 from hsm.model.types import BOOLEAN
 
 
@@ -113,8 +113,11 @@ class Behaviour:
         """A transition, the next in document order; its trigger is on nothing where it is at fault."""
         uncertain = line.keyword == "else" and None in self._tables.get(symbol.index, ())
         trigger = self._trigger(symbol, line)
-        guard = self.context.scope.condition(line.guard) if line.guard is not None else None
+        scope = self.context.scope
+        scope.heard = line.names
+        guard = scope.condition(line.guard) if line.guard is not None else None
         actions = self.actions(line.actions)
+        scope.heard = ()
         kind = TransitionKind.INTERNAL
         targets: tuple[int, ...] = ()
         if line.target is not None:
@@ -233,8 +236,8 @@ class Behaviour:
 
     def _action(self, line: ast.ActionSyntax) -> Action | None:
         match line:
-            case ast.RaiseSyntax(event, delay):
-                return self._raise(event, delay)
+            case ast.RaiseSyntax():
+                return self._raise(line)
             case ast.CancelSyntax(event):
                 return self._cancel(event)
             case ast.AssignSyntax():
@@ -242,19 +245,23 @@ class Behaviour:
             case ast.CallSyntax():
                 return self._call(line)
 
-    def _raise(self, event: Token, delay: ast.Expression | None) -> Raise | Send | None:
-        if delay is None:
-            return Raise(str(event), self.context.place(event))
-        found = self.context.scope.duration(delay)
-        if found is None:
+    def _raise(self, line: ast.RaiseSyntax) -> Raise | Send | None:
+        event, delay = line.event, line.delay
+        data = self.declarations.data.get(str(event))
+        fields = [Parameter(one.name, one.type) for one in (data.fields if data is not None else ())]
+        arguments = self.context.scope.arguments(line.data, fields, f"event `{event}`")
+        found = self.context.scope.duration(delay) if delay is not None else None
+        if arguments is None or (found is None and delay is not None):
             return None
+        if found is None:
+            return Raise(str(event), self.context.place(event), arguments)
         if not isinstance(found, Literal):
             message = "the delay of an event is constant"
             self.context.report.add(
                 "E0303", found.place, message, "let a state wait `after` a duration, and raise then"
             )
             return None
-        return Send(str(event), float(found.value), str(event), self.context.place(event))
+        return Send(str(event), float(found.value), str(event), self.context.place(event), arguments=arguments)
 
     def _cancel(self, event: Token) -> Cancel | None:
         if event not in self.declarations.delayed:

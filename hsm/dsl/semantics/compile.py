@@ -89,7 +89,8 @@ class _Compiler:
         for unit in self.machines.values():
             for one in unit.model.enumerations if unit is not None and unit.model is not None else ():
                 self.context.scope.enumerations.setdefault(one.__name__, one)
-        self.declarations.declare()
+        units = [unit.model for unit in self.machines.values() if unit is not None and unit.model is not None]
+        self.declarations.declare([one for model in units for one in model.event_data])
         symbols = table.all_states()
         for symbol in symbols:
             self._find_machine(symbol)
@@ -141,6 +142,7 @@ class _Compiler:
             tuple(self.behaviour.transitions),
             tuple(self.declarations.variables),
             tuple(self.declarations.parameters),
+            self.declarations.derived,
             tuple(files),
             self.context.tree.comment_above(heading.name.line or 1) if heading is not None else "",
             compile_properties(
@@ -161,6 +163,7 @@ class _Compiler:
             + tuple(self.copied_properties),
             frozenset((*self.declarations.events, *self.context.library.events)),
             enumerations=self.context.scope.own_enumerations(),
+            event_data=tuple(self.declarations.data.values()),
         )
 
     def _find_machine(self, symbol: StateSymbol) -> None:
@@ -241,7 +244,9 @@ class _Compiler:
     def _bind(self, symbol: StateSymbol, model: Model, copied: InstanceCopy) -> None:
         """The parameters of an instance become constants that its state's entry sets."""
         assert symbol.instance is not None
-        arguments = self.context.scope.arguments(symbol.instance, model.parameters, f"machine `{symbol.instance.name}`")
+        arguments = self.context.scope.arguments(
+            symbol.instance, model.parameters, f"machine `{symbol.instance.name}`", copied.derived
+        )
         if arguments is not None:
             place = self.context.place(symbol.instance.name, symbol.instance.closing)
             for parameter, value in zip(model.parameters, arguments, strict=True):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import cast
@@ -15,10 +15,13 @@ from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import StateSymbol
 from hsm.dsl.semantics.typing import FUNCTIONS, Declared, Definition
 from hsm.dsl.syntax import ast
-from hsm.model.chart import StateKind, Variable
+from hsm.engine.inputs import follow
+from hsm.model.chart import EventData, StateKind, Variable
 from hsm.model.diagnostics import Place, Related
-from hsm.model.expressions import Literal
-from hsm.model.registry import Parameter
+from hsm.model.expressions import Expression, Literal, VariableValue
+from hsm.model.registry import EventField, Parameter
+from hsm.model.rewriting import parts_of
+from hsm.model.types import Enumeration, Type
 
 _MOST_REPORTERS = 3
 _MOST_HEARD = 8
@@ -31,25 +34,38 @@ class Declarations:
     Attributes:
         context: what all stages share.
         parameters: the machine's parameters.
+        derived: what those are made of that are made of others, by name.
         variables: its variables; those of instances are put behind them.
         events: events that are declared (with their places) or raised.
         heard: events that some transition is on, or may be.
+        data: what events carry, by name: those of the registry, of the file and of what it imports.
         raised: events that this file raises, and where first.
         delayed: those that it raises later.
     """
 
     context: Context
     parameters: list[Parameter] = field(default_factory=list)
+    derived: dict[str, Expression] = field(default_factory=dict)
     variables: list[Variable] = field(default_factory=list)
     events: dict[str, Place | None] = field(default_factory=dict)
     heard: Names = field(default_factory=Names)
+    data: dict[str, EventData] = field(default_factory=dict)
     raised: dict[str, Token] = field(default_factory=dict)
     delayed: set[str] = field(default_factory=set)
     _unsent: dict[str, int] = field(default_factory=dict)
 
-    def declare(self) -> None:
-        """Give the lines at the top of the file their meaning."""
+    def declare(self, imported: Iterable[EventData] = ()) -> None:
+        """Give the lines at the top of the file their meaning.
+
+        Args:
+            imported: what the events of imported machines carry.
+        """
         lines = self.context.symbols.root.lines
+        for event in self.context.library.events.values():
+            if event.fields:
+                self.data[event.name] = EventData(event.name, event.fields)
+        for data in imported:
+            self.data.setdefault(data.event, data)
         for line in lines:
             if isinstance(line, ast.EnumerationLine):
                 self._declare_enumeration(line)
@@ -59,8 +75,10 @@ class Declarations:
                     self._declare(name, type_name, default, constant=True)
                 case ast.VariableLine(name, type_name, initial):
                     self._declare(name, type_name, initial, constant=False)
-                case ast.EventLine(names):
-                    self._declare_events(names)
+                case ast.EventLine(events):
+                    self._declare_events(events)
+        for data in self.data.values():
+            self.context.scope.carried.update((data.variable(one), (data.event, one.type)) for one in data.fields)
 
     def define(self) -> None:
         """Make the definitions known: what they name is looked for when they are first used."""
@@ -99,26 +117,59 @@ class Declarations:
         make = cast("Callable[..., type[StrEnum]]", StrEnum)  # called as a function, it makes a class
         scope.enumerations[str(name)] = make(str(name), {one.upper(): one for one in members})
 
-    def _declare_events(self, names: tuple[Token, ...]) -> None:
-        for name in names:
-            place = self.context.place(name)
+    def _declare_events(self, events: tuple[ast.EventSyntax, ...]) -> None:
+        for event in events:
+            name, place = event.name, self.context.place(event.name)
             first = self.events.setdefault(str(name), place)
             if first is not None and first is not place:
                 related = Related(first, "first declared here")
                 self.context.report.add("E0209", place, f"event `{name}` is declared twice", related=(related,))
+                continue
+            self._declare_data(event, place)
+
+    def _declare_data(self, event: ast.EventSyntax, place: Place) -> None:
+        """What an event of the file carries; whoever declares it, too, must say the same."""
+        fields: dict[str, EventField] = {}
+        for one in event.fields:
+            name = str(one.name)
+            kind = self.context.scope.type_named(one.type)
+            taken = f"{event.name}.{name}" in self.context.library.signals
+            if taken or "." in name:
+                self.context.add("E0211", one.name, f"`{name}` cannot name a part of an event: it means something else")
+            elif name in fields:
+                self.context.add("E0209", one.name, f"event `{event.name}` carries `{name}` twice")
+            elif kind is not None:
+                enumeration = self.context.scope.enumerations.get(str(kind)) if isinstance(kind, Enumeration) else None
+                fields[name] = EventField(name, kind, enumeration)
+            if name not in fields:
+                self.context.symbols.doubtful.add(f"{event.name}.{name}")
+        if len(fields) < len(event.fields):
+            return
+        found = EventData(str(event.name), tuple(fields.values()), place)
+        known = self.data.get(found.event)
+        if known is not None and [(one.name, one.type) for one in known.fields] != [
+            (one.name, one.type) for one in found.fields
+        ]:
+            related = () if known.place is None else (Related(known.place, "declared otherwise here"),)
+            form = ", ".join(f"{one.name} : {one.type}" for one in known.fields)
+            message = f"event `{event.name}` carries something else where it is declared, too"
+            self.context.report.add("E0209", place, message, f"write `{event.name}({form})`", related)
+        elif fields:
+            self.data[found.event] = found
 
     def _declare(self, name: Token, type_name: Token, value: ast.Expression | None, *, constant: bool) -> None:
         new = self.context.symbols.declared.get(str(name)) is name
         new = not self._taken(name, "a variable") and new
         kind = self.context.scope.type_named(type_name)
+        if value is not None and self._made_of_later(name, value):
+            self.context.scope.used.update(ast.names_in(value))
+            self.context.symbols.doubtful.add(str(name))
+            value = None
         initial = self.context.scope.value(value, kind) if kind is not None and value is not None else None
-        if (
-            initial is not None
-            and not isinstance(initial, Literal)
-            and (constant or not self.context.scope.is_constant(initial))
-        ):
-            message = f"`{name}` begins with a value made of constants{'' if constant else ' and parameters'}"
-            self.context.report.add("E0303", initial.place, message)
+        if initial is not None and not isinstance(initial, Literal) and not self.context.scope.is_constant(initial):
+            self.context.report.add(
+                "E0303", initial.place, f"`{name}` begins with a value made of constants and parameters"
+            )
             initial = None
         if value is not None and initial is None:
             self.context.symbols.doubtful.add(str(name))
@@ -129,10 +180,51 @@ class Declarations:
         self.context.scope.variables[str(name)] = Declared(kind, constant, place)
         if not constant and initial is not None:
             self.variables.append(Variable(str(name), kind, initial, place=place))
-        elif constant and isinstance(initial, Literal):
-            self.parameters.append(Parameter(str(name), kind, initial.value))
+        elif constant and initial is not None:
+            self._declare_parameter(str(name), kind, initial)
         elif constant:
             self.parameters.append(Parameter(str(name), kind))
+
+    def _declare_parameter(self, name: str, kind: Type, initial: Expression) -> None:
+        """A parameter with a default, which may follow from the parameters before it."""
+        if isinstance(initial, Literal):
+            self.parameters.append(Parameter(name, kind, initial.value))
+            return
+        needed = {one.name for one in parts_of(initial) if isinstance(one, VariableValue)}
+        required = [one.name for one in self.parameters if one.required and one.name in needed]
+        if any(one in self.context.symbols.doubtful for one in required):
+            self.context.symbols.doubtful.add(name)
+            self.parameters.append(Parameter(name, kind))
+        elif required:
+            message = f"`{name}` is made of `{required[0]}`, which has no default itself"
+            self.context.report.add("E0303", initial.place, message, f"give `{required[0]}` a default")
+        elif needed <= {one.name for one in self.parameters}:  # else one of them is at fault itself, and reported
+            try:
+                default = follow(initial, Parameter(name, kind), {one.name: one.default for one in self.parameters})
+            except ValueError as error:
+                self.context.report.add("E0306", initial.place, str(error))
+            else:
+                self.derived[name] = initial
+                self.parameters.append(Parameter(name, kind, default))
+
+    def _made_of_later(self, name: Token, value: ast.Expression) -> bool:
+        """Whether a value names what is declared at its own line or below; reported."""
+        made_of = _made_of(self.context.symbols.root.lines)
+        later = [one for one in ast.names_in(value) if one in made_of and one not in self.context.scope.variables]
+        if not later or any(one in self.context.symbols.doubtful for one in later):
+            return bool(later)
+        used, seen = later[0], set(later)
+        pending = list(later)
+        while pending:
+            more = made_of.get(pending.pop(), frozenset()) - seen
+            seen |= more
+            pending += more
+        if str(name) in seen:
+            message, hint = f"`{name}` is made of itself", "give one of them a value of its own"
+        else:
+            message, hint = f"`{name}` is made of `{used}`, which is declared below it", f"put `{used}` above `{name}`"
+        self.context.report.add("E0303", self.context.place(name), message, hint)
+        return True
 
     def gather_events(self, order: Sequence[StateSymbol], imported: Iterable[str]) -> None:
         """Find out which events each state may hear of: outcomes and final states inside it, what is raised anywhere.
@@ -258,3 +350,13 @@ def _heard(symbol: StateSymbol) -> str | None:
     """What a state hears of, as a way out."""
     names = sorted(symbol.completions | symbol.reported.known)
     return f"what `{symbol.name}` hears of: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None
+
+
+def _made_of(lines: Iterable[object]) -> Mapping[str, frozenset[str]]:
+    """What each parameter and variable of a file is made of, by their names."""
+    found = {}
+    for line in lines:
+        if isinstance(line, ast.ParameterLine | ast.VariableLine):
+            value = line.default if isinstance(line, ast.ParameterLine) else line.initial
+            found[str(line.name)] = frozenset(() if value is None else ast.names_in(value))
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from hsm.model.chart import (
@@ -13,13 +14,25 @@ from hsm.model.chart import (
     Every,
     Held,
     Model,
+    Raise,
+    Send,
     State,
     Transition,
     Trigger,
     Variable,
     When,
 )
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import (
+    Active,
+    Binary,
+    Choice,
+    EventValue,
+    Expression,
+    Literal,
+    SignalValue,
+    Unary,
+    VariableValue,
+)
 from hsm.model.properties import Property, with_conditions
 
 
@@ -31,6 +44,7 @@ class InstanceCopy:
         root: what was the machine's root, to be merged into the instance's state.
         states: all other states.
         transitions: all transitions.
+        derived: what parameters are made of that are made of others, by their names in the machine.
         variables: all variables, set when the instance's state is entered (inner instances: on their own entry).
         properties: what must hold of it, about the instance's state.
     """
@@ -38,6 +52,7 @@ class InstanceCopy:
     root: State
     states: tuple[State, ...]
     transitions: tuple[Transition, ...]
+    derived: Mapping[str, Expression]
     variables: tuple[Variable, ...]
     properties: tuple[Property, ...]
 
@@ -57,6 +72,7 @@ def instantiate(model: Model, name: str, state_offset: int, transition_offset: i
         states[0],
         states[1:],
         tuple(map(copier.transition, model.transitions)),
+        {parameter: copier.expression(made_of) for parameter, made_of in model.derived.items()},
         tuple(map(copier.variable, model.variables)),
         tuple(map(copier.property, model.properties)),
     )
@@ -93,7 +109,7 @@ class _Copier:
             source=transition.source + self.states,
             targets=self._shifted(transition.targets),
             trigger=self._trigger(transition.trigger),
-            guard=None if transition.guard is None else self._expression(transition.guard),
+            guard=None if transition.guard is None else self.expression(transition.guard),
             actions=self._actions(transition.actions),
         )
 
@@ -102,7 +118,7 @@ class _Copier:
         return replace(
             variable,
             name=self.prefix + variable.name,
-            initial=self._expression(variable.initial),
+            initial=self.expression(variable.initial),
             scope=variable.scope + self.states,
         )
 
@@ -111,7 +127,7 @@ class _Copier:
         return replace(
             stated,
             name=self.prefix + stated.name,
-            claim=with_conditions(stated.claim, self._expression),
+            claim=with_conditions(stated.claim, self.expression),
             scope=self.prefix + stated.scope if stated.scope is not None else self.prefix.removesuffix("."),
         )
 
@@ -121,16 +137,16 @@ class _Copier:
     def _trigger(self, trigger: Trigger) -> Trigger:
         match trigger:
             case When(condition):
-                return replace(trigger, condition=self._expression(condition))
+                return replace(trigger, condition=self.expression(condition))
             case Held(condition, duration):
-                return Held(self._expression(condition), self._expression(duration))
+                return Held(self.expression(condition), self.expression(duration))
             case After(duration) | Every(duration):
-                return replace(trigger, duration=self._expression(duration))
+                return replace(trigger, duration=self.expression(duration))
             case _:
                 return trigger
 
     def _activity(self, call: ActivityCall | None) -> ActivityCall | None:
-        return None if call is None else replace(call, arguments=tuple(map(self._expression, call.arguments)))
+        return None if call is None else replace(call, arguments=tuple(map(self.expression, call.arguments)))
 
     def _actions(self, actions: tuple[Action, ...]) -> tuple[Action, ...]:
         return tuple(map(self._action, actions))
@@ -138,23 +154,29 @@ class _Copier:
     def _action(self, action: Action) -> Action:
         match action:
             case Assign():
-                return replace(action, variable=self.prefix + action.variable, value=self._expression(action.value))
-            case Call():
-                return replace(action, arguments=tuple(map(self._expression, action.arguments)))
+                return replace(action, variable=self.prefix + action.variable, value=self.expression(action.value))
+            case Call() | Raise() | Send():
+                return replace(action, arguments=tuple(map(self.expression, action.arguments)))
             case _:
                 return action
 
-    def _expression(self, expression: Expression) -> Expression:
+    def expression(self, expression: Expression) -> Expression:
+        """An expression with its new names."""
         match expression:
+            case EventValue():
+                return expression  # events have one name, whoever hears of them
             case VariableValue(name):
                 return replace(expression, name=self.prefix + name)
             case Active(state):
                 return replace(expression, state=self.prefix + state)
             case SignalValue(arguments=arguments):
-                return replace(expression, arguments=tuple(map(self._expression, arguments)))
+                return replace(expression, arguments=tuple(map(self.expression, arguments)))
             case Unary(operand=operand):
-                return replace(expression, operand=self._expression(operand))
+                return replace(expression, operand=self.expression(operand))
             case Binary(left=left, right=right):
-                return replace(expression, left=self._expression(left), right=self._expression(right))
+                return replace(expression, left=self.expression(left), right=self.expression(right))
+            case Choice(condition, then, otherwise):
+                condition, then, otherwise = map(self.expression, (condition, then, otherwise))
+                return replace(expression, condition=condition, then=then, otherwise=otherwise)
             case Literal():
                 return expression

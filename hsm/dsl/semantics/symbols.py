@@ -288,8 +288,8 @@ class _Walker:
                 | ast.DefinitionLine(name)
             ):
                 first = name
-            case ast.EventLine(names):
-                first = names[0]
+            case ast.EventLine(events):
+                first = events[0].name
             case ast.PropertyLine(name):
                 first = name
             case _:

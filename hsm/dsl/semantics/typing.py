@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import Enum, StrEnum
+from types import MappingProxyType
 from typing import Any
 
 from lark import Token
@@ -16,7 +17,17 @@ from hsm.dsl.semantics.names import Names
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import DEEPEST_EXPRESSION, depth_of, first_token, last_token, place_of
 from hsm.model.diagnostics import Place, Related
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import (
+    Active,
+    Binary,
+    Choice,
+    EventValue,
+    Expression,
+    Literal,
+    SignalValue,
+    Unary,
+    VariableValue,
+)
 from hsm.model.registry import Library, Parameter
 from hsm.model.rewriting import parts_of
 from hsm.model.types import (
@@ -38,8 +49,9 @@ from hsm.model.unparse import value_text
 FUNCTIONS = ("abs", "in", "max", "min")
 """The language's own functions."""
 
-_SIMPLE_TYPES: dict[str, Type] = {"bool": BOOLEAN, "int": INTEGER}
-_SIMPLE_TYPES.update((name, quantity) for quantity, name in QUANTITY_NAMES.items())
+SIMPLE_TYPES: dict[str, Type] = {"bool": BOOLEAN, "int": INTEGER}
+"""The types that are no enumerations, by name."""
+SIMPLE_TYPES.update((name, quantity) for quantity, name in QUANTITY_NAMES.items())
 _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
     "+": lambda left, right: left + right,
     "-": lambda left, right: left - right,
@@ -115,6 +127,8 @@ class Scope:
         variables: variables and parameters by name.
         definitions: named expressions.
         enumerations: those of the registry and of the file.
+        carried: what events carry, by the event's name and its own: the event and the type.
+        heard: the events that the transition at hand waits for.
         states: names of states, for ``in(state)``.
         doubtful: names that may be declared on lines that could not be read; nothing is said about those.
         used: names of variables that something reads.
@@ -128,19 +142,21 @@ class Scope:
     used: Names = field(default_factory=Names)
     definitions: dict[str, Definition] = field(default_factory=dict)
     enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
+    carried: dict[str, tuple[str, Type]] = field(default_factory=dict)
+    heard: tuple[Token, ...] = ()
 
     def __post_init__(self) -> None:
         self.enumerations = self.enumerations or dict(self.library.enumerations)
 
     def type_named(self, name: Token) -> Type | None:
         """The type with a name; None, reported, where there is none."""
-        found = _SIMPLE_TYPES.get(name)
+        found = SIMPLE_TYPES.get(name)
         if found is not None:
             return found
         enumeration = self.enumerations.get(name)
         if enumeration is not None:
             return _type_of_enumeration(enumeration)
-        hint = _meant(name, _OTHER_TYPES) or self.report.guess(name, [*_SIMPLE_TYPES, *self.enumerations]).text
+        hint = _meant(name, _OTHER_TYPES) or self.report.guess(name, [*SIMPLE_TYPES, *self.enumerations]).text
         hint = hint or "`maze-machine list types` shows what there is"
         self.report.add_once("E0206", self._place(name), f"there is no type `{name}`", hint)
         return None
@@ -180,9 +196,20 @@ class Scope:
         return self._expression(node, expected)
 
     def arguments(
-        self, call: ast.CallSyntax, parameters: Sequence[Parameter], subject: str
+        self,
+        call: ast.CallSyntax,
+        parameters: Sequence[Parameter],
+        subject: str,
+        derived: Mapping[str, Expression] = MappingProxyType({}),
     ) -> tuple[Expression, ...] | None:
-        """The arguments of a call in the order of the parameters, defaults filled in; None where one is at fault."""
+        """The arguments of a call in the order of the parameters, defaults filled in; None where one is at fault.
+
+        Args:
+            call: the call.
+            parameters: of what is called.
+            subject: how that is called in messages.
+            derived: what takes the place of a default, by the parameter's name.
+        """
         by_name = {parameter.name: parameter for parameter in parameters}
         given: dict[str, Expression | None] = {}
         position = 0
@@ -218,7 +245,9 @@ class Scope:
             return None
         if missing or None in given.values():
             return None
-        return tuple(given.get(one.name) or Literal(one.default, one.type) for one in parameters)
+        return tuple(
+            given.get(one.name) or derived.get(one.name) or Literal(one.default, one.type) for one in parameters
+        )
 
     def _expression(self, node: ast.Expression | ast.Named, expected: Type | None) -> Expression | None:
         match node:
@@ -234,6 +263,8 @@ class Scope:
                 return self._binary(node)
             case ast.CallSyntax():
                 return self._call(node)
+            case ast.ChoiceSyntax():
+                return self._choice(node, expected)
             case ast.Named():
                 self.report.add("E0101", self._place(node.name), "an argument with a name stands only in a call")
                 return None
@@ -270,6 +301,8 @@ class Scope:
             return VariableValue(name, declared.type, self._place(token))
         if name in self.definitions:
             return self._defined(token)
+        if name in self.carried:
+            return self._carried(token)
         constant = self.library.constants.get(name)
         if constant is not None:
             return Literal(constant.value, constant.type, self._place(token))
@@ -280,6 +313,36 @@ class Scope:
             return None if arguments is None else SignalValue(signal, arguments, self._place(token))
         return self._member(token, expected)
 
+    def _carried(self, token: Token) -> EventValue | None:
+        """What the event carries that the transition at hand waits for."""
+        event, kind = self.carried[token.value]
+        if [str(one) for one in self.heard] == [event]:
+            return EventValue(token.value, kind, self._place(token))
+        listed = len(self.heard) > 1 and event in self.heard
+        hint = f"write a line for `on {event}` alone" if listed else f"only a transition `on {event}` knows it"
+        message = f"`{token}` is known only while the event `{event}` is handled"
+        self.report.add_once("E0202", self._place(token), message, hint, subject=f"{token} on {len(self.heard)}")
+        return None
+
+    def _choice(self, node: ast.ChoiceSyntax, expected: Type | None) -> Expression | None:
+        """One of two values; one of two conditions becomes a condition of all three."""
+        condition = self.condition(node.condition)
+        then = self._expression(node.then, expected)
+        other = self._expression(node.otherwise, expected if then is None else then.type)
+        if condition is None or then is None or other is None:
+            return None
+        place = self._span(node)
+        if not _comparable(then.type, other.type):
+            self._mismatch(then.type, other.type, "if ... else", place, (then, other))
+            return None
+        if then.type == BOOLEAN:
+            chosen = Binary("and", condition, then, BOOLEAN, place)
+            return Binary("or", chosen, Binary("and", Unary("not", condition, BOOLEAN), other, BOOLEAN), BOOLEAN, place)
+        if isinstance(condition, Literal):
+            return then if condition.value else other
+        kind = then.type if then.type == other.type else NUMBER
+        return Choice(condition, then, other, kind, place)
+
     def _defined(self, token: Token) -> Expression | None:
         """The expression that a name stands for, at the place where it is used."""
         definition = self.definitions[token.value]
@@ -289,7 +352,9 @@ class Scope:
             return None
         if definition.state is None:
             definition.state = Visit.OPEN
+            heard, self.heard = self.heard, ()  # it means the same wherever it is used
             definition.value = self.expression(definition.node)
+            self.heard = heard
             definition.state = Visit.DONE
             if definition.value is not None and _size(definition.value) > _LARGEST_DEFINITION:
                 message = f"`{token}` stands for an expression with more than {_LARGEST_DEFINITION} parts"
@@ -321,7 +386,14 @@ class Scope:
         else:
             message = f"there is no variable, parameter or signal `{token}`"
             close = self.report.guess(
-                token, [*self.variables, *self.definitions, *self.library.signals, *self.library.constants]
+                token,
+                [
+                    *self.variables,
+                    *self.definitions,
+                    *self.library.signals,
+                    *self.library.constants,
+                    *(name for name, (event, _) in self.carried.items() if event in self.heard),
+                ],
             )
             hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` shows what there is"
         self.used.add(close.name or "")
@@ -431,6 +503,7 @@ class Scope:
             and node.type == "NAME"
             and node.value not in self.variables
             and node.value not in self.definitions
+            and node.value not in self.carried
             and node.value not in self.library.signals
         )
 
@@ -506,12 +579,16 @@ class Scope:
         match expression:
             case Literal():
                 return True
+            case EventValue():
+                return False
             case VariableValue(name=name):
                 return self.variables[name].constant
             case Unary(operand=operand):
                 return self.is_constant(operand)
             case Binary(left=left, right=right):
                 return self.is_constant(left) and self.is_constant(right)
+            case Choice(condition, then, otherwise):
+                return all(map(self.is_constant, (condition, then, otherwise)))
             case _:
                 return False
 

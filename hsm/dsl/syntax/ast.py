@@ -65,7 +65,17 @@ class CallSyntax:
     depth: int
 
 
-Expression: TypeAlias = Token | UnarySyntax | BinarySyntax | ChainSyntax | CallSyntax
+@dataclass(frozen=True, slots=True)
+class ChoiceSyntax:
+    """``then if condition else otherwise``."""
+
+    then: Expression
+    condition: Expression
+    otherwise: Expression
+    depth: int
+
+
+Expression: TypeAlias = Token | UnarySyntax | BinarySyntax | ChainSyntax | CallSyntax | ChoiceSyntax
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +89,16 @@ class AssignSyntax:
 
 @dataclass(frozen=True, slots=True)
 class RaiseSyntax:
-    """``raise event``, or ``raise event after duration``."""
+    """``raise event``, with what it carries as for a call, or ``raise event after duration``."""
 
     event: Token
     delay: Expression | None = None
+    call: CallSyntax | None = None
+
+    @property
+    def data(self) -> CallSyntax:
+        """What it carries, as a call of the event."""
+        return CallSyntax(self.event, (), self.event, 1) if self.call is None else self.call
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,10 +144,26 @@ class VariableLine:
 
 
 @dataclass(frozen=True, slots=True)
-class EventLine:
-    """``event NAME, NAME``."""
+class FieldSyntax:
+    """``NAME : TYPE`` in the parentheses of a declared event."""
 
-    names: tuple[Token, ...]
+    name: Token
+    type: Token
+
+
+@dataclass(frozen=True, slots=True)
+class EventSyntax:
+    """An event that is declared, with what it carries."""
+
+    name: Token
+    fields: tuple[FieldSyntax, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class EventLine:
+    """``event NAME, NAME(FIELD : TYPE)``."""
+
+    events: tuple[EventSyntax, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,6 +399,8 @@ def names_in(expression: Expression | Named) -> Iterator[str]:
                 pending += (left, right)
             case ChainSyntax(operands=parts) | CallSyntax(arguments=parts):
                 pending.extend(parts)
+            case ChoiceSyntax(then, condition, otherwise):
+                pending += (then, condition, otherwise)
 
 
 def first_token(expression: Expression | Named) -> Token:
@@ -379,6 +413,8 @@ def first_token(expression: Expression | Named) -> Token:
                 expression = part
             case ChainSyntax(operands=parts):
                 expression = parts[0]
+            case ChoiceSyntax(then=part):
+                expression = part
     return expression
 
 
@@ -392,6 +428,8 @@ def last_token(expression: Expression | Named) -> Token:
                 expression = part
             case ChainSyntax(operands=parts):
                 expression = parts[-1]
+            case ChoiceSyntax(otherwise=part):
+                expression = part
     return expression
 
 

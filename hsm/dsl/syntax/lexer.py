@@ -27,7 +27,7 @@ _INNER = {
     "stay": RESERVED | {"when"},
     "property": RESERVED | {"after", "always", "before", "eventually", "never", "within"},
 }
-_IN_PLACE = frozenset({"after", "cancel", "for"})
+_IN_PLACE = frozenset({"after", "cancel", "else", "for"})
 """Words that are keywords only where nothing else makes sense."""
 
 _OPENERS = frozenset(map(str.upper, STATEMENTS))
@@ -186,6 +186,8 @@ def _in_place(word: str, opening: str, earlier: str, previous: str, following: s
         case "for":
             return opening == "when" and previous in ("NAME", "NUMBER", "RPAR")
         case "after":
-            return earlier == "RAISE" and previous == "NAME"
+            return (earlier == "RAISE" and previous == "NAME") or previous == "RPAR"
+        case "else":
+            return previous in ("NAME", "NUMBER", "RPAR")
         case _:
             return previous in ("SLASH", "COMMA") and following[:1] == " " and following[1:].isidentifier()

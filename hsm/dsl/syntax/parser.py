@@ -52,6 +52,12 @@ class TreeBuilder:
     def event(self, parts: list[Any]) -> ast.EventLine:
         return ast.EventLine(tuple(parts))
 
+    def declared_event(self, parts: list[Any]) -> ast.EventSyntax:
+        return ast.EventSyntax(parts[0], tuple(parts[1:-1]))
+
+    def field(self, parts: list[Any]) -> ast.FieldSyntax:
+        return ast.FieldSyntax(*parts)
+
     def enum(self, parts: list[Any]) -> ast.EnumerationLine:
         return ast.EnumerationLine(parts[0], tuple(parts[2:]))
 
@@ -141,7 +147,10 @@ class TreeBuilder:
         return ast.AssignSyntax(*parts)
 
     def raise_event(self, parts: list[Any]) -> ast.RaiseSyntax:
-        return ast.RaiseSyntax(parts[0], parts[2] if len(parts) > 1 else None)
+        raised, delay = parts[0], parts[2] if len(parts) > 1 else None
+        if isinstance(raised, ast.CallSyntax):
+            return ast.RaiseSyntax(raised.name, delay, raised)
+        return ast.RaiseSyntax(raised, delay)
 
     def cancel(self, parts: list[Any]) -> ast.CancelSyntax:
         return ast.CancelSyntax(parts[0])
@@ -167,6 +176,10 @@ class TreeBuilder:
         return ast.UnarySyntax(parts[0], parts[1], 1 + depth_of(parts[1]))
 
     unary = negation
+
+    def choice(self, parts: list[Any]) -> ast.ChoiceSyntax:
+        then, condition, _, otherwise = parts
+        return ast.ChoiceSyntax(then, condition, otherwise, 1 + max(map(depth_of, (then, condition, otherwise))))
 
     def group(self, parts: list[Any]) -> ast.Expression:
         inner: ast.Expression = parts[0]

@@ -197,7 +197,9 @@ def _shifted(model: Model) -> Iterator[Mutant]:
             parameters = list(model.parameters)
             parameters[index] = replace(parameter, default=value)
             text = f"{parameter.name} = {value_text(value, parameter.type)}"
-            yield Mutant("shifted constant", text, None, replace(model, parameters=tuple(parameters)))
+            derived = {name: one for name, one in model.derived.items() if name != parameter.name}
+            mutated = replace(model, parameters=tuple(parameters), derived=derived)
+            yield Mutant("shifted constant", text, None, mutated)
     for literal, (state, transitions) in _literals(model).items():
         value = _shift(literal.value)
 

@@ -272,6 +272,8 @@ def unsupported(model: Model) -> str | None:
             return f"a trigger of a kind that proofs do not know ({one.place})"
         if isinstance(one.trigger, On) and (one.trigger.prefix or "*" in one.trigger.names):
             return "events that are matched by a pattern"
+        if isinstance(one.trigger, On) and any(model.data_of(name) is not None for name in one.trigger.names):
+            return f"events that carry something ({one.place})"
     return None
 
 

@@ -7,7 +7,10 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
+from hsm.engine.inputs import follow
 from hsm.model.chart import Model
+from hsm.model.expressions import VariableValue
+from hsm.model.rewriting import parts_of
 from hsm.model.unparse import value_text
 from hsm.testing.proofs.graph import FREE
 from hsm.testing.scenarios.driver import TICK
@@ -50,12 +53,23 @@ class Assumptions:
     not_a_number: bool = True
 
     def values(self, model: Model) -> dict[str, Any]:
-        """The value of each parameter of a machine, in order; ``FREE`` for one that may have any."""
-        found = {}
+        """The value of each parameter of a machine, in order; ``FREE`` for one that may have any.
+
+        A parameter that is made of a free one is free.
+        """
+        found: dict[str, Any] = {}
         for one in model.parameters:
+            made_of = None if one.name in self.parameters else model.derived.get(one.name)
+            names = (
+                [] if made_of is None else [part.name for part in parts_of(made_of) if isinstance(part, VariableValue)]
+            )
             known = not one.required or one.name in self.parameters
-            value = self.parameters.get(one.name, one.default)
-            found[one.name] = FREE if one.name in self.free or not known else value
+            if one.name in self.free or not known or any(found[name] is FREE for name in names):
+                found[one.name] = FREE
+            elif made_of is not None:
+                found[one.name] = follow(made_of, one, found)
+            else:
+                found[one.name] = self.parameters.get(one.name, one.default)
         return found
 
     def lines(self, model: Model) -> list[str]:

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hsm.engine.inputs import settled
 from hsm.engine.machine import Machine
 from hsm.model.expressions import Expression
 from hsm.model.faults import MachineFault
@@ -254,8 +255,11 @@ class Replayer:
         if not seen:
             return None
         shown = _joined(steps, self._tick / _NANOSECONDS)
-        defaults = {one.name: one.default for one in self._machine.model.parameters}
-        changed = {one: value for one, value in parameters.items() if defaults[one] != value}
+        # What is made of others would follow from the changed ones; a value of its own is said.
+        usual = settled(self._machine.model, {})
+        plain = {one: value for one, value in parameters.items() if usual[one] != value}
+        follows = settled(self._machine.model, plain)
+        changed = {one: value for one, value in parameters.items() if one in plain or follows[one] != value}
         period = self._tick / _NANOSECONDS
         title = f"counterexample to {name}"
         return Scenario(title if period == TICK else f"{title} (tick {period:g} s)", changed, given, shown)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from enum import StrEnum
 from typing import Any
 
 from hsm.engine.evaluation import UNSET
@@ -28,6 +29,7 @@ class Driver:
         doing: what the activities of the active states are asked to do, by the state's full name.
         calls: the actions called in the last ``step`` or ``wait``.
         raised: the events that the machine raised meanwhile.
+        script: what the signals were in the last step.
     """
 
     def __init__(
@@ -44,7 +46,7 @@ class Driver:
         self._watch = watch
         self._signals: dict[Any, Any] = dict(signals or {})
         self._failing: frozenset[str] = frozenset()
-        script = self._script()
+        self.script = script = self._script()
         self.supervisor = self.machine.start(parameters, facts=script)
         self.doing: dict[str, Performed] = {}
         self.calls: list[Performed] = []
@@ -80,6 +82,16 @@ class Driver:
     def give(self, signals: Mapping[Any, Any]) -> None:
         """Set signals, by name or by name and arguments; they keep their values until they are given others."""
         self._signals.update(signals)
+
+    def assign(self, variable: str, value: Any) -> None:
+        """Give a variable or a parameter another value, as no machine and no scenario can: for a person who tries.
+
+        Raises:
+            SnapshotError: the run cannot be changed.
+        """
+        saved = self.supervisor.snapshot()
+        saved["variables"][variable] = value.value if isinstance(value, StrEnum) else value
+        self.supervisor = self.machine.restore(saved)
 
     def fail(self, signals: frozenset[str]) -> None:
         """Let signals fail from now on; all others can be had."""
@@ -162,12 +174,12 @@ class Driver:
         self.doing = {state: effect for state, effect in effects if isinstance(effect, Performed)}
         self.calls = script.calls
         self.raised = [one.event for one in self.last.actions if isinstance(one, Raise | Send)]
-        self._script_of_step = script
+        self.script = script
         self._watch(self)
 
     def value(self, expression: Expression) -> Any:
         """The value of an expression now, with the signals of the last step; ``UNSET`` where it has none."""
-        script, supervisor = self._script_of_step, self.supervisor
+        script, supervisor = self.script, self.supervisor
 
         def ask(call: SignalValue) -> Any:
             return script.read(call.signal, tuple(evaluation.value(one) for one in call.arguments))

@@ -61,9 +61,9 @@ class Reporting:
 
 @dataclass(frozen=True, slots=True)
 class Sending:
-    """An event from outside."""
+    """An event from outside, with what it carries as for a call."""
 
-    event: Token
+    event: Token | ast.CallSyntax
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,6 +192,8 @@ def text_of(node: ast.Expression | ast.Named) -> str:
             return f" {operator} ".join(
                 f"({text_of(one)})" if isinstance(one, ast.ChainSyntax) else text_of(one) for one in operands
             )
+        case ast.ChoiceSyntax(then, condition, otherwise):
+            return f"({text_of(then)} if {text_of(condition)} else {text_of(otherwise)})"
         case ast.Named(name, value):
             return f"{name} = {text_of(value)}"
         case ast.CallSyntax(name, arguments):

@@ -14,9 +14,11 @@ from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.typing import Declared, Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
+from hsm.engine.occurrences import event_text
 from hsm.model.chart import Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
 from hsm.model.expressions import Literal
+from hsm.model.messages import Occurrence
 from hsm.model.registry import Library, Parameter, SignalDeclaration
 from hsm.model.rewriting import actions_of
 from hsm.model.types import BOOLEAN, Quantity
@@ -94,6 +96,39 @@ def parse_suite(text: str, model: Model, library: Library, file: str = "<text>")
     return suite
 
 
+def parse_expectation(text: str, model: Model, library: Library, file: str = "<text>") -> Expectation:
+    """What somebody waits for, in the words of an ``expect`` line: ``in_door``, ``turns == 2``, ``doing drive``.
+
+    Raises:
+        MachineError: it cannot be read, or names what the machine does not know.
+    """
+    report = Report(file)
+    reader = _Reader(model, library, report)
+    found = [reader.expectation(line) for line in read_lines(f"    expect {text}", report) if line.kind == "expect"]
+    if not report.found and len(found) != 1:
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` is not one condition")
+    if report.found:
+        raise MachineError(report.found)
+    return found[0]
+
+
+def parse_assignment(text: str, model: Model, library: Library, file: str = "<text>") -> tuple[str, Any]:
+    """A variable's or parameter's full name and the value that ``NAME = VALUE`` gives it, in SI units.
+
+    Raises:
+        MachineError: it cannot be read, there is no such variable, or the value is not of its type.
+    """
+    report = Report(file)
+    reader = _Reader(model, library, report)
+    settings = [part for line in read_lines(f"    given {text}", report) if line.kind == "given" for part in line.parts]
+    found = [one for one in map(reader.assignment, settings) if one is not None]
+    if not report.found and len(found) != 1:
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not give one variable a value")
+    if report.found:
+        raise MachineError(report.found)
+    return found[0]
+
+
 @dataclass(slots=True)
 class _Reader:
     """Gives the names in a file their meaning."""
@@ -161,7 +196,7 @@ class _Reader:
             for setting in line.parts:
                 self._set(setting, signals, parameters)
             return replace(scenario, parameters=parameters, given=signals)
-        step = self._expectation(line) if line.kind == "expect" else self._stimulus(line)
+        step = self.expectation(line) if line.kind == "expect" else self._stimulus(line)
         return replace(scenario, steps=(*scenario.steps, step))
 
     def _stimulus(self, line: ScenarioLine) -> Stimulus:
@@ -179,8 +214,7 @@ class _Reader:
                 case Reporting(name, outcome):
                     self._report(name, outcome, reports)
                 case Sending(event):
-                    self._event(event)
-                    events.append(str(event))
+                    events += self._event(event)
         return Stimulus(after, signals, reports, frozenset(failing), tuple(events), line.place)
 
     def _set(self, setting: Setting, signals: dict[str | SignalKey, Any], parameters: dict[str, Any] | None) -> None:
@@ -251,7 +285,9 @@ class _Reader:
         else:
             reports[str(name)] = FAULT if outcome is None else str(outcome)
 
-    def _event(self, event: Token) -> None:
+    def _event(self, sent: Token | ast.CallSyntax) -> list[str]:
+        """The event that is sent, as a text with what it carries; none where something is wrong with it."""
+        event = name_of(sent)
         heard = {one for t in self.model.transitions if isinstance(t.trigger, On) for one in t.trigger.names}
         if "*" in heard:
             heard |= self.model.events or set()
@@ -262,8 +298,33 @@ class _Reader:
                 f"nothing in the machine waits for `{event}`",
                 self.report.guess(event, heard).text,
             )
+            return []
+        data = self.model.data_of(str(event))
+        call = sent if isinstance(sent, ast.CallSyntax) else ast.CallSyntax(sent, (), sent, 1)
+        fields = () if data is None else data.fields
+        values = self.scope.arguments(call, [Parameter(one.name, one.type) for one in fields], f"event `{event}`")
+        if values is None:
+            return []
+        known = {one.name: value.value for one, value in zip(fields, values, strict=True) if isinstance(value, Literal)}
+        if len(known) < len(fields):
+            self.report.add("E0303", self._span(call), "what an event carries in a scenario is constant")
+            return []
+        return [event_text(self.model, Occurrence(str(event), known))]
 
-    def _expectation(self, line: ScenarioLine) -> Expectation:
+    def assignment(self, setting: Setting) -> tuple[str, Any] | None:
+        """A variable or parameter and its new value."""
+        name = name_of(setting.subject)
+        place = place_of(self.report.file, name)
+        declared = self.scope.variables.get(str(name))
+        if declared is None or isinstance(setting.subject, ast.CallSyntax):
+            hint = self.report.guess(name, self.scope.variables)
+            self.report.add("E0201", place, f"there is no variable or parameter `{name}`", hint.text)
+            return None
+        value = self._value(setting, Parameter(str(name), declared.type), place)
+        return None if value is None else (str(name), value.value)
+
+    def expectation(self, line: ScenarioLine) -> Expectation:
+        """What a line expects."""
         parts = [part for part in line.parts if not isinstance(part, tuple)]
         limits = [part[1][0] for part in line.parts if isinstance(part, tuple)]
         claims = [self._claim(part) for part in parts]
@@ -317,6 +378,10 @@ class _Reader:
     def _raises(self, part: Performance) -> ExpectationClause | None:
         raised = {one.event for one in actions_of(self.model) if isinstance(one, Raise | Send)}
         name = name_of(part.what)
+        if isinstance(part.what, ast.CallSyntax):
+            message = f"`raised {name}` stands without what the event carries"
+            self.report.add("E0213", self._span(part.what), message, "expect a variable that it was given to")
+            return None
         if str(name) not in raised:
             hint = self.report.guess(name, raised).text
             self.report.add("E0203", self._span(name), f"the machine never raises `{name}`", hint)

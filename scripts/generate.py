@@ -1,6 +1,6 @@
-"""Write what repeats the code: the references of the command line and of robot profiles.
+"""Write the pages that repeat the code: the references of the command line, profiles, skills, perception, the grammar.
 
-Run as ``python docs/generate.py``.
+Run as ``python scripts/generate.py``.
 """
 
 from __future__ import annotations
@@ -8,15 +8,12 @@ from __future__ import annotations
 import inspect
 import json
 from collections.abc import Iterator
-from dataclasses import is_dataclass
-from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import typer.main
 
-import hsm
 import perception.signals
 import skills.catalogue
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter, SignalDeclaration
@@ -152,111 +149,34 @@ def _facts() -> Iterator[tuple[str, str]]:
             yield name, " ".join((inspect.getdoc(member) or "").split())
 
 
-PUBLIC = {
-    "Load and run": ("load", "loads", "build", "Machine", "Supervisor"),
-    "A step as a pure function": ("transition", "Inputs"),
-    "What a step did": ("Macrostep", "Microstep", "Considered", "Verdict"),
-    "What a machine may name": ("Library", "Activity", "Stoppable", "Outcome", "RegistryError"),
-    "Types and units": ("Length", "Duration", "Angle", "Speed", "TurnRate", "Unit", "UNITS"),
-    "What goes wrong": ("MachineError", "Diagnostic", "Place", "Severity", "MachineFault", "Spin", "SnapshotError"),
-    "The declaration, other engines and formats": ("Model", "to_transitions", "scxml"),
-}
-"""The public names of ``hsm``, in the order of its page."""
+def grammar() -> str:
+    """The reference page of the grammar."""
+    text = (ROOT / "hsm" / "dsl" / "syntax" / "grammar.lark").read_text(encoding="utf-8")
+    return f"# The grammar\n\nThe grammar in lark's notation: `hsm/dsl/syntax/grammar.lark`.\n\n```text\n{text}```\n"
 
 
-def python_interface() -> str:
-    """The reference page of what Python programs import from ``hsm``."""
+FENCES = {".maze-machine": "maze-machine", ".maze-test": "maze-test", ".py": "python", ".scxml": "xml", ".toml": "toml"}
+
+
+def examples() -> str:
+    """The page of the examples: every file of each, whole."""
     head = [
-        "# The Python interface",
+        "# Examples",
         "",
-        "All of it is imported from `hsm`. Libraries, machines and runs are generic over the facts of a step and the",
-        "effects of activities: a `hsm.Library[Facts, Command]` gives a `hsm.Machine[Facts, Command]`, whose runs take",
-        "`Facts` and give `Command`s. [The engine](engine.md) shows them at work; a program that passes a strict type",
-        "checker is `tests/hsm/typed/lamp.py`. Values are in SI units, times in seconds, angles in radians.",
+        "The folder `examples/` holds these programs, from the smallest machine to two robots. A test runs every",
+        "command in them; run it in the example's folder. A line `>` is part of what the command prints.",
         "",
     ]
-    return (
-        "\n".join([*head, *(line for title, names in PUBLIC.items() for line in _public(title, names))]).rstrip() + "\n"
-    )
+    folders = sorted(path for path in (ROOT / "examples").iterdir() if path.is_dir())
+    return "\n".join([*head, *(line for folder in folders for line in _example(folder))]).rstrip() + "\n"
 
 
-def _public(title: str, names: tuple[str, ...]) -> Iterator[str]:
-    yield from (f"## {title}", "")
-    for name in names:
-        one = getattr(hsm, name)
-        if inspect.isfunction(one):
-            yield from (f"### `hsm.{name}{_signature(one)}`", "", *_documented(one), "")
-        elif inspect.isclass(one):
-            yield from _class(name, one)
-        elif inspect.ismodule(one):
-            yield from (f"### `hsm.{name}`", "", *(line for line in _documented(one)), "")
-            for inner in one.__all__:
-                function = getattr(one, inner)
-                yield from (f"#### `hsm.{name}.{inner}{_signature(function)}`", "", *_documented(function), "")
-        elif name == "UNITS":
-            yield from (
-                f"### `hsm.{name}`",
-                "",
-                f"The units of the language, by name: {', '.join(f'`{unit}`' for unit in one)}.",
-                "",
-            )
-        else:
-            unit = get_args(one)[1]
-            text = f"A number with the unit `{unit.name}`: in a declaration, an argument or a value of that quantity."
-            yield from (f"### `hsm.{name}`", "", text, "")
-
-
-def _class(name: str, one: type) -> Iterator[str]:
-    shown = "" if issubclass(one, Exception | Enum) or not is_dataclass(one) else _signature(one)
-    yield from (f"### `hsm.{name}{shown}`", "", *_documented(one), "")
-    if issubclass(one, Enum):
-        yield from (f"- `{member.name}`: {member.value}" for member in one if isinstance(member.value, str))
-        yield ""
-    for inner, member in vars(one).items():
-        if inner.startswith("_") or not (getattr(member, "__doc__", None) or "").strip():
-            continue
-        if isinstance(member, property):
-            yield from (f"#### `{name}.{inner}`", "", *_documented(member), "")
-        elif inspect.isfunction(member) and _ours(member):
-            yield from (f"#### `{name}.{inner}{_signature(member)}`", "", *_documented(member), "")
-
-
-def _ours(function: Any) -> bool:
-    return bool(function.__module__.startswith("hsm."))
-
-
-def _signature(one: Any) -> str:
-    signature = inspect.signature(one)
-    listed = [_parameter(parameter) for name, parameter in signature.parameters.items() if name != "self"]
-    if any(parameter.kind is parameter.POSITIONAL_ONLY for parameter in signature.parameters.values()):
-        listed.append("/")
-    gives = signature.return_annotation if inspect.isfunction(one) else signature.empty
-    return f"({', '.join(listed)})" + ("" if gives in (signature.empty, "None") else f" -> {gives}")
-
-
-def _parameter(parameter: inspect.Parameter) -> str:
-    default = "" if parameter.default is parameter.empty else f" = {parameter.default!r}"
-    kind = "" if parameter.annotation is parameter.empty else f": {parameter.annotation}"
-    return f"{parameter.name}{kind}{default}".replace("<factory>", "...")
-
-
-def _documented(one: Any) -> Iterator[str]:
-    """A docstring with its sections as lists."""
-    section = False
-    for line in (inspect.getdoc(one) or "").splitlines():
-        words = line.strip()
-        if words in ("Args:", "Attributes:", "Returns:", "Raises:"):
-            section = True
-            yield from (f"{words.replace('Args', 'Arguments')}", "")
-        elif not section or not words:
-            section = section and bool(words)
-            yield line.replace("``", "`")
-        elif line.startswith("     "):
-            yield f"  {words}".replace("``", "`")
-        else:
-            name, colon, text = words.partition(": ")
-            item = f"`{name}`: {text}" if colon and " " not in name else words
-            yield f"- {item}".replace("``", "`")
+def _example(folder: Path) -> Iterator[str]:
+    yield from (f"## {folder.name[:2]} {folder.name[3:].replace('_', ' ').capitalize()}", "")
+    for path in sorted(folder.iterdir(), key=lambda path: (path.suffix == ".maze-test", path.name)):
+        if path.is_file():
+            yield from (f"`{path.relative_to(ROOT)}`", "", f"```{FENCES.get(path.suffix, 'sh')}")
+            yield from (*path.read_text(encoding="utf-8").rstrip().splitlines(), "```", "")
 
 
 def tick_json() -> str:
@@ -265,8 +185,9 @@ def tick_json() -> str:
 
 
 GENERATED = {
+    ROOT / "docs" / "examples.md": examples,
+    ROOT / "docs" / "reference" / "grammar.md": grammar,
     ROOT / "docs" / "reference" / "tick.schema.json": tick_json,
-    ROOT / "docs" / "reference" / "python.md": python_interface,
     ROOT / "docs" / "reference" / "command-line.md": command_line,
     ROOT / "docs" / "reference" / "profile.toml": default_profile,
     ROOT / "docs" / "reference" / "skills.md": motion_skills,

@@ -1,6 +1,6 @@
 """Draw the figures of the page on perception from scans made by the simulator's lidar.
 
-Run as ``python docs/perception_figures.py``.
+Run as ``python scripts/perception_figures.py``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from sim.lidar import Lidar
 from transport.description import Point, RobotDescription
 from transport.messages import Observation, Odometry, Pose, Scan
 
-IMAGES = Path(__file__).parent / "images"
+IMAGES = Path(__file__).parents[1] / "docs" / "images"
 PICO = RobotDescription()
 Walls = Sequence[tuple[float, float, float, float]]
 

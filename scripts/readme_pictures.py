@@ -1,6 +1,6 @@
 """Draw the pictures of the README: a solved maze and a machine.
 
-Run as ``python docs/readme_pictures.py``.
+Run as ``python scripts/readme_pictures.py``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from maze_machine.cli import app
 
-IMAGES = Path(__file__).parent / "images"
+IMAGES = Path(__file__).parents[1] / "docs" / "images"
 COMMANDS = {
     "final_2015.png": ("run", "pledge", "--maze", "final_2015", "--picture"),
     "pledge.png": ("diagram", "pledge", "-o"),

@@ -1,0 +1,5 @@
+[
+  (state)
+  (parallel)
+  (comment)+
+] @fold

@@ -5,6 +5,7 @@ from __future__ import annotations
 from hsm.engine.codegen import Generator
 from hsm.engine.configuration import CACHE, Configuration
 from hsm.engine.planner import Planner
+from hsm.engine.trees import Trees
 from hsm.model.chart import Model
 from hsm.model.topology import Topology
 
@@ -24,6 +25,7 @@ class CompiledChart:
         self.model = model
         self.topology = Topology(model)
         self.generator = Generator(model)
+        self._trees = Trees(self.generator)
         self.planner = Planner(self.topology, self.generator, self.configuration)
         self.indices = self.generator.states
         self._configurations: dict[tuple[int, ...], Configuration] = {}
@@ -41,7 +43,7 @@ class CompiledChart:
                 for one in self._configurations.values():
                     one.forget()
                 self._configurations.clear()
-            found = self._configurations[leaves] = Configuration(self.topology, self.generator, leaves)
+            found = self._configurations[leaves] = Configuration(self.topology, self.generator, self._trees, leaves)
         return found
 
     def __repr__(self) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -65,14 +65,13 @@ class Considered:
         return f"{where}{trigger_text(self.transition.trigger, self.transition.guard)}: {self.reason}"
 
 
-def explain(record: StepRecord, selections: Iterable[Selection]) -> tuple[Considered, ...]:
+def explain(record: StepRecord) -> tuple[Considered, ...]:
     """Every transition that was looked at in a step, in the order of the selections.
 
     Args:
         record: what the step left behind.
-        selections: its selections in full.
     """
-    found = [one for selection in selections for one in _explain_selection(selection, record.memo)]
+    found = [one for selection in record.selections for one in _explain_selection(selection, record.memo)]
     if record.values is not None:
         last = Selection(Phase.WHEN, record.after, record.values, NOTHING_DUE, None)
         found.extend(_explain_selection(last, record.memo))

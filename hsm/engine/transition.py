@@ -75,8 +75,7 @@ def advance(
     facts: object,
 ) -> tuple[SavedRun, Macrostep]:
     """One step in full on a run as a value; ``finished`` stays as it is."""
-    hits = machine.generator.probes.new()
-    execution = MacrostepExecution(machine, run.state, time, facts=facts, memo={}, hits=hits)
+    execution = MacrostepExecution(machine, run.state, time, facts=facts, memo={}, hits=set())
     execution.run(events)
     return SavedRun(time, execution.state, (), run.finished), execution.macrostep()
 

@@ -183,10 +183,10 @@ class LocalStep:
         record = self.step.record
         if point < self.count:
             looked = self._selections[first : self._fired[point] + 1]
-            record = record._replace(values=None, timers={})
+            record = record._replace(selections=looked, values=None, timers={})
         else:
-            looked = self._selections[first:]
-        return [self._reason(one) for one in explain(record, looked)]
+            record = record._replace(selections=self._selections[first:])
+        return [self._reason(one) for one in explain(record)]
 
     def value(self, point: int, expression: Expression) -> Any:
         """The value of an expression; ``UNSET`` where it has none."""

@@ -121,6 +121,8 @@ class Tick:
         }
         if self.events:
             line["events"] = list(self.events)
+        if report.sent:
+            line["sent"] = list(report.sent)
         if self.blind:
             line["blind"] = self.blind
         if report.outcome is not None:

@@ -14,13 +14,14 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.configuration import Plan
+from hsm.engine.coverage import guards_of
 from hsm.engine.evaluation import Evaluation
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
 from hsm.engine.inputs import settled
 from hsm.engine.machine import Machine
 from hsm.engine.occurrences import checked_events, event_text
 from hsm.engine.record import Selection
-from hsm.model.chart import Assign, Model, On, Raise, Send, State, StateKind, Transition
+from hsm.model.chart import Assign, Emit, Model, On, Raise, Send, State, StateKind, Transition
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Binary, EventValue, Expression, SignalValue, VariableValue
 from hsm.model.faults import MachineFault
@@ -72,6 +73,7 @@ class ExploredMoment:
             tuple((_coarse(due - now), send.event, _carried(send.message)) for due, send in state.sent),
             tuple(sorted(state.history.items())),
             state.acted,
+            tuple((str(one), _carried(one)) for one in state.deferred),
             self.over,
         )
 
@@ -250,7 +252,7 @@ class Explorer:
         state = RunState(plan.target, self.machine.generator.first_values(self.parameters), {}, (), {}, None)
         before = ExploredMoment(state, 0.0, frozenset(), {})
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+        def attempt(choices: _Choices, hits: set[tuple[int, int]]) -> tuple[RunState, list[Selection]]:
             execution = choices.execution = MacrostepExecution(
                 self.machine, state, 0.0, facts=choices, memo={}, hits=hits
             )
@@ -289,7 +291,7 @@ class Explorer:
         time = moment.time + given.wait.seconds
         before = ExploredMoment(moment.state, time, over, moment.signals)
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+        def attempt(choices: _Choices, hits: set[tuple[int, int]]) -> tuple[RunState, list[Selection]]:
             execution = MacrostepExecution(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
             choices.execution = execution
             execution.run((*pending, *checked_events(self.machine.model, given.events)))
@@ -301,15 +303,14 @@ class Explorer:
         self,
         before: ExploredMoment,
         given: Input,
-        attempt: Callable[[_Choices, list[Any]], tuple[RunState, list[Selection]]],
+        attempt: Callable[[_Choices, set[tuple[int, int]]], tuple[RunState, list[Selection]]],
         region: int,
     ) -> Iterator[ExploredStep]:
         """One edge for each combination of the signals that are asked for."""
-        marks = self.machine.generator.probes
         open_choices: list[tuple[dict[SignalKey, Any], int]] = [(dict(given.signals), region)]
         while open_choices:
             choices = _Choices(self, before.signals, *open_choices.pop())
-            hits = marks.new()
+            hits: set[tuple[int, int]] = set()
             selections: list[Selection] = []
             state, fault = before.state, None
             try:
@@ -322,7 +323,7 @@ class Explorer:
             signals = tuple(choices.chosen.items())
             target = ExploredMoment(state, before.time, over, {**before.signals, **choices.chosen})
             taken = Input(given.wait, given.reports, given.events, signals)
-            yield ExploredStep(taken, target, tuple(selections), dict(marks.seen(hits)), fault)
+            yield ExploredStep(taken, target, tuple(selections), guards_of(hits), fault)
 
     # What may happen.
 
@@ -468,13 +469,19 @@ def _events(machine: Machine) -> dict[int, tuple[str, ...]]:
         own.update(model.states[child].name.rpartition(".")[2] for child in state.children)
     raised = {one.event for one in actions_of(model) if isinstance(one, Raise | Send)}
     own.update(one for one in raised if model.data_of(one) is None)
+    own.update(name for one in actions_of(model) if isinstance(one, Emit) for name in one.receivers)
 
     def names(transition: Transition) -> tuple[str, ...]:
         if not isinstance(transition.trigger, On) or transition.trigger.prefix:
             return ()
         named = transition.trigger.names
-        if "*" in named:
-            named = (*named, *sorted(model.events or ()))
-        return tuple(one for one in dict.fromkeys(named) if one != "*" and one not in own)
+        known = sorted(model.events or ())
+        patterns = [one.removesuffix("*") for one in named if one.endswith("*")]
+        named = (*named, *(one for one in known if any(map(one.startswith, patterns))))
+        return tuple(
+            one
+            for one in dict.fromkeys(named)
+            if "*" not in one and one not in own and (one in known or model.events is None)
+        )
 
     return {one.index: names(one) for one in model.transitions if names(one)}

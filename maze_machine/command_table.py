@@ -55,6 +55,12 @@ _SUBCOMMANDS = (
         "Show a run on a page: the plan, the machine, why it does what it does, variables and time.",
     ),
     Subcommand(
+        "plot",
+        DRIVE,
+        "plot:plot",
+        "Plot a recorded run: the path by state, speed, clearance, and the states of each region over time.",
+    ),
+    Subcommand(
         "watch",
         DRIVE,
         "watch:watch",

@@ -49,13 +49,9 @@ async function packedFrames() {
   for (const line of (await new Response(plain).text()).split("\n")) if (line) store.add(JSON.parse(line));
 }
 
-// Colours that differ under deuteranopia, too; a dash pattern goes with each, so that colour never says it alone.
+// Colours and dash patterns of states, as `palette.py` has them: colour never says it alone.
 const dark = matchMedia("(prefers-color-scheme: dark)");
-const INKS = {
-  light: ["#0066bb", "#229900", "#ee3399", "#113311", "#550055", "#aa66bb", "#995544", "#002299"],
-  dark: ["#55bbee", "#ee7722", "#00eeaa", "#2288ff", "#009988", "#778844", "#eedd88", "#ffccff"],
-};
-const DASHES = [[], [6, 3], [2, 3], [10, 3, 2, 3]];
+const { INKS, DASHES } = DATA.palette;
 const order = new Map();
 function styleOf(state) {
   if (!order.has(state)) order.set(state, order.size);

@@ -19,6 +19,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from maze_machine.view.palette import DASHES, INKS
 from transport.description import RobotDescription
 
 FOLDER = Path(__file__).parent
@@ -117,6 +118,7 @@ def live_page(head: Frame, token: str) -> str:
 
 
 def _page(data: Mapping[str, Any], packed: str) -> str:
+    data = {**data, "palette": {"INKS": INKS, "DASHES": DASHES}}
     # Only "</" could end the data early, and "<!--" begin what hides the end; neither is left.
     text = json.dumps(data, separators=(",", ":"), default=str).replace("<", "\\u003c")
     scripts = [_text(f"vendor/{name}.min.js") for name in LIBRARIES] + [_text(f"{name}.js") for name in SCRIPTS]

@@ -1,7 +1,7 @@
-"""What a robot and its controller tell each other.
+"""What a robot and its controller show each other.
 
 Plain frozen values in SI units, shaped after the ROS 2 messages that carry them over a network. Where such a message is
-narrower than a Python float (``sensor_msgs/LaserScan`` is single precision, ``nav_msgs/Odometry`` bears a quaternion),
+narrower than a Python float (``sensor_msgs/LaserScan`` is single precision, ``nav_msgs/Odometry`` has a quaternion),
 the value here is as narrow, so that a run in one process and a run over the network see the same bits.
 
 Frames: x forward, y left, angles counter-clockwise from x, in radians.
@@ -15,12 +15,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from transport.arithmetic import norm
+from transport.arithmetic import atan2, cos_sin, norm
 
 NANOSECONDS = 1_000_000_000
 
 ALL_ROUND = 4.5
-"""A laser sees all round if the gap behind its last beam is narrower than so many steps from beam to beam."""
+"""A laser sees all round if the gap behind its last beam is narrower than this many steps from beam to beam."""
 
 
 def wrap_angle(angle: float) -> float:
@@ -139,12 +139,13 @@ class Odometry:
     @classmethod
     def at(cls, stamp: int, pose: Pose, twist: Twist = STOP) -> Odometry:
         """The odometry of a robot at ``pose`` (in the odometry frame)."""
-        return cls(stamp, pose.x, pose.y, math.sin(pose.heading / 2), math.cos(pose.heading / 2), twist)
+        qw, qz = cos_sin(pose.heading / 2)
+        return cls(stamp, pose.x, pose.y, qz, qw, twist)
 
     @property
     def pose(self) -> Pose:
         """Position and heading in the odometry frame."""
-        return Pose(self.x, self.y, wrap_angle(2 * math.atan2(self.qz, self.qw)))
+        return Pose(self.x, self.y, wrap_angle(2 * atan2(self.qz, self.qw)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -90,7 +90,11 @@ OdometryTopicOption = Annotated[
 ]
 
 RobotOption = Annotated[
-    str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
+    str | None,
+    typer.Option(
+        help="Profile: a TOML file or a shipped one. Default: that of the project, or pico.",
+        autocompletion=complete_profile,
+    ),
 ]
 SettingsOption = Annotated[
     list[str] | None,
@@ -144,6 +148,14 @@ HostOption = Annotated[
     typer.Option(metavar="ADDRESS", help="Where the page is served. Anything but the loopback is open to the network."),
 ]
 PortOption = Annotated[int, typer.Option(min=0, max=65535, help="The page's port; 0 takes any that is free.")]
+TellOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tell",
+        metavar="ROBOT@ENDPOINT",
+        help="Hand what the machine sends on to the machine of another robot, which is open there; may be repeated.",
+    ),
+]
 EventAtOption = Annotated[
     list[str] | None,
     typer.Option("--event-at", metavar="SECONDS:EVENT", help="Send an event at a time of the run; may be repeated."),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -31,6 +31,7 @@ from maze_machine.arguments.options import (
     SimulateOption,
     SpeedOption,
     StartOption,
+    TellOption,
     TimeLimitOption,
     TraceOption,
     ViewOption,
@@ -40,7 +41,9 @@ from maze_machine.errors import ExitStatus, FileError, UsageError
 if TYPE_CHECKING:
     from maze_machine.catalogue.profile import Profile
     from maze_machine.drive.attempts import Attempt, RefereedRobot
+    from maze_machine.drive.mission import Mission
     from maze_machine.remote.operated import OperatedRun
+    from maze_machine.remote.telling import Teller
     from maze_machine.report.result import Result
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import SimulatedWorld
@@ -60,7 +63,7 @@ def run(
         str | None,
         typer.Option(
             help="Maze of the embedded simulator: a file of any format, or the name of a shipped maze. "
-            "Default: final_2015.",
+            "Default: that of the project, or final_2015.",
             autocompletion=complete_maze,
         ),
     ] = None,
@@ -82,7 +85,7 @@ def run(
         ),
     ] = None,
     identity: IdentityOption = None,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     settings: SettingsOption = None,
     parameters: Annotated[
         list[str] | None,
@@ -128,6 +131,7 @@ def run(
     library: LibraryOption = None,
     event_at: EventAtOption = None,
     open_at: OpenOption = None,
+    tell: TellOption = None,
     json: JsonOption = False,
 ) -> None:
     """Run a machine on a robot until the machine, the referee or a limit ends it.
@@ -155,12 +159,14 @@ def run(
     Example: `maze-machine run my.maze-machine --event-at 2.5:go`
 
     Example: `maze-machine run pledge --speed 1 --open tcp/127.0.0.1:7448`
+
+    Example: `maze-machine run crosser --open tcp/127.0.0.1:7448 --tell blue@tcp/127.0.0.1:7449`
     """
     from contextlib import ExitStack, closing
 
     from maze_machine.arguments.files import check_outputs
     from maze_machine.arguments.parameters import split_setting
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.commands.opened_run import Openings, opened_run
     from maze_machine.drive.attempts import attempts as attempts_of
     from maze_machine.drive.mission import prepare
@@ -174,20 +180,19 @@ def run(
         given = {"--maze": maze, "--simulate": simulate, "--fault": fault}
         refuse_with_connect({**given, "what is said of the maze (--start, --goal, ...)": words != MazeWords()})
     refuse_files(record, picture, practice=practice)
-    profile = load_profile(robot, settings or ())
+    profile = chosen_profile(robot, machine, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit, library)
     world = None
     if connect is None:
         rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
-        world = embedded(maze or DEFAULT_MAZE, words, profile, seed or 0, rules, fault or ())
+        world = embedded(maze or maze_near(machine), words, profile, seed or 0, rules, fault or ())
     script = scheduled(event_at or (), mission.machine)
     outputs, most = Outputs(trace, record, dated), 2 if practice else attempts
     check_outputs(
         {"--trace": trace, "--record": record, "--picture": picture},
-        [robot, maze or "", objects or "", *mission.machine.model.files],
+        [robot or "", maze or "", objects or "", *mission.machine.model.files],
     )
-    files: dict[str, Path] = {}
-    losses: list[str] = []
+    files, losses = dict[str, Path](), list[str]()
     with ExitStack() as stack:
         stack.push(_telling(losses))
         link = None
@@ -195,6 +200,7 @@ def run(
             link = stack.enter_context(closing(in_lockstep(reached(connect, identity, profile, seed))))
 
         openings = Openings(open_at, identity, view, host, port)
+        tellers = [stack.enter_context(one) for one in telling(tell or (), identity, mission, losses)]
         operated, opened = stack.enter_context(opened_run(openings, mission, world, speed))
 
         repeated = world or link
@@ -202,7 +208,7 @@ def run(
         for attempt in attempts_of(
             mission,
             hold_of(world, link, operated, lambda: reached(str(connect), identity, profile, seed)),
-            lambda number: outputs.of_attempt(number).watchers(mission, machine, world, losses, opened),
+            lambda number: outputs.of_attempt(number).watchers(mission, machine, world, losses, [*opened, *tellers]),
             most,
             begin_again,
             operator=Together(script, operated),
@@ -238,6 +244,17 @@ def end(result: Result, losses: Sequence[str]) -> NoReturn:
     if losses:
         raise FileError("; ".join(losses))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
+
+
+def maze_near(machine: str) -> str:
+    """The maze of a machine's project, else the one where nobody says anything.
+
+    Raises:
+        FileError: the project's settings are wrong.
+    """
+    from maze_machine.catalogue.project import default_maze
+
+    return default_maze(DEFAULT_MAZE, machine)
 
 
 def embedded(
@@ -296,6 +313,29 @@ def _telling(losses: Sequence[str]) -> Callable[..., None]:
                 print(f"maze-machine: {loss}", file=sys.stderr)
 
     return say
+
+
+def telling(others: Sequence[str], identity: Path | None, mission: Mission, losses: list[str]) -> Iterator[Teller]:
+    """What hands on to other robots' machines what this one sends.
+
+    Raises:
+        UsageError: one of them is not written as a robot and an endpoint.
+    """
+    if not others:
+        return
+    from functools import partial
+
+    from maze_machine.arguments.network import secured
+    from maze_machine.remote.telling import Teller
+    from transport.connect import dialling
+
+    link = mission.profile.link
+    for other in others:
+        robot, at, endpoint = other.partition("@")
+        if not (robot and at and endpoint):
+            raise UsageError(f"--tell {other}: no robot and endpoint", "write ROBOT@ENDPOINT: blue@tcp/127.0.0.1:7449")
+        security = secured(endpoint, identity, link)
+        yield Teller(partial(dialling, endpoint, wait=link.connect, security=security), robot, losses)
 
 
 def refuse_with_connect(embedded: Mapping[str, object]) -> None:

@@ -104,10 +104,10 @@ class TriedRun:
         """It goes on as it is asked to."""
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Nothing to release."""
 
     def _watch(self, driver: Driver) -> None:
-        if driver is not self._driver:  # begun anew
+        if driver is not self._driver:  # begun again
             self._driver = driver
             self._violated = property_watch(self.chart.model.properties)
             self.steps.clear()

@@ -17,6 +17,7 @@ from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.loop import ticks
 from maze_machine.drive.operation import NOBODY, Operator
 from maze_machine.drive.tick import Tick
+from maze_machine.drive.verdict import read_verdict
 from perception import Perception
 from perception.facts import Facts
 from skills.chain import MotionChain
@@ -45,7 +46,7 @@ class Mission:
         machine: the checked machine.
         profile: what is tunable of the robot.
         parameters: the machine's parameters, in SI units.
-        time_limit: the run is ended after so many seconds on the robot's clock; None for no limit.
+        time_limit: the run is ended after that many seconds on the robot's clock; None for no limit.
     """
 
     machine: Machine[Facts, Command]
@@ -67,6 +68,7 @@ class Ending:
         report: the referee's verdict, of JSON values; empty where there is no referee.
         limited: whether the mission's time limit ended it.
         violations: properties of the machine that did not hold, in words, with time and place.
+        unread: why the referee's verdict cannot be read, if it cannot.
     """
 
     outcome: str | None
@@ -77,6 +79,7 @@ class Ending:
     report: Mapping[str, Any]
     limited: bool = False
     violations: tuple[str, ...] = ()
+    unread: str = ""
 
     @property
     def solved(self) -> bool:
@@ -194,12 +197,12 @@ def drive(
             if limited:
                 reason = f"the time limit of {mission.time_limit:g} s was reached"
                 break
-        report = {} if referee is None else dict(referee.report())
+        report, unread = read_verdict({} if referee is None else referee.report())
     assert first is not None
     assert last is not None
     elapsed = perf_counter() - began
     duration = last.time - first.time
-    ending = Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations))
+    ending = Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations), unread)
     for watch in watchers:
         if isinstance(watch, EndWatcher):
             watch.end(ending)

@@ -40,7 +40,7 @@ class EditorLibraries:
         return self._of_files[file]
 
     def refresh(self) -> None:
-        """Projects may have changed: look for the library of each file anew."""
+        """Projects may have changed: look for the library of each file again."""
         self._of_files.clear()
 
     def _library(self, file: str) -> Library:

@@ -1,8 +1,8 @@
 """The colours that tell states apart, on the page and in pictures.
 
-Any two of a ground differ in CIELAB by more than 20 for normal sight and under simulated deuteranopia (Machado, Oliveira
-and Fernandes, IEEE TVCG 15(6), 2009), and each by a contrast of 3:1 or more from its ground. A dash pattern goes with
-each, so that colour never says it alone.
+Any two of a ground differ in CIELAB by more than 20 for normal sight and under simulated deuteranopia (Machado,
+Oliveira and Fernandes, IEEE TVCG 15(6), 2009), and each by a contrast of 3:1 or more from its ground. A dash pattern
+goes with each, so that colour never says it alone.
 """
 
 from __future__ import annotations

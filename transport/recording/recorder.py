@@ -9,7 +9,6 @@ the state of each region besides. The key-by-key list is in ``docs/reference/lin
 from __future__ import annotations
 
 import json
-import math
 import queue
 import re
 import time
@@ -27,7 +26,7 @@ from mcap.writer import CompressionType, Writer
 from numpy.typing import NDArray
 
 from transport import codec
-from transport.arithmetic import cosines, sines
+from transport.arithmetic import cos, cosines_and_sines, sin
 from transport.files import Stream
 from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose, Scan, ScanGeometry
 from transport.recording import drawings
@@ -37,14 +36,14 @@ from transport.recording.values import RecordingError
 
 LIBRARY = "maze-machine"
 CHUNK_SIZE = 256 * 1024
-"""A crash costs at most so many bytes of messages, before compression: some seconds of a run."""
+"""A crash costs at most this many bytes of messages, before compression: some seconds of a run."""
 BACKLOG = 2000
 """How many ticks may wait for the disk."""
 _FLUSH = 1.0
 POINTS_STRIDE = 4
-"""Every so many beams of a scan are written as points too."""
+"""Every this many beams of a scan are written as points too."""
 PATH_EVERY = NANOSECONDS
-"""The path so far is written so often, ns, with one place for each time before."""
+"""The path so far is written this often, ns, with one place for each time before."""
 PATH_LONGEST = 600
 """It has no more places than this, the newest ones."""
 
@@ -181,7 +180,7 @@ class Recorder:
 
 
 class _Handed(NamedTuple):
-    """A tick as it was handed over; what the supervisor did is worked out when it is written."""
+    """A tick as it was handed over; what the supervisor did is computed when it is written."""
 
     observation: Observation
     command: Command
@@ -216,7 +215,7 @@ class _TickWriter:
             self._begin(at, tick.pose)
         self._add("/clock", codec.CLOCK, at, codec.encode_clock(at + self._setting.epoch))
         # In real time a tick may see the data of the last one again: those are in the file already. Their stamps do not
-        # tell, for a robot's clock may stand still.
+        # show, for a robot's clock may stand still.
         if observation.odometry is not self._odometry:
             odometry = replace(observation.odometry, stamp=observation.odometry.stamp + self._setting.epoch)
             self._odometry = observation.odometry
@@ -297,7 +296,7 @@ class _TickWriter:
 
 def _transform(stamp: int, parent: str, child: str, pose: Pose) -> codec.Transform:
     half = pose.heading / 2
-    return codec.Transform(stamp, parent, child, pose.x, pose.y, math.sin(half), math.cos(half))
+    return codec.Transform(stamp, parent, child, pose.x, pose.y, sin(half), cos(half))
 
 
 def _points(scan: Scan) -> NDArray[np.float32]:
@@ -311,5 +310,4 @@ def _points(scan: Scan) -> NDArray[np.float32]:
 @lru_cache(maxsize=4)
 def _directions(beams: ScanGeometry) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Cosines and sines of the directions of the beams that are written as points."""
-    angles = beams.angles()[::POINTS_STRIDE]
-    return cosines(angles), sines(angles)
+    return cosines_and_sines(beams.angles()[::POINTS_STRIDE])

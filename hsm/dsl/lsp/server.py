@@ -34,7 +34,13 @@ _BREATH = 0.002
 """How long a request for diagnostics lets others come first, s."""
 _PULL = types.DiagnosticOptions(inter_file_dependencies=True, workspace_diagnostics=False, identifier="maze-machine")
 FIX_ALL = "source.fixAll.maze-machine"
-CODE_ACTIONS = (types.CodeActionKind.QuickFix, FIX_ALL, refactoring.ADD_STATE, refactoring.RETARGET)
+CODE_ACTIONS = (
+    types.CodeActionKind.QuickFix,
+    FIX_ALL,
+    refactoring.ADD_STATE,
+    refactoring.EXTRACT,
+    refactoring.RETARGET,
+)
 """The kinds of what can be done about a line."""
 
 
@@ -93,6 +99,14 @@ class MachineServer(LanguageServer):
         self.snippets = False
         self._slow: set[str] = set()
         self._waiting: dict[str, asyncio.TimerHandle] = {}
+
+    @property
+    def creates_files(self) -> bool:
+        """Whether the editor makes files where a change asks for it."""
+        capable = self.client_capabilities.workspace
+        able = capable.workspace_edit if capable is not None else None
+        created = types.ResourceOperationKind.Create
+        return able is not None and bool(able.document_changes) and created in (able.resource_operations or ())
 
     def document(self, uri: str) -> Document:
         """The machine as it is in the editor; an empty one for a file of another language."""
@@ -410,13 +424,10 @@ def _editing(server: MachineServer) -> None:
             offered.append(types.CodeAction("Fix all certain problems", FIX_ALL, edit=change))
         for one in refactoring.refactorings(document, params.range.start.line):
             # The many targets of a transition are offered only where an editor asks for refactorings.
-            if (
-                one.kind == refactoring.ADD_STATE
-                if asked is None
-                else any(one.kind.startswith(str(kind)) for kind in asked)
-            ):
-                change = types.WorkspaceEdit(changes={uri: [protocol.text_edit(edit, lines) for edit in one.edits]})
-                offered.append(types.CodeAction(one.title, one.kind, edit=change))
+            usual = one.kind in (refactoring.ADD_STATE, refactoring.EXTRACT)
+            wanted = usual if asked is None else any(one.kind.startswith(str(kind)) for kind in asked)
+            if wanted and (not one.created or server.creates_files):
+                offered.append(protocol.refactoring_action(one, uri, lines))
         return offered
 
 

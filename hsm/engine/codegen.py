@@ -21,7 +21,7 @@ from typing import Any
 from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
 from hsm.engine.evaluation import Evaluation, eager_signals
 from hsm.engine.limits import duration, finite, following, interval, whole
-from hsm.model.chart import Action, After, Assign, Call, Every, Execute, Model, Raise, Send, State, Timed
+from hsm.model.chart import Action, After, Assign, Call, Emit, Every, Execute, Model, Raise, Send, State, Timed
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import (
     Active,
@@ -34,7 +34,7 @@ from hsm.model.expressions import (
     Unary,
     VariableValue,
 )
-from hsm.model.messages import Occurrence
+from hsm.model.messages import Emission, Occurrence
 from hsm.model.types import Integer, Quantity, Type
 
 NONE = -1
@@ -169,12 +169,16 @@ class Generator:
         return Evaluation(values, self.variables, active, self.states, memo, self.key, ask)
 
     def first_values(self, parameters: Sequence[Any]) -> list[Any]:
-        """The values of all slots before a run begins.
+        """The values of all slots before a run begins: what is exposed can be read from the start.
 
         Args:
             parameters: those of the parameters, in order.
         """
-        return [*parameters, *[None] * (len(self.variables) - len(parameters))]
+        values = [*parameters, *[None] * (len(self.variables) - len(parameters))]
+        for slot, variable in enumerate(self.model.variables, len(self.model.parameters)):
+            if variable.exposed and isinstance(variable.initial, Literal):
+                values[slot] = variable.initial.value
+        return values
 
     def decision(self, transition: int) -> Decision:
         """What decides whether a transition fires."""
@@ -330,6 +334,9 @@ class Generator:
                     writer.add(1, f"q.append({self._occurrence(writer, event, arguments)})", place)
                 case Raise(event, place):
                     writer.add(1, f"q.append({event!r})", place)
+                case Emit(event, place, arguments, receivers):
+                    sent = self._occurrence(writer, event, arguments) if arguments else repr(event)
+                    writer.add(1, f"q.append({self.named(Emission)}({sent}, {receivers!r}))", place)
                 case Send(event=event, place=place, arguments=arguments) if arguments:
                     sent = self._occurrence(writer, event, arguments)
                     writer.add(1, f"q.append({self.named(replace)}({self.named(action)}, message={sent}))", place)

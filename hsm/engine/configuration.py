@@ -55,6 +55,7 @@ class Plan:
         stopped: states whose activity ends.
         restored: history states that were entered, each with whether it remembered something.
         outcome: the name of the top-level final state that is entered.
+        kept: whether the event is put aside until another state is active.
         plain: whether nothing has to be done but to move to the target, and nothing follows at once.
     """
 
@@ -72,6 +73,7 @@ class Plan:
     stopped: tuple[int, ...]
     restored: tuple[tuple[int, bool], ...]
     outcome: str | None
+    kept: bool
     plain: bool
 
     @property

@@ -20,11 +20,14 @@ from hsm.model.diagnostics import Place
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
-from hsm.model.messages import STORE, Message, Occurrence, Store
+from hsm.model.messages import STORE, Emission, Message, Occurrence, Store
 from hsm.model.topology import Remembered
 
 SPIN = 1000
 """So many microsteps may follow one another before they count as endless."""
+
+MOST_DEFERRED = 1000
+"""So many events may be deferred at once."""
 
 
 @dataclass(slots=True)
@@ -40,6 +43,7 @@ class RunState:
         outcome: how the run ended, or None.
         acted: conditions that have held long enough, by transition: they wait until they are false.
         store: the data of a chart that has any, between its steps.
+        deferred: events that are kept until another state is active, in the order in which they came.
     """
 
     configuration: Configuration
@@ -50,6 +54,7 @@ class RunState:
     outcome: str | None
     acted: frozenset[int] = frozenset()
     store: Store | None = None
+    deferred: tuple[str | Occurrence, ...] = ()
 
     @property
     def wake(self) -> float:
@@ -63,7 +68,7 @@ class _Work:
 
     values: list[Any]
     timers: dict[int, int]
-    raised: list[Event | Message | Send | Cancel]
+    raised: list[Event | Message | Send | Emission | Cancel]
 
     def copy(self) -> _Work:
         """The same, to go on from."""
@@ -104,6 +109,7 @@ class MacrostepExecution:
         state: the state of the run, as far as the step has come.
         selections: what was looked at and done so far.
         stopped: states that were left and had an activity, in order.
+        sent: events that were sent to other machines, in order.
     """
 
     def __init__(
@@ -120,8 +126,10 @@ class MacrostepExecution:
         self.state = replace(state)
         self.selections: list[Selection] = []
         self.stopped: list[int] = []
+        self.sent: list[str | Occurrence] = []
         self._time = time
         self._settled = False
+        self._moved = False
         self._now = nanoseconds(time)
         self._latest = self._now + tolerance(time)
         self._facts = facts
@@ -196,6 +204,7 @@ class MacrostepExecution:
         # The last look for conditions found nothing; a step that ends the machine, or enters it, has none.
         values = state.values if self._settled and state.outcome is None else None
         step = Macrostep()
+        step.sending = tuple(self.sent)
         step.raw = StepRecord(self._time, self.selections, self._memo, values, state.timers, state.configuration)
         return step
 
@@ -225,7 +234,13 @@ class MacrostepExecution:
     def _drain(self) -> None:
         """Handle the events from outside, and those that the machine sends itself meanwhile."""
         bound = len(self._external) + SPIN
-        while self._external and self.state.outcome is None:
+        while self.state.outcome is None:
+            if self._moved and self.state.deferred:
+                self._external.extendleft(reversed(self.state.deferred))
+                self.state.deferred = ()
+            self._moved = False
+            if not self._external:
+                return
             if bound == 0:
                 raise self._spin()
             bound -= 1
@@ -237,6 +252,14 @@ class MacrostepExecution:
             self._external.append(send.message or send.event)
         else:
             self.state.sent = (*self.state.sent, (self._now + nanoseconds(send.delay), send))
+
+    def _emit(self, emission: Emission) -> None:
+        """Send an event to other machines; the members of this one hear of it in the next step."""
+        event = emission.event
+        self.sent.append(event)
+        for name in emission.receivers:
+            message = Occurrence(name, event.data) if isinstance(event, Occurrence) else None
+            self.state.sent = (*self.state.sent, (self._now, Send(name, message=message)))
 
     def _arrived(self) -> list[Event | Message]:
         """The events on their way that arrive now, the earliest first."""
@@ -274,9 +297,22 @@ class MacrostepExecution:
         else:
             fired = False
             self._record(event, NOTHING_DUE, None)
+        plan = self.selections[-1].plan if fired else None
+        if plan is not None and plan.kept and isinstance(event, str | Occurrence):
+            self._defer(event)
         if not fired and isinstance(entry, PendingFault):
             raise entry.unhandled(self.chart)
         return fired
+
+    def _defer(self, event: str | Occurrence) -> None:
+        """Keep an event until another state is active."""
+        if len(self.state.deferred) >= MOST_DEFERRED:
+            plan = self.selections[-1].plan
+            assert plan is not None, "a transition keeps it"
+            line = self.chart.model.transitions[plan.transitions[0]]
+            name = self.chart.model.states[line.source].name
+            raise MachineFault(f"more than {MOST_DEFERRED} events are deferred", name, line.place)
+        self.state.deferred = (*self.state.deferred, event)
 
     def _time_outs(self, due: frozenset[int]) -> None:
         for _ in range(SPIN):
@@ -374,6 +410,7 @@ class MacrostepExecution:
 
     def _take(self, trigger: Phase | Event, due: frozenset[int], plan: Plan) -> None:
         """Do what a microstep asks for; old values stay untouched for the record."""
+        self._moved = self._moved or bool(plan.exited or plan.entered)
         if plan.plain:
             self._record(trigger, due, plan)
             self.state.configuration = plan.target
@@ -406,11 +443,19 @@ class MacrostepExecution:
         state.values, state.timers = work.values, work.timers
         if plan.acted or state.acted:
             state.acted = state.acted.difference(plan.disarmed).union(plan.acted)
-        self._queue.extend(work.raised)
+        self._put_out(work.raised)
         if plan.remembered:
             state.history = {**state.history, **dict(plan.remembered)}
         self.stopped.extend(plan.stopped)
         state.outcome = plan.outcome or state.outcome
+
+    def _put_out(self, raised: Iterable[Event | Message | Send | Emission | Cancel]) -> None:
+        """Queue what was raised; what is for other machines is sent at once, also when this one has ended."""
+        for entry in raised:
+            if isinstance(entry, Emission):
+                self._emit(entry)
+            else:
+                self._queue.append(entry)
 
     # When something goes wrong.
 
@@ -426,7 +471,7 @@ class MacrostepExecution:
                 raise fault.unhandled(self.chart)
             state.configuration = self.chart.configuration(())
             state.values, state.timers = before.values, before.timers
-            self._queue.extend(before.raised)
+            self._put_out(before.raised)
         self._undone.update(plan.transitions)
         if block.role is Occasion.EXIT:
             self._left_out.add(block)

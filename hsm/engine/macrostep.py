@@ -40,13 +40,15 @@ class Macrostep:
 
     Attributes:
         raw: what the step leaves behind; everything else is worked out from it.
+        sending: the events that it has sent to other machines; not set where that is none. See ``sent``.
     """
 
     # One is made every tick, which itself takes less than a microsecond: what the step leaves behind is set from
     # outside, without names, which is a quarter faster than an __init__.
-    __slots__ = ("raw",)
+    __slots__ = ("raw", "sending")
 
     raw: RawRecord
+    sending: tuple[str | Occurrence, ...]
 
     @property
     def time(self) -> float:
@@ -97,7 +99,17 @@ class Macrostep:
     @property
     def handled(self) -> tuple[str, ...]:
         """The events that made a transition fire, in order."""
-        return tuple(str(one.trigger) for one in self._events() if one.plan is not None)
+        return tuple(str(one.trigger) for one in self._events() if one.plan is not None and not one.plan.kept)
+
+    @property
+    def deferred(self) -> tuple[str, ...]:
+        """The events that were put aside until another state is active, in order; one may be so several times."""
+        return tuple(str(one.trigger) for one in self._events() if one.plan is not None and one.plan.kept)
+
+    @property
+    def sent(self) -> tuple[str | Occurrence, ...]:
+        """The events that were sent to other machines, in order, with what they carry."""
+        return getattr(self, "sending", ())
 
     @property
     def ignored(self) -> tuple[str, ...]:
@@ -129,7 +141,7 @@ class Macrostep:
         return (one for one in self.selections if isinstance(one.trigger, str | Occurrence | StateEvent))
 
     def _said(self) -> tuple[Any, ...]:
-        return self.time, self.microsteps, self.ignored, self.configuration
+        return self.time, self.microsteps, self.ignored, self.sent, self.configuration
 
     def __bool__(self) -> bool:
         return any(one.plan is not None for one in self.selections)

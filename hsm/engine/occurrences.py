@@ -51,8 +51,23 @@ def event_text(model: Model, event: str | Occurrence) -> str:
     declared = model.data_of(found.name) if isinstance(found, Occurrence) else None
     if isinstance(found, str) or declared is None:
         return str(found)
-    parts = [f"{one.name} = {value_text(found.data[one.name], one.type)}" for one in declared.fields]
-    return f"{found.name}({', '.join(parts)})"
+    return _text(declared, found)
+
+
+def _text(declared: EventData, event: Occurrence) -> str:
+    parts = [f"{one.name} = {value_text(event.data[one.name], one.type)}" for one in declared.fields]
+    return f"{event.name}({', '.join(parts)})"
+
+
+def sent_text(model: Model, event: str | Occurrence) -> str:
+    """An event that a machine, or a member of it, has sent to others, as a text.
+
+    Args:
+        model: the machine.
+        event: as ``Macrostep.sent`` has it.
+    """
+    declared = model.data_of(event.name) if isinstance(event, Occurrence) else None
+    return str(event) if declared is None or isinstance(event, str) else _text(declared, event)
 
 
 def name_of(event: str) -> str:

@@ -202,7 +202,7 @@ class Supervisor(Generic[F, E]):
         """From when on a step has more to look at than events and conditions."""
         state = self._state
         watched = state.configuration.always is not None or state.configuration.held or state.store is not None
-        always = self._pending or watched or state.outcome is not None
+        always = self._pending or watched or state.deferred or state.outcome is not None
         self._wake = -inf if always else state.wake
 
     # Saving, restoring, changing.

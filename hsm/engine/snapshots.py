@@ -63,6 +63,7 @@ def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
         "timers": [[*key, state.timers.get(index)] for key, index in _time_outs(machine, state.configuration).items()],
         "acted": [list(key) for key, index in _time_outs(machine, state.configuration).items() if index in state.acted],
         "sent": [[due, _sent_text(machine, send), send.delay, send.label] for due, send in state.sent],
+        "deferred": [event_text(machine.model, one) for one in state.deferred],
         "history": {names[index]: [names[one] for one in states] for index, states in sorted(state.history.items())},
         "pending": [[list(one.names), names[one.origin], one.standard, reason] for one, reason in events],
         "finished": [[names[index], _activity(machine, index)] for index in sorted(run.finished)],
@@ -93,7 +94,9 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
         sent = tuple((int(due), _sent(machine, *one)) for due, *one in snapshot["sent"])
         keys = _time_outs(machine, configuration)
         acted = frozenset(keys[state, text, number] for state, text, number in snapshot["acted"])
-        state = RunState(configuration, values, timers, sent, history, snapshot["outcome"], acted)
+        deferred = _deferred(machine, snapshot.get("deferred", ()))
+        outcome = snapshot["outcome"]
+        state = RunState(configuration, values, timers, sent, history, outcome, acted, deferred=deferred)
         pending = tuple(_pending(machine, *one) for one in snapshot["pending"])
         finished = frozenset(_finished(machine, name, activity) for name, activity in snapshot["finished"])
         return SavedRun(float(snapshot["time"]), state, pending, finished)
@@ -146,7 +149,8 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
             if new.topology.recalls(known[names[index]], remembered):
                 history[known[names[index]]] = remembered
     sent = tuple((due, _sent(new, _sent_text(old, one), one.delay, one.label)) for due, one in run.state.sent)
-    state = RunState(configuration, values, timers, sent, history, run.state.outcome, acted)
+    deferred = _deferred(new, [event_text(old.model, one) for one in run.state.deferred])
+    state = RunState(configuration, values, timers, sent, history, run.state.outcome, acted, deferred=deferred)
     pending = tuple(_moved(one, known[names[_origin(one)]]) for one in run.pending if names[_origin(one)] in known)
     finished = frozenset(known[names[one]] for one in run.finished if names[one] in known)
     return SavedRun(run.time, state, pending, finished)
@@ -166,6 +170,13 @@ def _sent(machine: CompiledChart, event: str, delay: float, label: str | None) -
     except (TypeError, ValueError) as error:
         raise SnapshotError(f"`{event}` is on its way: {error}") from error
     return Send(name_of(event), delay, label, message=message if isinstance(message, Occurrence) else None)
+
+
+def _deferred(machine: CompiledChart, events: Sequence[str]) -> tuple[str | Occurrence, ...]:
+    try:
+        return tuple(checked_events(machine.model, events))
+    except (TypeError, ValueError) as error:
+        raise SnapshotError(f"an event is deferred in the snapshot: {error}") from error
 
 
 def _leaves(machine: CompiledChart, names: Sequence[str]) -> tuple[int, ...]:

@@ -17,6 +17,7 @@ from hsm.engine.compiled import CompiledChart
 from hsm.engine.explanation import Considered
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.monitoring import Violation
+from hsm.engine.occurrences import sent_text
 from hsm.model.chart import Model, State, StateKind, Transition
 from hsm.model.diagnostics import Place
 from hsm.model.events import StateEvent
@@ -111,6 +112,11 @@ class StepReport:
     def values(self) -> dict[str, Any]:
         """Variables and parameters as JSON values."""
         return {name: json_value(value) for name, value in self.variables.items()}
+
+    @property
+    def sent(self) -> tuple[str, ...]:
+        """The events that were sent to other machines, as texts with what they carry, in order."""
+        return tuple(sent_text(self.machine.model, one) for one in self.step.sent)
 
     @property
     def violated(self) -> list[str]:

@@ -61,6 +61,11 @@ class On:
 
 
 @dataclass(frozen=True, slots=True)
+class Defer(On):
+    """Keeps any of these events until another state is active, and lets them happen then."""
+
+
+@dataclass(frozen=True, slots=True)
 class When:
     """Fires in a step in which the condition holds."""
 
@@ -163,6 +168,23 @@ class Send:
 
 
 @dataclass(frozen=True, slots=True)
+class Emit:
+    """Send an event to other machines; they hear of it in their next step.
+
+    Attributes:
+        event: its name.
+        place: where it is written.
+        arguments: what it carries, in the order of its declaration.
+        receivers: how the members of this machine that hear of it call it; empty where others run elsewhere.
+    """
+
+    event: str
+    place: Place | None = None
+    arguments: tuple[Expression, ...] = ()
+    receivers: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Cancel:
     """Take back events that were sent with this label and have not arrived."""
 
@@ -185,7 +207,7 @@ class Execute:
     place: Place | None = None
 
 
-Action = Assign | Call | Raise | Send | Cancel | Execute
+Action = Assign | Call | Raise | Send | Emit | Cancel | Execute
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,6 +298,7 @@ class Variable:
         initial: its value on entry of ``scope``.
         scope: index of the state whose entry sets it (0: when the machine starts).
         constant: nothing assigns it (a parameter of an instance).
+        exposed: machines that import this one may read it, also while the instance is not active.
         place: where it is declared.
     """
 
@@ -285,6 +308,7 @@ class Variable:
     scope: int = 0
     constant: bool = False
     place: Place | None = None
+    exposed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,6 +350,8 @@ class Model:
         store: what a chart's data is before it begins; None for a machine without a data model.
         enumerations: those that its files declare.
         event_data: what its events carry, of those that carry anything.
+        exposed: the variables that a machine which imports this one may read.
+        members: the states that are machines with a robot and events of their own.
     """
 
     name: str
@@ -341,6 +367,8 @@ class Model:
     store: Store | None = None
     enumerations: tuple[type[StrEnum], ...] = ()
     event_data: tuple[EventData, ...] = ()
+    exposed: tuple[str, ...] = ()
+    members: tuple[str, ...] = ()
 
     def data_of(self, event: str) -> EventData | None:
         """What an event carries; None where that is nothing."""

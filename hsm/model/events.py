@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hsm.model.chart import On
+from hsm.model.chart import Defer, On
 from hsm.model.messages import Occurrence
 
 
@@ -50,7 +50,9 @@ def matches(trigger: On, event: Event, source: int, last: int) -> bool:
         name = event if isinstance(event, str) else event.standard
         return any(_describes(descriptor, name) for descriptor in trigger.names)
     if isinstance(event, str):
-        return event in trigger.names or "*" in trigger.names
+        return any(name == event or (name.endswith("*") and event.startswith(name[:-1])) for name in trigger.names)
+    if isinstance(trigger, Defer):
+        return False  # what a state reports itself is not kept
     if event.origin == source and any(name in trigger.names for name in event.own):
         return True
     return source <= event.origin <= last and any(name in trigger.names for name in event.names)

@@ -26,6 +26,19 @@ class Occurrence:
         return self.name
 
 
+@dataclass(frozen=True, slots=True)
+class Emission:
+    """An event on its way to other machines.
+
+    Attributes:
+        event: the event.
+        receivers: how the members of this machine that hear of it call it.
+    """
+
+    event: str | Occurrence
+    receivers: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
     """An event with data of a chart in SCXML, with SCXML's fields.

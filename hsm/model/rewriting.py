@@ -11,6 +11,7 @@ from hsm.model.chart import (
     After,
     Assign,
     Call,
+    Emit,
     Every,
     Held,
     Model,
@@ -141,6 +142,8 @@ class Rewriter:
                 action = replace(action, value=self.expression(value))
             case Call(arguments=arguments) | Raise(arguments=arguments) | Send(arguments=arguments):
                 action = replace(action, arguments=tuple(map(self.expression, arguments)))
+            case Emit(arguments=arguments):
+                action = replace(action, arguments=tuple(map(self.expression, arguments)))
         return self._replace_action(action)
 
     def expression(self, expression: Expression) -> Expression:
@@ -169,4 +172,6 @@ def expressions_of(model: Model) -> Iterator[Expression]:
             case Assign(value=value):
                 yield value
             case Call(arguments=arguments) | Raise(arguments=arguments) | Send(arguments=arguments):
+                yield from arguments
+            case Emit(arguments=arguments):
                 yield from arguments

@@ -14,7 +14,9 @@ from hsm.model.chart import (
     Assign,
     Call,
     Cancel,
+    Defer,
     Else,
+    Emit,
     Every,
     Execute,
     Held,
@@ -124,6 +126,8 @@ def activity_text(call: ActivityCall) -> str:
 def trigger_text(trigger: Trigger, guard: Expression | None = None) -> str:
     """What a transition waits for, with its guard."""
     match trigger:
+        case Defer(names):
+            text = f"defer {', '.join(names)}"
         case On(names):
             text = f"on {', '.join(names)}"
         case Else():
@@ -163,5 +167,7 @@ def action_text(action: Action) -> str:
             return f"raise {sent} after {value_text(delay, Quantity(time=1))}" if delay else f"send {sent}"
         case Execute(text):
             return text
+        case Emit(event, arguments=arguments):
+            return f"send {_with_arguments(event, arguments)}"
         case Cancel(label):
             return f"cancel {label}"

@@ -16,8 +16,10 @@ def lsp(library: LibraryOption = None) -> None:
 
     Example: `maze-machine lsp`
     """
+    import gc
     from importlib.metadata import version
 
+    gc.disable()  # the protocol's types are many objects that never go: nothing is to be looked through while they come
     try:
         from lsprotocol.types import MessageType, ShowMessageParams
 
@@ -34,4 +36,6 @@ def lsp(library: LibraryOption = None) -> None:
     libraries = EditorLibraries(library, warn)
     server = make_server(libraries, version("maze-machine"))
     add_requests(server, libraries)
+    gc.freeze()
+    gc.enable()
     server.start_io()

@@ -98,6 +98,7 @@ def _line(step: dict[str, Any]) -> str:
     parts = [f"{step.get('stamp', 0) / 1e9:8.1f} s", ", ".join(map(str, step.get("states", ())))]
     parts += [f"took {taken}" for taken in step.get("taken", ())]
     parts += [f"heard {event}" for event in step.get("events", ())]
+    parts += [f"sent {event}" for event in step.get("sent", ())]
     variables = ", ".join(f"{name} = {value}" for name, value in step.get("variables", {}).items())
     parts += [variables] if variables else []
     parts += [f"standing: {step['blind']}"] if step.get("blind") else []

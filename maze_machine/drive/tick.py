@@ -123,6 +123,8 @@ class Tick:
             line["goal"] = [goal.x, goal.y, goal.heading]
         if self.events:
             line["events"] = list(self.events)
+        if report.sent:
+            line["sent"] = list(report.sent)
         if self.blind:
             line["blind"] = self.blind
         if report.outcome is not None:

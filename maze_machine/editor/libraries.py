@@ -31,9 +31,19 @@ class EditorLibraries:
     trusted: bool | None = None
     _found: dict[tuple[Path | None, int], Library] = field(default_factory=dict)
     _told: set[str] = field(default_factory=set)
+    _of_files: dict[str, Library] = field(default_factory=dict)
 
     def __call__(self, file: str) -> Library:
-        """The library that a file's machine is written against."""
+        """The library that a file's machine is written against; looked for once, until ``refresh``."""
+        if file not in self._of_files:
+            self._of_files[file] = self._library(file)
+        return self._of_files[file]
+
+    def refresh(self) -> None:
+        """Projects may have changed: look for the library of each file anew."""
+        self._of_files.clear()
+
+    def _library(self, file: str) -> Library:
         try:
             project = find_project(Path(file).parent)
             key = (None, 0) if project is None else (project.file, project.file.stat().st_mtime_ns)

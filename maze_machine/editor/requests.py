@@ -43,6 +43,8 @@ def add_requests(server: MachineServer, libraries: EditorLibraries) -> None:
 
         return LiveRun(partial(reaching, identity=None), notify)
 
+    server.forget_libraries = libraries.refresh
+
     @server.feature(DIAGRAM)
     def draw(params: Any) -> PictureJson:
         from maze_machine.editor.diagram import diagram  # noqa: PLC0415 - the server starts without pictures

@@ -42,6 +42,8 @@ MORE_ACTIONS = [
     "raise lift( 1m,up=true , side=left )",
     "raise lift(near, n>2, side) after 2s",
     "cancel lift",
+    "send lift(height=1m, up = false,side=side)",
+    "send go",
     "pace=quick",
 ]
 CARRIED = ["lift.up", "lift.height>1m", "not (lift.side == left)", "(lift.height if lift.up else near) < 2 m"]
@@ -71,6 +73,7 @@ def machines(draw: st.DrawFn) -> str:
     lines += [
         "event lift(height:length,up:bool, side : Side)",
         "enum Pace = slow,quick",
+        "expose n,pace",
         "var pace:Pace = slow",
         "define busy = n>1 and (pace==quick or m<0)",
         "entry / raise lift(1m, n>0 ,side) after 90s",
@@ -89,7 +92,7 @@ def machines(draw: st.DrawFn) -> str:
         for _ in range(draw(st.integers(0, 3))):
             trigger = draw(
                 st.one_of(
-                    st.sampled_from(["on go", "on go,stop", "on done", "on fault", "on lift", "on *"]),
+                    st.sampled_from(["on go", "on go,stop", "on done", "on fault", "on lift", "on *", "defer"]),
                     st.builds("when {}".format, CONDITIONS),
                     st.builds("when {} for  0.5s".format, CONDITIONS),
                     st.sampled_from(
@@ -105,6 +108,9 @@ def machines(draw: st.DrawFn) -> str:
                 )
             )
             actions = draw(ACTIONS) if not target or draw(st.booleans()) else ""
+            if trigger == "defer":
+                lines.append(f"{pad}defer {draw(st.sampled_from(['lift', 'go,stop', '*']))}{guard}{draw(COMMENTS)}")
+                continue
             lines.append(f"{pad}{trigger}{guard} {target}{actions}{draw(COMMENTS)}")
         if draw(st.booleans()):
             lines.append(f"{pad}entry {draw(ACTIONS).strip()}")

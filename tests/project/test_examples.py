@@ -57,8 +57,8 @@ def test_an_example_is_short_and_says_what_it_shows(example):
         assert any(kind == "$" for kind, _ in SHOWN.findall(head_of(example)))
 
 
-def test_the_examples_count_from_01_to_15():
-    assert sorted({path.parent.name[:2] for path in NUMBERED}) == [f"{k:02}" for k in range(1, 16)]
+def test_the_examples_count_from_01_to_16():
+    assert sorted({path.parent.name[:2] for path in NUMBERED}) == [f"{k:02}" for k in range(1, 17)]
 
 
 def head_of(example):

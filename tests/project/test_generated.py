@@ -23,9 +23,11 @@ def test_the_page_of_the_python_interface_has_every_public_name():
     assert sorted(re.findall(r"^::: hsm\.(\w+)$", page, re.MULTILINE)) == sorted(hsm.__all__)
 
 
-def test_the_pictures_of_the_readme_can_be_drawn(tmp_path):
-    main = runpy.run_path(str(SCRIPTS / "readme_pictures.py"))["main"]
+def test_the_animation_of_the_readme_is_what_the_script_draws(tmp_path):
+    main = runpy.run_path(str(SCRIPTS / "readme_animation.py"))["main"]
     main.__globals__["IMAGES"] = tmp_path
     main()
-    shown = re.findall(r"\]\(docs/images/([^)]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    shown = re.findall(r'"docs/images/([^"]+)"', (ROOT / "README.md").read_text(encoding="utf-8"))
     assert {path.name for path in tmp_path.iterdir()} == set(shown)
+    for path in tmp_path.iterdir():
+        assert path.read_text(encoding="utf-8") == (DOCS / "images" / path.name).read_text(encoding="utf-8")

@@ -18,7 +18,14 @@ ROOT = Path(__file__).parents[2]
 PAGES = (
     "../README.md",
     "tutorial.md",
+    "how-to/campaigns.md",
+    "how-to/ci.md",
+    "how-to/from-behavior-trees.md",
+    "how-to/from-scxml.md",
+    "how-to/from-transitions.md",
+    "how-to/proving.md",
     "how-to/python.md",
+    "how-to/replay.md",
     "explanation/loop.md",
     "explanation/skills.md",
     "how-to/maps-and-recordings.md",
@@ -83,7 +90,7 @@ def test_the_python_of_the_readme_runs(tmp_path):
         timeout=LIMIT,
         check=True,
     )
-    assert done.stdout == "patrol ['driving', 'turning', 'stuck']\n"
+    assert done.stdout == "['driving']\n('driving',) -> ('turning',)\n"
 
 
 def alike(expected, shown):

@@ -22,7 +22,7 @@ from hsm.dsl.semantics.symbols import HISTORY, SymbolTable, collect_symbols
 from hsm.dsl.semantics.typing import FUNCTIONS, SIMPLE_TYPES
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.lexer import STATEMENTS
-from hsm.dsl.syntax.parser import parse
+from hsm.dsl.syntax.parser import BlockParser
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import MachineError
 from hsm.model.registry import Library, Parameter
@@ -31,6 +31,7 @@ from hsm.model.types import QUANTITY_NAMES, UNITS, Enumeration, Type
 _WORD = re.compile(r"[A-Za-z_][\w.]*")
 _TYPES = ("bool", "int", *QUANTITY_NAMES.values())
 _OPEN_CALL = re.compile(r"([A-Za-z_][\w.]*)\s*\(([^()]*)$")
+_AWAITING = re.compile(r"\s*(?:on|defer)\s+([\w.]+\s*,\s*)*")
 _SNIPPETS = {
     "state": "state ${1:name}\n    ${0}",
     "parallel": "parallel ${1:name}\n    state ${2:one}\n    state ${3:two}",
@@ -113,13 +114,24 @@ _KINDS_OF = {
 
 
 class Document:
-    """A text under edit, as far as it can be understood; it never changes, an edit makes another one."""
+    """A text under edit, as far as it can be understood; it never changes, an edit makes another one.
 
-    def __init__(self, text: str, file: str, library: Library) -> None:
+    Attributes:
+        text: the text.
+        file: its name.
+        library: what its machine may name.
+        tree: its syntax tree.
+        unread: what is wrong with lines that could not be read.
+        table: its states and imports.
+    """
+
+    def __init__(self, text: str, file: str, library: Library, parser: BlockParser | None = None) -> None:
+        """Args: the text, its name, what its machine may name, and who has read the text before it was edited."""
         self.text = text
         self.file = file
         self.library = library
-        self.tree, findings = parse(text, file)
+        self.tree, findings = (parser or BlockParser()).parse(text, file)
+        self.unread = tuple(findings)
         self.table: SymbolTable = collect_symbols(self.tree, Report(file, findings))
 
     @cached_property
@@ -187,10 +199,14 @@ class Document:
             yield from (self._instance(name) for name in self.table.imports)
         elif re.search(r"\d\s*$", before):
             yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
-        elif last in ("raise", "cancel") or (first == "on" and re.fullmatch(r"\s*on\s+([\w.]+\s*,\s*)*", before)):
+        elif (
+            last in ("raise", "cancel", "send")
+            or first == "defer"
+            or (first == "on" and re.fullmatch(r"\s*on\s+([\w.]+\s*,\s*)*", before))
+        ):
             yield from self._events()
         elif re.search(r"/\s*$|/.*,\s*$", before):
-            yield from (Entry(word, SymbolKind.KEYWORD) for word in ("raise", "cancel"))
+            yield from (Entry(word, SymbolKind.KEYWORD) for word in ("raise", "send", "cancel"))
             yield from (*self._actions(), *self._variables())
         else:
             yield from self._carried(words[1] if first == "on" and len(words) > 1 else "")
@@ -268,7 +284,8 @@ class Document:
         if here.role is Role.MACHINE:
             return self._machine_entry(here.name)
         kinds = _KINDS_OF[here.role]
-        return next((one for one in self._everything() if one.label == here.name and one.kind in kinds), None)
+        name = f"{here.owner}.{here.name}" if here.owner in self.table.states else here.name
+        return next((one for one in self._everything() if one.label == name and one.kind in kinds), None)
 
     def call(self, line: int, column: int) -> OpenCall | None:
         """The call around a position, while its brackets are open."""
@@ -334,6 +351,7 @@ class Document:
     def _values(self) -> Iterator[Entry]:
         """What an expression is made of."""
         yield from self._variables()
+        yield from self._exposed()
         for one in self.library.signals.values():
             call = signature(one.name, one.parameters, empty="")
             yield Entry(
@@ -364,6 +382,22 @@ class Document:
                     yield Entry(str(name), SymbolKind.VARIABLE, detail, self.tree.comment_above(name.line or 1))
                 case ast.EnumerationLine(name, members):
                     yield from (Entry(str(one), SymbolKind.VALUE, str(name)) for one in members)
+
+    def _exposed(self) -> Iterator[Entry]:
+        """What instances expose, and how they have ended."""
+        for name, symbol in self.table.states.items():
+            inner = self.imported(str(symbol.instance.name)) if symbol.instance is not None else None
+            if inner is None:
+                continue
+            shown = {
+                str(one) for line in inner.table.root.lines if isinstance(line, ast.ExposeLine) for one in line.names
+            }
+            for one in inner._variables():
+                if one.label in shown:
+                    yield replace(one, label=f"{name}.{one.label}")
+            finals = [one.name for one in inner.table.root.children if one.kind is StateKind.FINAL]
+            if finals:
+                yield Entry(f"{name}.outcome", SymbolKind.VARIABLE, f"none, {', '.join(finals)}")
 
     def _declared_text(self, name: Token, kind: str) -> str:
         """The type of a variable or parameter, and its value as it is written."""

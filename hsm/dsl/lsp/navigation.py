@@ -181,6 +181,9 @@ def definition(document: Document, line: int, column: int) -> Span | None:
         return next((span(document, one) for one in declared if (one.owner, one.name) == (here.owner, here.name)), None)
     if here.role is Role.EVENT:
         return _event(document, here.name)
+    if here.owner in document.table.states:
+        inner = _instance_of(document, here.owner)
+        return None if inner is None else _declared(inner, here.name, (Role.VARIABLE,))
     own = _declared(document, here.name, _same(here.role))
     if own is not None:
         return own
@@ -197,9 +200,7 @@ def references(document: Document, line: int, column: int) -> list[Occurrence]:
     if final and here.role in (Role.STATE, Role.EVENT):
         roles = (Role.STATE, Role.EVENT)  # the name of a final state is an outcome, too
     return [
-        one
-        for one in document.occurrences
-        if one.name == here.name and one.role in roles and (one.role is not Role.ARGUMENT or one.owner == here.owner)
+        one for one in document.occurrences if one.name == here.name and one.role in roles and one.owner == here.owner
     ]
 
 
@@ -269,6 +270,12 @@ def renamable(document: Document, line: int, column: int) -> Occurrence:
 def _same(role: Role) -> tuple[Role, ...]:
     both = (Role.VARIABLE, Role.PARAMETER)
     return both if role in both else (role,)
+
+
+def _instance_of(document: Document, state: str) -> Document | None:
+    """The machine that a state is an instance of."""
+    call = document.table.states[state].instance
+    return None if call is None else document.imported(str(call.name))
 
 
 def _declared(document: Document, name: str, roles: tuple[Role, ...]) -> Span | None:

@@ -80,6 +80,7 @@ _NAMED = {
     ("VariableLine", "type"): Role.TYPE,
     ("FieldSyntax", "type"): Role.TYPE,
     ("InitialLine", "target"): Role.STATE,
+    ("ExposeLine", "names"): Role.VARIABLE,
     ("TargetSyntax", "names"): Role.STATE,
     ("TransitionLine", "names"): Role.EVENT,
     ("RaiseSyntax", "event"): Role.EVENT,
@@ -116,10 +117,11 @@ class _Walker:
                 for part in node.fields:
                     yield _occurrence(part.name, Role.ARGUMENT, declares=True, owner=str(node.name))
                     yield from self._token(part.type, "FieldSyntax", "type", "")
-            elif isinstance(node, ast.RaiseSyntax):
+            elif isinstance(node, ast.RaiseSyntax | ast.SendSyntax):
                 yield from self._call(node.data, "RaiseSyntax", "call")
                 pending.extend((one, "CallSyntax", "arguments", str(node.event)) for one in node.data.arguments)
-                pending.append((node.delay, "RaiseSyntax", "delay", ""))
+                if isinstance(node, ast.RaiseSyntax):
+                    pending.append((node.delay, "RaiseSyntax", "delay", ""))
             elif isinstance(node, ast.CallSyntax):
                 yield from self._call(node, parent, field)
                 pending.extend((one, "CallSyntax", "arguments", str(node.name)) for one in node.arguments)
@@ -139,7 +141,9 @@ class _Walker:
             if role is not None:
                 yield _occurrence(token, role)
             elif self._carried(token):
-                yield from _parted(token)
+                yield from _parted(token, Role.EVENT, Role.ARGUMENT)
+            elif token.rpartition(".")[0] in self.table.states:
+                yield from _parted(token, Role.STATE, Role.VARIABLE)
 
     def _carried(self, token: Token) -> bool:
         """Whether a name is a part of what an event carries."""
@@ -183,12 +187,12 @@ class _Walker:
         return Role.STATE if name in self.table.states else None
 
 
-def _parted(token: Token) -> Iterator[Occurrence]:
-    """An event and a part of what it carries, which are written as one name."""
-    event, _, part = token.rpartition(".")
+def _parted(token: Token, first: Role, second: Role) -> Iterator[Occurrence]:
+    """An event and a part of what it carries, an instance and what it exposes: they are written as one name."""
+    owner, _, part = token.rpartition(".")
     line, column = (token.line or 1) - 1, (token.column or 1) - 1
-    yield Occurrence(event, Role.EVENT, line, column)
-    yield Occurrence(part, Role.ARGUMENT, line, column + len(event) + 1, owner=event)
+    yield Occurrence(owner, first, line, column)
+    yield Occurrence(part, second, line, column + len(owner) + 1, owner=owner)
 
 
 def _occurrence(token: Token, role: Role, *, declares: bool = False, owner: str = "") -> Occurrence:

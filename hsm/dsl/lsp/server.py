@@ -7,6 +7,7 @@ an editor that asks for them itself (pull) gets them then and none unasked.
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from pathlib import Path
 
 from lsprotocol import types
@@ -19,8 +20,10 @@ from hsm.dsl.lsp.editing import Document
 from hsm.dsl.lsp.workspace import Documents, LibraryOf
 from hsm.model.diagnostics import MachineError
 
-PAUSE = 0.05
+PAUSE = 0.02
 """How long typing has to pause before a document is checked, s."""
+_BREATH = 0.002
+"""How long a request for diagnostics lets others come first, s."""
 _PULL = types.DiagnosticOptions(inter_file_dependencies=True, workspace_diagnostics=False, identifier="maze-machine")
 FIX_ALL = "source.fixAll.maze-machine"
 CODE_ACTIONS = (types.CodeActionKind.QuickFix, FIX_ALL, refactoring.ADD_STATE, refactoring.RETARGET)
@@ -28,11 +31,19 @@ CODE_ACTIONS = (types.CodeActionKind.QuickFix, FIX_ALL, refactoring.ADD_STATE, r
 
 
 class MachineServer(LanguageServer):
-    """A language server with the documents of its editor."""
+    """A language server with the documents of its editor.
+
+    Attributes:
+        documents: what is open.
+        pulls: the editor asks for diagnostics itself.
+        snippets: the editor fills in what is inserted with places to fill in.
+        forget_libraries: called when files have changed that may say what a file's library is.
+    """
 
     def __init__(self, library_of: LibraryOf, version: str) -> None:
         super().__init__("maze-machine", version, text_document_sync_kind=types.TextDocumentSyncKind.Incremental)
         self.documents = Documents(library_of)
+        self.forget_libraries: Callable[[], object] = lambda: None
         self.pulls = False
         self.snippets = False
         self._waiting: dict[str, asyncio.TimerHandle] = {}
@@ -119,6 +130,9 @@ def _synchronisation(server: MachineServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_DIAGNOSTIC, _PULL)
     async def pulled(params: types.DocumentDiagnosticParams) -> types.RelatedFullDocumentDiagnosticReport:
+        # Edits and cancellations that have come meanwhile are taken in first: of a row of keystrokes only the last text
+        # is checked, and each request is answered with what is wrong with it.
+        await asyncio.sleep(_BREATH)
         document = server.document(params.text_document.uri)
         found = server.documents.diagnostics(document.file)
         shown = [protocol.diagnostic(one, document.file, document.tree.lines) for one in found]
@@ -126,6 +140,7 @@ def _synchronisation(server: MachineServer) -> None:
 
 
 def _refresh(server: MachineServer) -> None:
+    server.forget_libraries()
     server.documents.refresh()
     for uri in list(server.workspace.text_documents):
         server.publish_soon(uri)

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hsm.dsl.loading import SUFFIX, check_text, read_text
+from hsm.dsl.loading import SUFFIX, ImportedMachines, check_tree, read_text
 from hsm.dsl.lsp.editing import Document
+from hsm.dsl.syntax.parser import BlockParser
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
 
@@ -27,22 +28,27 @@ class Documents:
     library_of: LibraryOf
     _open: dict[str, Document] = field(default_factory=dict)
     _found: dict[str, tuple[Document, tuple[Diagnostic, ...]]] = field(default_factory=dict)
+    _parsers: dict[str, BlockParser] = field(default_factory=dict)
+    _imported: dict[int, tuple[Library, ImportedMachines]] = field(default_factory=dict)
 
     def update(self, file: str, text: str) -> None:
         """Take the text of a file as it is in the editor."""
         known = self._open.get(file)
         library = self.library_of(file)
         if known is None or known.text != text or known.library is not library:
-            self._open[file] = Document(text, file, library)
+            parser = self._parsers.setdefault(file, BlockParser())
+            self._open[file] = Document(text, file, library, parser)
 
     def close(self, file: str) -> None:
         """Forget a file."""
         self._open.pop(file, None)
+        self._parsers.pop(file, None)
         self._found.pop(file, None)
 
     def refresh(self) -> None:
         """Check everything anew: something that files depend on has changed on the disk."""
         self._found.clear()
+        self._imported.clear()
         for file, document in list(self._open.items()):
             self.update(file, document.text)
 
@@ -60,7 +66,8 @@ class Documents:
         document = self._open[file]
         known = self._found.get(file)
         if known is None or known[0] is not document:
-            checked = check_text(document.text, document.library, file).diagnostics
+            imported = self._imported.setdefault(id(document.library), (document.library, ImportedMachines()))[1]
+            checked = check_tree(document.tree, document.unread, document.text, document.library, imported).diagnostics
             own = tuple(one for one in checked if one.place is not None and one.place.file == file)
             known = self._found[file] = (document, own)
         return known[1]

@@ -19,7 +19,9 @@ from hsm.model.chart import (
     Assign,
     Call,
     Cancel,
+    Defer,
     Else,
+    Emit,
     Every,
     Held,
     On,
@@ -125,7 +127,7 @@ class Behaviour:
             targets = self._targets(line.target)
             kind = kind if targets else TransitionKind.INTERNAL
             uncertain = len(targets) < len(line.target.names)
-        elif not line.actions:
+        elif not line.actions and line.keyword != "defer":
             if trigger is not None and (guard is not None or line.guard is None):
                 hint = "say where it goes: `-> state`, or what it does: `/ action`"
                 self.context.add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
@@ -152,6 +154,8 @@ class Behaviour:
     def _trigger(self, symbol: StateSymbol, line: ast.TransitionLine) -> Trigger | None:
         if line.keyword == "else":
             return self._else(symbol, line.keyword)
+        if line.keyword == "defer":
+            return Defer(tuple(self.declarations.deferred(symbol, name) for name in line.names))
         if line.operand is None:
             return On(tuple(self.declarations.event(symbol, name) for name in line.names))
         if line.keyword == "when":
@@ -238,6 +242,8 @@ class Behaviour:
         match line:
             case ast.RaiseSyntax():
                 return self._raise(line)
+            case ast.SendSyntax():
+                return self._send(line)
             case ast.CancelSyntax(event):
                 return self._cancel(event)
             case ast.AssignSyntax():
@@ -247,9 +253,7 @@ class Behaviour:
 
     def _raise(self, line: ast.RaiseSyntax) -> Raise | Send | None:
         event, delay = line.event, line.delay
-        data = self.declarations.data.get(str(event))
-        fields = [Parameter(one.name, one.type) for one in (data.fields if data is not None else ())]
-        arguments = self.context.scope.arguments(line.data, fields, f"event `{event}`")
+        arguments = self._data(line)
         found = self.context.scope.duration(delay) if delay is not None else None
         if arguments is None or (found is None and delay is not None):
             return None
@@ -262,6 +266,23 @@ class Behaviour:
             )
             return None
         return Send(str(event), float(found.value), str(event), self.context.place(event), arguments=arguments)
+
+    def _data(self, line: ast.RaiseSyntax | ast.SendSyntax) -> tuple[Expression, ...] | None:
+        """What an event carries that is raised or sent; None where it is at fault."""
+        data = self.declarations.data.get(str(line.event))
+        fields = [Parameter(one.name, one.type) for one in (data.fields if data is not None else ())]
+        return self.context.scope.arguments(line.data, fields, f"event `{line.event}`")
+
+    def _send(self, line: ast.SendSyntax) -> Emit | None:
+        event, known = line.event, [*self.declarations.declared, *self.context.library.events]
+        if str(event) not in known:
+            if event not in self.context.symbols.events and event not in self.context.symbols.doubtful:
+                guess = self.context.report.guess(event, known)
+                hint = guess.text or f"declare it at the top of the file: `event {event}`"
+                self.context.add_once("E0203", event, f"`{event}` is sent to other machines, and not declared", hint)
+            return None
+        arguments = self._data(line)
+        return None if arguments is None else Emit(str(event), self.context.place(event), arguments)
 
     def _cancel(self, event: Token) -> Cancel | None:
         if event not in self.declarations.delayed:
@@ -311,6 +332,10 @@ class Behaviour:
             message, hint = f"`{name}` is a parameter: it keeps its value", f"declare it with `var {name}`"
             related = Related(declared.place, "declared here")
             self.context.report.add("E0304", self.context.place(name), message, hint, (related,))
+            return None
+        if declared.owner is not None:
+            message = f"`{name}` belongs to the instance `{declared.owner}`, which alone can change it"
+            self.context.add("E0304", name, message, "raise an event that the instance handles")
             return None
         was_used = name in self.context.scope.used.known
         node = line.value

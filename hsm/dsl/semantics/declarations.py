@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import cast
 
@@ -41,6 +41,9 @@ class Declarations:
         data: what events carry, by name: those of the registry, of the file and of what it imports.
         raised: events that this file raises, and where first.
         delayed: those that it raises later.
+        declared: those that it declares.
+        sent: those that it sends to other machines.
+        exposed: the variables that a machine which imports this one may read.
     """
 
     context: Context
@@ -52,6 +55,9 @@ class Declarations:
     data: dict[str, EventData] = field(default_factory=dict)
     raised: dict[str, Token] = field(default_factory=dict)
     delayed: set[str] = field(default_factory=set)
+    declared: set[str] = field(default_factory=set)
+    sent: set[str] = field(default_factory=set)
+    exposed: dict[str, None] = field(default_factory=dict)
     _unsent: dict[str, int] = field(default_factory=dict)
 
     def declare(self, imported: Iterable[EventData] = ()) -> None:
@@ -120,6 +126,7 @@ class Declarations:
     def _declare_events(self, events: tuple[ast.EventSyntax, ...]) -> None:
         for event in events:
             name, place = event.name, self.context.place(event.name)
+            self.declared.add(str(name))
             first = self.events.setdefault(str(name), place)
             if first is not None and first is not place:
                 related = Related(first, "first declared here")
@@ -249,6 +256,8 @@ class Declarations:
 
     def _gather_raised(self, actions: tuple[ast.ActionSyntax, ...]) -> None:
         for action in actions:
+            if isinstance(action, ast.SendSyntax):
+                self.sent.add(str(action.event))
             if isinstance(action, ast.RaiseSyntax):
                 self.events.setdefault(str(action.event), None)
                 if action.delay is not None:
@@ -276,6 +285,42 @@ class Declarations:
         complete = bool(regions) and all(one.completions or one.reported.unknown for one in regions)
         if instance or complete or any(one.kind is StateKind.FINAL for one in own):
             symbol.completions.add("done")
+
+    def expose(self) -> None:
+        """Let machines that import this one read the variables that it exposes."""
+        scope = self.context.scope
+        for line in self.context.symbols.root.lines:
+            for name in line.names if isinstance(line, ast.ExposeLine) else ():
+                declared = scope.variables.get(str(name))
+                if declared is None or declared.constant:
+                    if name not in self.context.symbols.doubtful:
+                        known = [one for one, other in scope.variables.items() if not other.constant]
+                        what = f"there is no variable `{name}`" if declared is None else f"`{name}` is a parameter"
+                        hint = self.context.report.guess(name, known).text or "variables can be exposed"
+                        self.context.add_once("E0202", name, f"{what} to expose", hint)
+                    continue
+                if str(name) in self.exposed:
+                    self.context.add("E0209", name, f"`{name}` is exposed twice")
+                scope.used.add(str(name))
+                self.exposed[str(name)] = None
+                self._let_read(name)
+
+    def _let_read(self, name: Token) -> None:
+        for index, variable in enumerate(self.variables):
+            if variable.name == name:
+                self.variables[index] = replace(variable, exposed=True)
+                if not isinstance(variable.initial, Literal):
+                    message = f"`{name}` is exposed, and can be read before the machine begins"
+                    self.context.add("E0303", name, message, "let it begin with a constant")
+
+    def deferred(self, symbol: StateSymbol, token: Token) -> str:
+        """The name of an event that is deferred: one from outside or one that is raised."""
+        name = self.event(symbol, token)
+        reported = name in symbol.reported.known or name in symbol.completions or name == "fault"
+        if reported and name not in self.events and name not in self.context.library.events:
+            hint = "only events from outside, raised ones and those of other machines are deferred"
+            self.context.add_once("E0203", token, f"`{name}` is reported by `{symbol.name}` itself", hint)
+        return name
 
     def event(self, symbol: StateSymbol, token: Token) -> str:
         """The name of an event; of a misspelt one the name that was probably meant."""
@@ -330,15 +375,17 @@ class Declarations:
         for name in imports:
             found.append(Unused("import", name, self.context.place(self.context.symbols.imports[name])))
         for name, declared in self.context.scope.variables.items():
-            if name not in self.context.scope.used:
+            if name not in self.context.scope.used and declared.owner is None:
                 found.append(Unused("parameter" if declared.constant else "variable", name, declared.place))
         for name, definition in self.context.scope.definitions.items():
             if name not in self.context.scope.used:
                 found.append(Unused("definition", name, definition.place))
         for name, place in self.events.items():
-            if place is not None and name not in self.heard and name not in self.raised:
+            if place is None or name in self.raised or name in self.sent:
+                continue
+            if name not in self.heard:
                 found.append(Unused("event", name, place))
-            elif place is not None and name not in self.raised and name not in self.context.library.events:
+            elif name not in self.context.library.events:
                 found.append(Unused("outside event", name, place))
         for name, token in self.raised.items():
             if name not in self.heard and self.events[name] is None and name not in self.context.library.events:

@@ -35,7 +35,8 @@ def compile_properties(
         certain: whether it is known what all states do.
     """
     inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubtful, scope.used)
-    inner.definitions, inner.enumerations, inner.carried = scope.definitions, scope.enumerations, scope.carried
+    inner.definitions, inner.enumerations = scope.definitions, scope.enumerations
+    inner.carried, inner.outcomes = scope.carried, scope.outcomes
     inner.machine, inner.certain = states, certain
     found = [_property(line, source, inner, scope.report) for line in lines]
     return tuple(one for one in found if one is not None)

@@ -34,6 +34,7 @@ class StateSymbol:
         initial: its ``initial`` line.
         activity: its ``do`` line.
         instance: the machine that it is an instance of, with arguments.
+        member: the instance has a robot and events of its own.
         model: that machine, once found.
         erroneous: its declaration is invalid: diagnostics about it are suppressed, except for the names it uses.
         completions: ``done`` where it can complete: only its own transitions see that.
@@ -54,6 +55,7 @@ class StateSymbol:
     initial: ast.InitialLine | None = None
     activity: ast.DoLine | None = None
     instance: ast.CallSyntax | None = None
+    member: bool = False
     model: Model | None = None
     erroneous: bool = False
     completions: set[str] = field(default_factory=set)
@@ -109,6 +111,10 @@ class SymbolTable:
             found.append(symbol)
             stack.extend(reversed(symbol.children))
         return found
+
+    def members(self) -> list[str]:
+        """The names of the members."""
+        return [one.name for one in self.all_states() if one.member]
 
 
 def collect_symbols(tree: ast.File, report: Report) -> SymbolTable:
@@ -216,7 +222,12 @@ class _Walker:
             self._not_here(
                 parent, block.name, "an instance of a machine has no further states: its states are in its file"
             )
-        symbol = StateSymbol(str(block.name), block.kind, parent, block.name, instance=block.instance)
+        if block.member and parent.kind is not StateKind.PARALLEL and not parent.erroneous:
+            message = "a member runs beside others: it lies directly in a parallel state"
+            self._add("E0402", block.name, message, "put it into a `parallel` block")
+        symbol = StateSymbol(
+            str(block.name), block.kind, parent, block.name, instance=block.instance, member=block.member
+        )
         self._insert(symbol, block.name)
         return symbol
 
@@ -288,6 +299,8 @@ class _Walker:
                 | ast.DefinitionLine(name)
             ):
                 first = name
+            case ast.ExposeLine(names):
+                first = names[0]
             case ast.EventLine(events):
                 first = events[0].name
             case ast.PropertyLine(name):
@@ -304,7 +317,7 @@ class _Walker:
             self.result.imports.setdefault(known, first)
             return
         self.result.root.lines.append(item)
-        if not isinstance(item, ast.EventLine):
+        if not isinstance(item, ast.EventLine | ast.ExposeLine):
             self.is_new(first)
 
     def is_new(self, name: Token) -> bool:

@@ -86,11 +86,19 @@ _NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?) *(.*)")
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """A variable or a parameter of the machine."""
+    """A variable or a parameter of the machine, or what an instance exposes.
+
+    Attributes:
+        type: its type.
+        constant: it keeps its value while the machine runs.
+        place: where it is declared.
+        owner: the instance that it belongs to, and that alone can change it; None for the machine's own.
+    """
 
     type: Type
     constant: bool
     place: Place
+    owner: str | None = None
 
 
 @dataclass(slots=True)
@@ -128,6 +136,7 @@ class Scope:
         definitions: named expressions.
         enumerations: those of the registry and of the file.
         carried: what events carry, by the event's name and its own: the event and the type.
+        outcomes: the enumerations of how each instance has ended, by name.
         heard: the events that the transition at hand waits for.
         states: names of states, for ``in(state)``.
         doubtful: names that may be declared on lines that could not be read; nothing is said about those.
@@ -143,6 +152,7 @@ class Scope:
     definitions: dict[str, Definition] = field(default_factory=dict)
     enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
     carried: dict[str, tuple[str, Type]] = field(default_factory=dict)
+    outcomes: dict[str, type[StrEnum]] = field(default_factory=dict)
     heard: tuple[Token, ...] = ()
 
     def __post_init__(self) -> None:
@@ -364,7 +374,8 @@ class Scope:
 
     def _member(self, token: Token, expected: Type | None) -> Literal | None:
         if isinstance(expected, Enumeration):
-            candidates = [one for name, one in self.enumerations.items() if name == expected.name]
+            known = {**self.enumerations, **self.outcomes}
+            candidates = [one for name, one in known.items() if name == expected.name]
         else:
             candidates = list(self.enumerations.values())
         owners = [one for one in candidates if token.value in one._value2member_map_]

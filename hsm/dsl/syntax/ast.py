@@ -102,13 +102,26 @@ class RaiseSyntax:
 
 
 @dataclass(frozen=True, slots=True)
+class SendSyntax:
+    """``send event``, with what it carries as for a call."""
+
+    event: Token
+    call: CallSyntax | None = None
+
+    @property
+    def data(self) -> CallSyntax:
+        """What it carries, as a call of the event."""
+        return CallSyntax(self.event, (), self.event, 1) if self.call is None else self.call
+
+
+@dataclass(frozen=True, slots=True)
 class CancelSyntax:
     """``cancel event``."""
 
     event: Token
 
 
-ActionSyntax: TypeAlias = AssignSyntax | RaiseSyntax | CancelSyntax | CallSyntax
+ActionSyntax: TypeAlias = AssignSyntax | RaiseSyntax | SendSyntax | CancelSyntax | CallSyntax
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,6 +196,13 @@ class DefinitionLine:
 
 
 @dataclass(frozen=True, slots=True)
+class ExposeLine:
+    """``expose NAME, NAME``."""
+
+    names: tuple[Token, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class InitialLine:
     """``initial NAME / actions``."""
 
@@ -192,7 +212,7 @@ class InitialLine:
 
 @dataclass(frozen=True, slots=True)
 class StateBlock:
-    """``state NAME``, ``state NAME = machine(...)`` or ``parallel NAME``, with what is indented below it.
+    """A ``state``, an instance of a machine, a ``member`` or a ``parallel``, with what is indented below it.
 
     The kind of a state with others inside is only known when they are seen: until then it is atomic.
     """
@@ -201,6 +221,7 @@ class StateBlock:
     kind: StateKind
     instance: CallSyntax | None
     items: tuple[Item, ...]
+    member: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,11 +283,11 @@ class ActionsSyntax:
 
 @dataclass(frozen=True, slots=True)
 class TransitionLine:
-    """A line that begins with ``on``, ``when``, ``else``, ``after`` or ``every``.
+    """A line that begins with ``on``, ``when``, ``else``, ``after``, ``every`` or ``defer``.
 
     Attributes:
         keyword: the word it begins with.
-        names: the events of an ``on``.
+        names: the events of an ``on`` or ``defer``.
         operand: the condition of a ``when``, the duration of an ``after`` or ``every``.
         lasting: for how long the condition of a ``when`` must have held.
         guard: the condition after ``if``.
@@ -333,6 +354,7 @@ Item: TypeAlias = (
     | EventLine
     | EnumerationLine
     | DefinitionLine
+    | ExposeLine
     | InitialLine
     | StateBlock
     | FinalLine

@@ -16,6 +16,7 @@ STATEMENTS = frozenset(
     {
         *("machine", "import", "param", "var", "event", "state", "parallel", "final", "initial"),
         *("do", "entry", "exit", "on", "when", "else", "after", "every", "stay", "property", "enum", "define"),
+        *("defer", "expose", "member"),
     }
 )
 """The words that a line may begin with."""
@@ -27,7 +28,7 @@ _INNER = {
     "stay": RESERVED | {"when"},
     "property": RESERVED | {"after", "always", "before", "eventually", "never", "within"},
 }
-_IN_PLACE = frozenset({"after", "cancel", "else", "for"})
+_IN_PLACE = frozenset({"after", "cancel", "else", "for", "send"})
 """Words that are keywords only where nothing else makes sense."""
 
 _OPENERS = frozenset(map(str.upper, STATEMENTS))
@@ -73,13 +74,18 @@ class Lexer:
     misfits: list[Token] = field(default_factory=list)
     _misfit: int = -1
 
-    def tokens(self, text: str) -> Iterator[Token]:
-        """All tokens of a text that ends with a line break, with where blocks begin and end; called once."""
+    def tokens(self, text: str, first: int = 1) -> Iterator[Token]:
+        """All tokens of a text that ends with a line break, with where blocks begin and end; called once.
+
+        Args:
+            text: the text.
+            first: the number of its first line.
+        """
         levels = [0]
         opened: list[Token] = []
         held: Token | None = None
-        end = _token("_NL", "\n", 1, 1)
-        for token in self._words(text):
+        end = _token("_NL", "\n", first, 1)
+        for token in self._words(text, first):
             kind = token.type
             if kind == "_NL":
                 if opened:
@@ -103,10 +109,10 @@ class Lexer:
         for _ in levels[1:]:
             yield _block_token("_DEDENT", end)
 
-    def _words(self, text: str) -> Iterator[Token]:
+    def _words(self, text: str, first: int) -> Iterator[Token]:
         """The tokens of a text as they stand there; what looks blank at its end is no line of its own."""
         symbols = self.terminals.symbols
-        line, line_start = 1, 0
+        line, line_start = first, 0
         opening = ""
         earlier, previous = "_NL", "_NL"  # the text begins like a line behind a line break
         for match in self.terminals.pattern.finditer(text):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib.resources import files
@@ -28,7 +28,7 @@ _SHIFT = "let it begin below the line that it belongs with; only `state` and `pa
 _TAB = "here is a tab"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
-_NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import)\b(?! *[A-Za-z_])")
+_NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import|expose|member)\b(?! *[A-Za-z_])")
 
 
 class TreeBuilder:
@@ -69,6 +69,12 @@ class TreeBuilder:
             return ast.StateBlock(parts[0], StateKind.ATOMIC, parts[1], tuple(parts[2:]))
         return ast.StateBlock(parts[0], StateKind.ATOMIC, None, tuple(parts[1:]))
 
+    def member(self, parts: list[Any]) -> ast.StateBlock:
+        return ast.StateBlock(parts[0], StateKind.ATOMIC, parts[1], tuple(parts[2:]), member=True)
+
+    def expose(self, parts: list[Any]) -> ast.ExposeLine:
+        return ast.ExposeLine(tuple(parts))
+
     def parallel(self, parts: list[Any]) -> ast.StateBlock:
         return ast.StateBlock(parts[0], StateKind.PARALLEL, None, tuple(parts[1:]))
 
@@ -92,6 +98,8 @@ class TreeBuilder:
         while end < len(parts) and isinstance(parts[end], Token):
             end += 1
         return self._transition(parts[0], tuple(parts[1:end]), None, parts[end:])
+
+    defer = on
 
     def when(self, parts: list[Any]) -> ast.TransitionLine:
         return self._transition(parts[0], (), parts[1], parts[2:])
@@ -151,6 +159,10 @@ class TreeBuilder:
         if isinstance(raised, ast.CallSyntax):
             return ast.RaiseSyntax(raised.name, delay, raised)
         return ast.RaiseSyntax(raised, delay)
+
+    def send_event(self, parts: list[Any]) -> ast.SendSyntax:
+        sent = parts[0]
+        return ast.SendSyntax(sent.name, sent) if isinstance(sent, ast.CallSyntax) else ast.SendSyntax(sent)
 
     def cancel(self, parts: list[Any]) -> ast.CancelSyntax:
         return ast.CancelSyntax(parts[0])
@@ -266,6 +278,55 @@ def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.Fil
     for token in lexer.misfits:
         report.add("E0105", _line_place(file, lines, token.end_line or 1), _MISFIT, _SHIFT)
     return ast.File(file, items, tuple(lines)), _once_a_line(report.found)
+
+
+class BlockParser:
+    """Reads one text again and again while it is edited; what did not change since the last time is not read anew.
+
+    A file is a list of items, and an item that begins at the left edge is read on its own: what stands in it does not
+    depend on those before it. Where anything in the text cannot be read, all of it is read together, as by ``parse``.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[int, str], tuple[ast.Item, ...]] = {}
+
+    def parse(self, text: str, file: str) -> tuple[ast.File, list[Diagnostic]]:
+        """The same as ``parse`` gives."""
+        text = text.replace("\r\n", "\n")
+        if "\t" in text:
+            return parse(text, file)
+        lines = tuple(text.split("\n"))
+        known, items = {}, list[ast.Item]()
+        for first, last in _blocks(lines):
+            key = first, "\n".join(lines[first:last])
+            found = self._known.get(key)
+            if found is None:
+                found = _items(key[1], first + 1)
+            if found is None:
+                return parse(text, file)
+            known[key] = found
+            items.extend(found)
+        self._known = known
+        return ast.File(file, tuple(items), lines), []
+
+
+def _blocks(lines: Sequence[str]) -> Iterator[tuple[int, int]]:
+    """Where lines at the left edge begin and what follows them ends; lines count from 0."""
+    begin = 0
+    for number, line in enumerate(lines):
+        if line and line[0] not in " #" and number > begin:
+            yield begin, number
+            begin = number
+    yield begin, len(lines)
+
+
+def _items(text: str, first: int) -> tuple[ast.Item, ...] | None:
+    """The items of a part of a file; None where something in it cannot be read."""
+    grammar = _grammar()
+    parser, lexer = grammar.begin(), Lexer(grammar.terminals)
+    if not all(parser.feed(token) for token in lexer.tokens(text + "\n", first)):
+        return None
+    return None if lexer.unclosed or lexer.misfits else parser.finish()
 
 
 def _once_a_line(found: list[Diagnostic]) -> list[Diagnostic]:

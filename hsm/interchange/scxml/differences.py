@@ -9,6 +9,8 @@ from collections.abc import Iterator
 
 from hsm.model.chart import (
     After,
+    Defer,
+    Emit,
     Every,
     Held,
     Model,
@@ -33,7 +35,7 @@ _ORDER = "of what happens in one tick SCXML takes the earliest first; here event
 
 def differences(model: Model) -> list[Diagnostic]:
     """What of a machine changes its meaning when it is written as SCXML; empty where nothing does."""
-    return [*_transitions(model), *_names(model), *_same_tick(model)]
+    return [*_transitions(model), *_names(model), *_same_tick(model), *_sent(model)]
 
 
 def _transitions(model: Model) -> Iterator[Diagnostic]:
@@ -41,6 +43,9 @@ def _transitions(model: Model) -> Iterator[Diagnostic]:
     for transition in model.transitions:
         source = model.states[transition.source]
         match transition.trigger:
+            case Defer():
+                reason = "SCXML has no word for deferring an event: it is written as a transition that drops it"
+                yield _difference(transition, reason, "let the event be sent again, or keep it in a variable")
             case On(prefix=True):
                 continue  # read from SCXML
             case On(names):
@@ -110,6 +115,14 @@ def _names(model: Model) -> Iterator[Diagnostic]:
             if longer is not None:
                 reason = f"in SCXML `{name}` also matches `{longer}`"
                 yield _difference(transition, reason, "give one of them another name")
+
+
+def _sent(model: Model) -> Iterator[Diagnostic]:
+    """What is sent to other machines: SCXML sends to a session by its address."""
+    for action in actions_of(model):
+        if isinstance(action, Emit):
+            reason = f"SCXML sends `{action.event}` to a session with an address; here every other machine hears of it"
+            yield finding("W0923", action.place, reason, "let the program that runs the sessions hand it on")
 
 
 def _same_tick(model: Model) -> Iterator[Diagnostic]:

@@ -22,6 +22,7 @@ from hsm.model.chart import (
     Assign,
     Call,
     Cancel,
+    Emit,
     Every,
     Held,
     Model,
@@ -270,6 +271,8 @@ def _write_actions(model: Model, element: ElementTree.Element, actions: tuple[Ac
                     **({"id": label} if label else {}),
                 }
                 _write_data_of(model, ElementTree.SubElement(element, "send", given), event, arguments)
+            case Emit(event, arguments=arguments):
+                _write_data_of(model, ElementTree.SubElement(element, "maze:send", event=event), event, arguments)
             case Cancel(label):
                 ElementTree.SubElement(element, "cancel", sendid=label)
             case Assign(variable, value):

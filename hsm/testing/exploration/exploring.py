@@ -21,7 +21,7 @@ from hsm.engine.inputs import settled
 from hsm.engine.machine import Machine
 from hsm.engine.occurrences import checked_events, event_text
 from hsm.engine.record import Selection
-from hsm.model.chart import Assign, Model, On, Raise, Send, State, StateKind, Transition
+from hsm.model.chart import Assign, Emit, Model, On, Raise, Send, State, StateKind, Transition
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Binary, EventValue, Expression, SignalValue, VariableValue
 from hsm.model.faults import MachineFault
@@ -73,6 +73,7 @@ class ExploredMoment:
             tuple((_coarse(due - now), send.event, _carried(send.message)) for due, send in state.sent),
             tuple(sorted(state.history.items())),
             state.acted,
+            tuple((str(one), _carried(one)) for one in state.deferred),
             self.over,
         )
 
@@ -468,13 +469,19 @@ def _events(machine: Machine) -> dict[int, tuple[str, ...]]:
         own.update(model.states[child].name.rpartition(".")[2] for child in state.children)
     raised = {one.event for one in actions_of(model) if isinstance(one, Raise | Send)}
     own.update(one for one in raised if model.data_of(one) is None)
+    own.update(name for one in actions_of(model) if isinstance(one, Emit) for name in one.receivers)
 
     def names(transition: Transition) -> tuple[str, ...]:
         if not isinstance(transition.trigger, On) or transition.trigger.prefix:
             return ()
         named = transition.trigger.names
-        if "*" in named:
-            named = (*named, *sorted(model.events or ()))
-        return tuple(one for one in dict.fromkeys(named) if one != "*" and one not in own)
+        known = sorted(model.events or ())
+        patterns = [one.removesuffix("*") for one in named if one.endswith("*")]
+        named = (*named, *(one for one in known if any(map(one.startswith, patterns))))
+        return tuple(
+            one
+            for one in dict.fromkeys(named)
+            if "*" not in one and one not in own and (one in known or model.events is None)
+        )
 
     return {one.index: names(one) for one in model.transitions if names(one)}

@@ -144,4 +144,5 @@ class PropertyVerdict:
             case Status.BOUNDED:
                 return f"{self.name}: no violation to depth {self.depth} ({self.reason})"
             case Status.UNDECIDED:
-                return f"{self.name}: not decided: {self.reason} (no violation to depth {self.depth})"
+                known = f" (no violation to depth {self.depth})" if self.depth else ""
+                return f"{self.name}: not decided: {self.reason}{known}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from hsm.engine.occurrences import event_text
 from hsm.model.chart import Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
 from hsm.model.expressions import Literal
+from hsm.model.members import library_of_members
 from hsm.model.messages import Occurrence
 from hsm.model.registry import Library, Parameter, SignalDeclaration
 from hsm.model.rewriting import actions_of
@@ -142,6 +144,7 @@ class _Reader:
 
     def __post_init__(self) -> None:
         unknown = Place(self.report.file, 1, 1, 1, 1)
+        self.library = library_of_members(self.library, self.model.members)
         self.parameters = {one.name: one for one in self.model.parameters}
         declared = {name: Declared(one.type, constant=True, place=unknown) for name, one in self.parameters.items()}
         declared.update(
@@ -154,6 +157,11 @@ class _Reader:
                 self.states.setdefault(name.rpartition(".")[2], []).append(name)
         self.scope = Scope(self.library, self.report, declared, frozenset(names))
         self.scope.enumerations.update((one.__name__, one) for one in self.model.enumerations)
+        for one in self.model.variables:  # how instances have ended
+            if isinstance(one.initial, Literal) and isinstance(one.initial.value, StrEnum):
+                kind = type(one.initial.value)
+                if kind.__name__ not in self.scope.enumerations:
+                    self.scope.outcomes[kind.__name__] = kind
 
     def suite(self, lines: list[ScenarioLine]) -> Suite:
         """The whole file."""
@@ -289,8 +297,8 @@ class _Reader:
         """The event that is sent, as a text with what it carries; none where something is wrong with it."""
         event = name_of(sent)
         heard = {one for t in self.model.transitions if isinstance(t.trigger, On) for one in t.trigger.names}
-        if "*" in heard:
-            heard |= self.model.events or set()
+        patterns = [one.removesuffix("*") for one in heard if one.endswith("*")]
+        heard |= {one for one in self.model.events or () if any(map(one.startswith, patterns))}
         if str(event) not in heard and str(event) not in self.library.events:
             self.report.add(
                 "E0203",

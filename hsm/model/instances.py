@@ -1,4 +1,7 @@
-"""Instances: a machine copied into another one, as a state with the instance's name."""
+"""Instances and members: a machine copied into another one, as a state with a name of its own.
+
+An instance shares its robot and its events with the machine around it; a member has its own of both.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +14,16 @@ from hsm.model.chart import (
     After,
     Assign,
     Call,
+    Cancel,
+    Emit,
     Every,
     Held,
     Model,
+    On,
     Raise,
     Send,
     State,
+    StateKind,
     Transition,
     Trigger,
     Variable,
@@ -33,6 +40,7 @@ from hsm.model.expressions import (
     Unary,
     VariableValue,
 )
+from hsm.model.members import Owned
 from hsm.model.properties import Property, with_conditions
 
 
@@ -57,7 +65,9 @@ class InstanceCopy:
     properties: tuple[Property, ...]
 
 
-def instantiate(model: Model, name: str, state_offset: int, transition_offset: int) -> InstanceCopy:
+def instantiate(
+    model: Model, name: str, state_offset: int, transition_offset: int, *, member: bool = False
+) -> InstanceCopy:
     """Copy a machine.
 
     Args:
@@ -65,8 +75,12 @@ def instantiate(model: Model, name: str, state_offset: int, transition_offset: i
         name: the instance's name, put before the name of each state, variable and parameter.
         state_offset: the index that the machine's root becomes.
         transition_offset: the index that its first transition becomes.
+        member: its signals, activities, actions and events are its own, and bear its name as well.
     """
-    copier = _Copier(f"{name}.", state_offset, transition_offset)
+    events = (model.events or frozenset()) if member else frozenset()
+    outcomes = {one for state in model.states if state.activity for one in state.activity.activity.outcomes}
+    reported = outcomes | {"done", "fault"} | {one.own_name for one in model.states if one.kind is StateKind.FINAL}
+    copier = _Copier(f"{name}.", state_offset, transition_offset, Owned(name) if member else None, events, reported)
     states = tuple(map(copier.state, model.states))
     return InstanceCopy(
         states[0],
@@ -83,6 +97,9 @@ class _Copier:
     prefix: str
     states: int
     transitions: int
+    owned: Owned | None
+    events: frozenset[str]
+    reported: set[str]
 
     def state(self, state: State) -> State:
         """A state with its new name and numbers."""
@@ -142,11 +159,23 @@ class _Copier:
                 return Held(self.expression(condition), self.expression(duration))
             case After(duration) | Every(duration):
                 return replace(trigger, duration=self.expression(duration))
+            case On(names) if self.owned is not None:
+                return replace(trigger, names=tuple(one for name in names for one in self._heard(name)))
             case _:
                 return trigger
 
+    def _heard(self, name: str) -> tuple[str, ...]:
+        """The names of what a member hears of: its events bear its name, what its own states report does not."""
+        if name == "*":
+            return (f"{self.prefix}*",)
+        own = (name,) if name in self.reported or name not in self.events else ()
+        return (*own, f"{self.prefix}{name}") if name in self.events else own
+
     def _activity(self, call: ActivityCall | None) -> ActivityCall | None:
-        return None if call is None else replace(call, arguments=tuple(map(self.expression, call.arguments)))
+        if call is None:
+            return None
+        activity = call.activity if self.owned is None else self.owned.activity(call.activity)
+        return replace(call, activity=activity, arguments=tuple(map(self.expression, call.arguments)))
 
     def _actions(self, actions: tuple[Action, ...]) -> tuple[Action, ...]:
         return tuple(map(self._action, actions))
@@ -155,22 +184,37 @@ class _Copier:
         match action:
             case Assign():
                 return replace(action, variable=self.prefix + action.variable, value=self.expression(action.value))
-            case Call() | Raise() | Send():
-                return replace(action, arguments=tuple(map(self.expression, action.arguments)))
+            case Call():
+                declared = action.action if self.owned is None else self.owned.action(action.action)
+                return replace(action, action=declared, arguments=tuple(map(self.expression, action.arguments)))
+            case Send():
+                arguments = tuple(map(self.expression, action.arguments))
+                label = None if action.label is None else self._event(action.label)
+                return replace(action, event=self._event(action.event), label=label, arguments=arguments)
+            case Raise() | Emit():
+                arguments = tuple(map(self.expression, action.arguments))
+                return replace(action, event=self._event(action.event), arguments=arguments)
+            case Cancel():
+                return replace(action, label=self._event(action.label))
             case _:
                 return action
+
+    def _event(self, name: str) -> str:
+        """The name of an event: a member's bears its name."""
+        return name if self.owned is None else self.prefix + name
 
     def expression(self, expression: Expression) -> Expression:
         """An expression with its new names."""
         match expression:
-            case EventValue():
-                return expression  # events have one name, whoever hears of them
+            case EventValue(name):
+                return replace(expression, name=self._event(name))
             case VariableValue(name):
                 return replace(expression, name=self.prefix + name)
             case Active(state):
                 return replace(expression, state=self.prefix + state)
-            case SignalValue(arguments=arguments):
-                return replace(expression, arguments=tuple(map(self.expression, arguments)))
+            case SignalValue(signal, arguments):
+                signal = signal if self.owned is None else self.owned.signal(signal)
+                return replace(expression, signal=signal, arguments=tuple(map(self.expression, arguments)))
             case Unary(operand=operand):
                 return replace(expression, operand=self.expression(operand))
             case Binary(left=left, right=right):

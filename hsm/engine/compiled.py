@@ -28,6 +28,7 @@ class CompiledChart:
         self._trees = Trees(self.generator)
         self.planner = Planner(self.topology, self.generator, self.configuration)
         self.indices = self.generator.states
+        self._invoked: dict[int, CompiledChart] = {}
         self._configurations: dict[tuple[int, ...], Configuration] = {}
 
     @property
@@ -44,6 +45,15 @@ class CompiledChart:
                     one.forget()
                 self._configurations.clear()
             found = self._configurations[leaves] = Configuration(self.topology, self.generator, self._trees, leaves)
+        return found
+
+    def invoked(self, model: Model) -> CompiledChart:
+        """A chart that this one invokes, compiled once."""
+        found = self._invoked.get(id(model))
+        if found is None or found.model is not model:
+            if len(self._invoked) >= CACHE:
+                self._invoked.clear()
+            found = self._invoked[id(model)] = CompiledChart(model)
         return found
 
     def __repr__(self) -> str:

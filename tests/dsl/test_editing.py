@@ -305,3 +305,88 @@ def unframed(stream):
         )
         yield json.loads(rest[:length])
         stream = rest[length:]
+
+
+# Events with data, what instances expose, machines that talk.
+
+TALKING = """machine m
+import door
+enum Pace = slow, fast
+event floor(number : int, pace : Pace), stop
+var at : int = 0
+state a
+    on floor if floor.number > at / at = floor.number, raise floor(1, slow)
+    defer stop
+    on stop -> d / send stop
+state d = door()
+    when d.rings > 1 -> a
+"""
+
+
+@pytest.fixture
+def talking(tmp_path, library):
+    (tmp_path / "door.maze-machine").write_text(
+        "machine door\nexpose rings\n# How often it rang.\nvar rings : int = 0\nvar other : int = 0\n"
+        "state x\n    when rings > other -> over\nfinal over\n"
+    )
+    return Document(TALKING, str(tmp_path / "m.maze-machine"), library)
+
+
+def at_line(document, number, text):
+    line = document.tree.lines[number - 1]
+    return number - 1, line.index(text) + 1
+
+
+def test_hovering_over_an_event_and_what_it_carries(talking):
+    assert talking.hover(*at_line(talking, 7, "floor")).detail == "event floor(number : int, pace : Pace)"
+    entry = talking.hover(*at_line(talking, 7, "number > at"))
+    assert (entry.label, entry.detail) == ("number", "int")
+
+
+def test_hovering_over_what_an_instance_exposes(talking):
+    entry = talking.hover(*at_line(talking, 11, "rings"))
+    assert (entry.label, entry.doc) == ("d.rings", "How often it rang.")
+
+
+@pytest.mark.parametrize(
+    ("line", "expected", "absent"),
+    [
+        ("    on floor if ", {"floor.number", "floor.pace", "at", "d.rings", "d.outcome"}, {"d.other", "stop"}),
+        ("    on stop if ", {"at", "d.rings"}, {"floor.number"}),
+        ("    on floor / at = ", {"floor.number"}, set()),
+        ("    defer ", {"floor", "stop"}, {"at"}),
+        ("    entry / send ", {"floor", "stop"}, {"at"}),
+        ("    entry / ", {"send", "raise", "cancel", "at"}, set()),
+        ("    entry / raise floor(", {"number = ", "pace = "}, set()),
+        ("    entry / raise floor(1, pace = ", {"slow", "fast"}, {"at"}),
+        ("event lift(up : ", {"bool", "length", "Pace"}, {"at"}),
+        ("event lift(", set(), {"at", "floor"}),
+    ],
+)
+def test_completion_of_the_newer_words(talking, line, expected, absent):
+    text = f"{TALKING}state b\n{line}\n"
+    document = Document(text, talking.file, talking.library)
+    number = text.splitlines().index(line) if line.strip() in text else len(text.splitlines()) - 1
+    labels = {one.label for one in document.completions(number, len(line))}
+    assert expected <= labels
+    assert not absent & labels
+
+
+def test_going_to_what_an_event_carries_and_what_an_instance_exposes(talking):
+    found = navigation.definition(talking, *at_line(talking, 7, "number > at"))
+    assert (found.line, TALKING.splitlines()[found.line][found.column : found.end_column]) == (3, "number")
+    found = navigation.definition(talking, *at_line(talking, 11, "rings"))
+    assert (Path(found.file).name, found.line) == ("door.maze-machine", 3)
+
+
+def test_what_an_event_carries_is_renamed_everywhere(talking):
+    found = [one for _, one in navigation.rename(talking, *at_line(talking, 7, "number > at"), "storey", [])]
+    lines = TALKING.splitlines()
+    assert {(one.line, lines[one.line][one.column : one.end]) for one in found} == {(3, "number"), (6, "number")}
+    assert len(found) == 3
+
+
+def test_the_newer_words_have_their_colours(talking):
+    lines, found = TALKING.splitlines(), navigation.colours(talking)
+    named = {(one.line + 1, lines[one.line][one.column : one.column + one.length]) for one in found}
+    assert {(8, "defer"), (9, "stop"), (7, "number"), (7, "raise"), (11, "rings")} <= named

@@ -361,5 +361,8 @@ def colours(document: Document) -> list[Coloured]:
             if kind is not None:
                 length = len(word) if occurrence is None else len(occurrence.name)
                 found.append(Coloured(number, column, length, kind, occurrence is not None and occurrence.declares))
+            part = None if occurrence is None else named.get((number, occurrence.end + 1))
+            if part is not None and part.end <= match.end():
+                found.append(Coloured(number, part.column, len(part.name), part.role))
             first = False
     return found

@@ -37,6 +37,17 @@ class Environment:
     system: Mapping[str, Any]
     processor: str = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
 
+    @property
+    def constants(self) -> Mapping[str, Any]:
+        """The chart's constants; an invoked chart has a session identifier of its own."""
+        return self.system if self.store.session is None else in_session(self.system, self.store.session)
+
+
+def in_session(system: Mapping[str, Any], session: str) -> Mapping[str, Any]:
+    """The constants of a chart in a session of its own."""
+    processors = {name: {"location": f"#_scxml_{session}"} for name in system.get("_ioprocessors", {})}
+    return {**system, "_sessionid": session, "_ioprocessors": processors}
+
 
 Evaluate = Callable[[Environment], Any]
 _DEPTH = 60
@@ -80,7 +91,7 @@ def event_fields(store: Store, kind: str) -> Any:
         "sendid": event.sendid,
         "origin": origin,
         "origintype": kind if origin is not None else None,
-        "invokeid": None,
+        "invokeid": event.invokeid,
         "data": event.data,
     }
 
@@ -356,7 +367,7 @@ def _lookup(env: Environment, name: str) -> Any:
             raise DataError("there was no event yet")
         return found
     if name in env.system:
-        return env.system[name]
+        return env.constants[name]
     if name in env.store.values:
         return env.store.values[name]
     raise DataError(f"there is no data `{name}`")

@@ -18,6 +18,7 @@ import numpy as np
 from perception.extremes import highest
 from perception.settings import ExitSettings
 from perception.sweep import Floats, Mask, ScanPoints
+from transport.arithmetic import cos_sin
 from transport.description import Point
 
 STRAY = 2
@@ -79,7 +80,7 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
     moved_on = Lane(before.left, before.right, before.end - body.moved)
     if sweep.known_share < settings.known_share or not len(sweep.ranges):
         return moved_on
-    cosine, sine = math.cos(misalignment), math.sin(misalignment)
+    cosine, sine = cos_sin(misalignment)
     points = sweep.points
     x = points[:, 0] * cosine + points[:, 1] * sine
     y = points[:, 1] * cosine - points[:, 0] * sine
@@ -140,7 +141,7 @@ def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) 
         misalignment: direction of the walls seen from the robot, rad.
         moved: how far it has moved along the lane, m.
     """
-    cosine, sine = math.cos(misalignment), math.sin(misalignment)
+    cosine, sine = cos_sin(misalignment)
     rear = min([x * cosine + y * sine for x, y in footprint])
     across = [y * cosine - x * sine for x, y in footprint]
     return RobotInLane(rear, max(min(max(across), -min(across)), 0.0), moved)

@@ -23,7 +23,7 @@ from perception.space import Space, look, space_of
 from perception.sweep import Floats, ScanPoints
 from perception.walls import Centre, Wall, centre_of, clearance_of, nearest_wall, without_own_body
 from perception.world import WorldModel, to_robot
-from transport.arithmetic import norm
+from transport.arithmetic import cos_sin, norm
 from transport.description import RobotDescription, fitted
 from transport.messages import Observation, Pose
 
@@ -206,7 +206,7 @@ class Facts:
 
 def turned(points: Floats, angle: float) -> Floats:
     """Points turned about the origin, counter-clockwise by ``angle`` in rad."""
-    cosine, sine = math.cos(angle), math.sin(angle)
+    cosine, sine = cos_sin(angle)
     x, y = points[:, 0], points[:, 1]
     rotated: Floats = np.empty_like(points)
     rotated[:, 0], rotated[:, 1] = cosine * x - sine * y, sine * x + cosine * y

@@ -18,7 +18,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from transport.arithmetic import cosines, sines
+from transport.arithmetic import cosines_and_sines
 from transport.messages import ALL_ROUND, Pose, Scan, ScanGeometry
 
 Floats = NDArray[np.float64]
@@ -91,7 +91,7 @@ def fan_of(geometry: ScanGeometry, mount: Pose) -> BeamTable:
     counted = np.arange(geometry.beams) if order is None else order
     directions = geometry.angle_min + geometry.angle_increment * counted.astype(np.float64) + mount.heading
     angles = (directions + math.pi) % math.tau - math.pi
-    return BeamTable(angles, cosines(angles), sines(angles), mount, step)
+    return BeamTable(angles, *cosines_and_sines(angles), mount, step)
 
 
 @lru_cache(maxsize=8)

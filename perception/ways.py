@@ -12,6 +12,7 @@ from perception.extremes import highest, lowest
 from perception.lines import Lines
 from perception.settings import JunctionSettings
 from perception.sweep import Floats, Indices, Mask, ScanPoints
+from transport.arithmetic import cos_sin, tan
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +123,7 @@ class BeamEnds(NamedTuple):
     @classmethod
     def of(cls, sweep: ScanPoints, lines: Lines, misalignment: float) -> BeamEnds:
         """Turn a scan and its walls by the misalignment."""
-        cosine, sine = math.cos(misalignment), math.sin(misalignment)
+        cosine, sine = cos_sin(misalignment)
         cosines = sweep.fan.cosines * cosine + sweep.fan.sines * sine
         sines = sweep.fan.sines * cosine - sweep.fan.cosines * sine
         ranges = sweep.free
@@ -237,7 +238,7 @@ class View(NamedTuple):
 
     def is_empty(self, half_angle: float, distance: float) -> bool:
         """Whether nothing is seen within an angle of the y axis up to a distance; two bad beams do not count."""
-        within = slice(self._after(math.tan(half_angle)), self._after(-math.tan(half_angle)))
+        within = slice(self._after(tan(half_angle)), self._after(-tan(half_angle)))
         x, y = self.x[within], self.y[within]
         return bool(len(x)) and int(np.count_nonzero(x * x + y * y < distance * distance)) <= 2
 

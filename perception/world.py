@@ -14,20 +14,20 @@ from perception.marks import Marks
 from perception.odometry import Displacement, corrected, is_restart, moved, step_between
 from perception.settings import PerceptionSettings
 from perception.sweep import ScanPoints
-from transport.arithmetic import distance_between
+from transport.arithmetic import atan2, cos, cos_sin, distance_between, sin
 from transport.description import Point
 from transport.messages import Odometry, Pose
 
 
 def to_world(pose: Pose, point: Point) -> Point:
     """A point of the robot's frame in the frame in which ``pose`` is the robot's."""
-    cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+    cosine, sine = cos_sin(pose.heading)
     return (pose.x + point[0] * cosine - point[1] * sine, pose.y + point[0] * sine + point[1] * cosine)
 
 
 def to_robot(pose: Pose, point: Point) -> Point:
     """The inverse of ``to_world``."""
-    cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+    cosine, sine = cos_sin(pose.heading)
     dx, dy = point[0] - pose.x, point[1] - pose.y
     return (dx * cosine + dy * sine, dy * cosine - dx * sine)
 
@@ -56,7 +56,7 @@ class DoorPlace:
     @property
     def facing(self) -> float:
         """Heading of a robot that faces it squarely, rad."""
-        return math.atan2(self.right[0] - self.left[0], self.left[1] - self.right[1])
+        return atan2(self.right[0] - self.left[0], self.left[1] - self.right[1])
 
 
 @dataclass(slots=True)
@@ -170,7 +170,7 @@ class WorldModel:
     def follow_lane(self, sweep: ScanPoints, footprint: tuple[Point, ...]) -> None:
         """Take in what the scan shows of the lane that the robot is in."""
         misalignment, world_angle = self.misalignment, self.settings.compass.world_angle
-        moved = self.step.forward * math.cos(misalignment) + self.step.left * math.sin(misalignment)
+        moved = self.step.forward * cos(misalignment) + self.step.left * sin(misalignment)
         axis = math.remainder(self.pose.heading + misalignment, math.tau)
         if abs(math.remainder(axis - self._axis, math.tau)) > world_angle / 2:
             self._axis, self.lane = axis, NO_LANE

@@ -32,7 +32,9 @@ FOLDERS = (
     "benchmarks",
 )
 KINDS = ("py", "md", "maze-machine", "maze-test", "toml", "html", "js", "sh", "yml")
-CODE = re.compile(r"``.+?``|`[^`\n]+`|:\w+:`[^`]+`|\]\([^)]*\)|https?://\S+|\{[^{}]*\}", re.DOTALL)
+CODE = re.compile(
+    r"``.+?``|`[^`\n]+`|:\w+:`[^`]+`|\]\([^)]*\)|https?://\S+|\{[^{}]*\}|^ +[a-z_]+:(?= )", re.DOTALL | re.MULTILINE
+)
 FENCE = re.compile(r"^( *)```.*?^\1```$", re.DOTALL | re.MULTILINE)
 TEXTS = {tokenize.STRING, tokenize.COMMENT, getattr(tokenize, "FSTRING_MIDDLE", -1)}
 COMMENT = re.compile(r"(?<!\S)#.*$|//.*$|/\*.*?\*/|<!--.*?-->|>[^<>{}]+<", re.MULTILINE | re.DOTALL)

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from sim.maze import Maze, Start
 from sim.solvability import checked
+from transport.arithmetic import tan
 from transport.messages import Pose
 from transport.section import Positive, Settings
 
@@ -60,7 +61,7 @@ def corridor(wanted: Corridor, name: str = "corridor") -> Maze:
     half, near, far = wanted.width / 2, wanted.length, wanted.length + wanted.opening
     end = far + wanted.beyond
     aside = sign * (half + wanted.depth)
-    shift = wanted.depth * math.tan(math.radians(wanted.lean))
+    shift = wanted.depth * tan(math.radians(wanted.lean))
     gate = [(aside, near + shift), (aside, far + shift)]
     walls = [
         (-half, 0.0, half, 0.0),

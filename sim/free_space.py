@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.maze import Point, Segments
+from transport.arithmetic import square
 
 Flags = NDArray[np.bool_]
 
@@ -74,8 +75,8 @@ class DistanceGrid:
             dx, dy = bx - ax, by - ay
             length = dx * dx + dy * dy
             along = np.clip((px * dx + py * dy) / length, 0.0, 1.0) if length > 0.0 else 0.0
-            square = (px - along * dx) ** 2 + (py - along * dy) ** 2
-            np.minimum(squares[low:high, left:right], square, out=squares[low:high, left:right])
+            apart = square(px - along * dx) + square(py - along * dy)
+            np.minimum(squares[low:high, left:right], apart, out=squares[low:high, left:right])
         return cls((x0, y0), step, np.sqrt(squares), limit)
 
     def cell(self, point: Point) -> tuple[int, int]:
@@ -98,7 +99,8 @@ class DistanceGrid:
         rows, columns = np.nonzero(fits[low : row + 4, left : column + 4])
         if len(rows) == 0:
             return None
-        best = int(np.argmin((rows + low - row) ** 2 + (columns + left - column) ** 2))
+        down, across = rows + low - row, columns + left - column
+        best = int(np.argmin(down * down + across * across))
         return int(rows[best]) + low, int(columns[best]) + left
 
 
@@ -147,7 +149,7 @@ def within(mask: Flags, radius: int) -> Flags:
         np.minimum(vertical[row], vertical[row - 1] + 1, out=vertical[row])
     for row in range(rows - 2, -1, -1):
         np.minimum(vertical[row], vertical[row + 1] + 1, out=vertical[row])
-    squares = np.where(vertical > radius, far * far, vertical**2)
+    squares = np.where(vertical > radius, far * far, vertical * vertical)
     result = np.zeros(mask.shape, dtype=np.bool_)
     for shift in range(-min(radius, columns - 1), min(radius, columns - 1) + 1):
         hit = squares <= radius * radius - shift * shift

@@ -13,6 +13,7 @@ from sim.formats.grid import HEADINGS, SIDES, GridCell
 from sim.layout import Layout, NoRoomError
 from sim.maze import Maze, MazeDoor, MazeError, Point, Start, merge_collinear
 from sim.solvability import LARGEST, UnsolvableError, checked
+from transport.arithmetic import tan
 from transport.messages import Pose
 from transport.section import Settings
 
@@ -169,7 +170,7 @@ def _shifts(cells: int, recipe: Recipe, generator: np.random.Generator) -> NDArr
     offset, turn = generator.uniform(-1.0, 1.0, 2).tolist()
     half = cells * recipe.corridor / 2
     most = SKEW_SHIFT * recipe.corridor
-    tilt = min(max(half * math.tan(math.radians(turn * recipe.skew)), -most), most)
+    tilt = min(max(half * tan(math.radians(turn * recipe.skew)), -most), most)
     shifts: NDArray[np.float64] = offset * recipe.offset + np.linspace(-tilt, tilt, cells + 1)
     return shifts
 

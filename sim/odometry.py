@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.settings import OdometryNoise
+from transport.arithmetic import chord_over_arc, cos_sin, normals
 from transport.base import Base, Differential, Holonomic, integrate
 from transport.messages import STOP, Odometry, Pose, Twist, wrap_angle
 
@@ -46,7 +47,7 @@ def wheels_of(base: Base, lever: float) -> Wheels:
     """
     match base:
         case Holonomic():
-            rims = np.array([[-math.sin(a), math.cos(a), lever] for a in WHEEL_DIRECTIONS])
+            rims = np.array([[-sin, cos, lever] for cos, sin in map(cos_sin, WHEEL_DIRECTIONS)])
             return Wheels(rims, _inverse(rims))
         case Differential(track=track):
             rims = np.array([[1.0, 0.0, -track / 2], [1.0, 0.0, track / 2]])
@@ -74,8 +75,9 @@ def displacement(before: Pose, after: Pose) -> Twist:
     turn = wrap_angle(after.heading - before.heading)
     dx, dy = after.x - before.x, after.y - before.y
     middle = before.heading + turn / 2
-    stretch = 1.0 if abs(turn) < 1e-9 else (turn / 2) / math.sin(turn / 2)
-    cos, sin = math.cos(middle) * stretch, math.sin(middle) * stretch
+    stretch = 1.0 / chord_over_arc(turn / 2)
+    cos, sin = cos_sin(middle)
+    cos, sin = cos * stretch, sin * stretch
     return Twist(cos * dx + sin * dy, cos * dy - sin * dx, turn)
 
 
@@ -129,7 +131,7 @@ class WheelOdometry:
         """
         counted = self._counted
         if self._noise.slip:
-            slips = 1.0 + self._noise.slip * self._generator.standard_normal(len(self._factors))
+            slips = 1.0 + self._noise.slip * normals(self._generator, len(self._factors))
             counted = self._wheels.counted(slips * self._factors)
         forward, left, turn = (a * motion.forward + b * motion.left + c * motion.turn for a, b, c in counted)
         self._pose = moved(self._pose, Twist(forward, left, turn))

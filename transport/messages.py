@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from transport.arithmetic import norm
+from transport.arithmetic import atan2, cos_sin, norm
 
 NANOSECONDS = 1_000_000_000
 
@@ -140,12 +140,13 @@ class Odometry:
     @classmethod
     def at(cls, stamp: int, pose: Pose, twist: Twist = STOP) -> Odometry:
         """The odometry of a robot at ``pose`` (in the odometry frame)."""
-        return cls(stamp, pose.x, pose.y, math.sin(pose.heading / 2), math.cos(pose.heading / 2), twist)
+        qw, qz = cos_sin(pose.heading / 2)
+        return cls(stamp, pose.x, pose.y, qz, qw, twist)
 
     @property
     def pose(self) -> Pose:
         """Position and heading in the odometry frame."""
-        return Pose(self.x, self.y, wrap_angle(2 * math.atan2(self.qz, self.qw)))
+        return Pose(self.x, self.y, wrap_angle(2 * atan2(self.qz, self.qw)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""A declared machine with everything that is worked out from it; it knows nothing of the runs that share it."""
+"""A declared machine with everything that is computed from it; it knows nothing of the runs that share it."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from hsm.model.topology import Topology
 
 
 class CompiledChart:
-    """A declared machine with the tables that its runs share. What it works out on first use only saves time later.
+    """A declared machine with the tables that its runs share. What it computes on first use only saves time later.
 
     Attributes:
         model: the declaration.
         topology: how its states lie in one another.
         generator: makes the functions that pick transitions and run actions.
-        planner: works out what a microstep does.
+        planner: computes what a microstep does.
         indices: index of each state, by its full name.
     """
 

@@ -25,10 +25,10 @@ from hsm.model.messages import STORE, Emission, Message, Occurrence, Store
 from hsm.model.topology import Remembered
 
 SPIN = 1000
-"""So many microsteps may follow one another before they count as endless."""
+"""A step with more consecutive microsteps than this counts as endless."""
 
 MOST_DEFERRED = 1000
-"""So many events may be deferred at once."""
+"""At most this many events may be deferred at once."""
 
 
 @dataclass(slots=True)
@@ -417,7 +417,7 @@ class MacrostepExecution:
         declared = self.chart.model.data_of(event.name) if isinstance(event, Occurrence) else None
         if declared is None or not isinstance(event, Occurrence):
             return self._let_fire(entry, event)
-        # What the event carries stands among the variables for as long as it is handled.
+        # What the event carries is among the variables for as long as it is handled.
         carried = {declared.variable(part): event.data[part.name] for part in declared.fields}
         self._put(carried)
         fired = self._let_fire(entry, event)

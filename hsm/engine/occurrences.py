@@ -93,7 +93,7 @@ def _checked(model: Model, event: str | Occurrence) -> str | Occurrence:
 
 
 def _parts(model: Model, text: str) -> tuple[str, Mapping[str, Any]]:
-    """The name in a text and the values behind it, by name."""
+    """The name in a text and the values after it, by name."""
     written = None if len(text) > _LONGEST else _WITH_DATA.fullmatch(text)
     declared = None if written is None else model.data_of(written[1])
     if written is None:

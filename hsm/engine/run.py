@@ -210,7 +210,7 @@ class Supervisor(Generic[F, E]):
     def snapshot(self) -> dict[str, Any]:
         """Where the run is, in a form that JSON can carry; ``Machine.restore`` goes on from it with the same trace.
 
-        Activities are not in it: those that run begin anew.
+        Activities are not in it: those that run begin again.
         """
         return to_json(self.machine, self._run())
 
@@ -218,7 +218,7 @@ class Supervisor(Generic[F, E]):
         """Go on with a machine that has changed.
 
         Variables, time-outs and history are kept where the new machine still has them; activities run on where their
-        state does the same as before. Coverage starts anew.
+        state does the same as before. Coverage starts again.
 
         Args:
             machine: the changed machine.

@@ -10,7 +10,7 @@ from hsm.engine.compiled import CompiledChart
 from hsm.model.messages import Message
 
 MOST_SESSIONS = 1000
-"""So many invoked charts may run at once."""
+"""At most this many invoked charts may run at once."""
 
 S = TypeVar("S")
 

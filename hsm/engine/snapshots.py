@@ -136,7 +136,7 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
     configuration = new.configuration(leaves)
     gone = sorted(run.state.configuration.names ^ configuration.names)
     if gone:
-        raise SnapshotError(f"state `{gone[0]}` does not stand where it stood")
+        raise SnapshotError(f"state `{gone[0]}` is no longer at the same place in the machine")
     kept = _kept_values(old, run, new)
     values = new.generator.first_values(parameters)
     for name, slot in new.generator.variables.items():
@@ -194,7 +194,7 @@ def _kept_store(old: CompiledChart, run: SavedRun, new: CompiledChart) -> Store 
 def _sent(
     machine: CompiledChart, event: str, delay: float, label: str | None, carried: Mapping[str, Any] | None = None
 ) -> Send:
-    """The event on its way that a text stands for; of a chart with data also what it carries."""
+    """The event on its way that a text represents; of a chart with data also what it carries."""
     if machine.model.events is None:
         if carried is None:
             return Send(event, delay, label)

@@ -1,7 +1,7 @@
 """A machine as declared: immutable, flat, in document order; shared by every run of it.
 
 Readers (the language, SCXML) fill it; the engine, diagrams, coverage and exports read it. States and transitions refer
-to one another by their index, so a deep machine needs no deep recursion. State 0 is the root, which stands for the
+to one another by their index, so a deep machine needs no deep recursion. State 0 is the root, which represents the
 machine.
 """
 
@@ -152,7 +152,7 @@ class Send:
 
     Attributes:
         event: its name.
-        delay: after so many seconds of logical time.
+        delay: after that many seconds of logical time.
         label: what a ``Cancel`` calls it, or None.
         place: where it is written.
         message: the event with its data, once it was sent.

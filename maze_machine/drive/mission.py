@@ -17,6 +17,7 @@ from maze_machine.catalogue.profile import Profile
 from maze_machine.drive.loop import ticks
 from maze_machine.drive.operation import NOBODY, Operator
 from maze_machine.drive.tick import Tick
+from maze_machine.drive.verdict import read_verdict
 from perception import Perception
 from perception.facts import Facts
 from skills.chain import MotionChain
@@ -58,6 +59,7 @@ class Ending:
         report: the referee's verdict, of JSON values; empty where there is no referee.
         limited: whether the mission's time limit ended it.
         violations: properties of the machine that did not hold, in words, with time and place.
+        unread: why the referee's verdict cannot be read, if it cannot.
     """
 
     outcome: str | None
@@ -68,6 +70,7 @@ class Ending:
     report: Mapping[str, Any]
     limited: bool = False
     violations: tuple[str, ...] = ()
+    unread: str = ""
 
 
 def prepare(
@@ -173,9 +176,9 @@ def drive(
             if limited:
                 reason = f"the time limit of {mission.time_limit:g} s was reached"
                 break
-        report = {} if referee is None else dict(referee.report())
+        report, unread = read_verdict({} if referee is None else referee.report())
     assert first is not None
     assert last is not None
     elapsed = perf_counter() - began
     duration = last.time - first.time
-    return Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations))
+    return Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations), unread)

@@ -14,7 +14,10 @@ from maze_machine.editor.libraries import EditorLibraries
 if TYPE_CHECKING:
     from maze_machine.editor.diagram import PictureJson
     from maze_machine.editor.live import LiveRun
+    from maze_machine.editor.scenarios import ScenarioDocument
 
+TESTS = ".maze-test"
+"""What the names of files with scenarios end with."""
 DIAGRAM = "maze-machine/diagram"
 """Request with ``uri``: the picture of a file."""
 WATCH = "maze-machine/watch"
@@ -43,7 +46,15 @@ def add_requests(server: MachineServer, libraries: EditorLibraries) -> None:
 
         return LiveRun(partial(reaching, identity=None), notify)
 
+    def scenarios(file: str, text: str, opened: Mapping[str, str]) -> ScenarioDocument | None:
+        if not file.endswith(TESTS):
+            return None
+        from maze_machine.editor.scenarios import ScenarioDocument  # noqa: PLC0415 - nor does it wait for tests
+
+        return ScenarioDocument(text, file, libraries(file), opened)
+
     server.forget_libraries = libraries.refresh
+    server.other_language = scenarios
 
     @server.feature(DIAGRAM)
     def draw(params: Any) -> PictureJson:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from maze_machine.drive.mission import Ending
+from maze_machine.drive.verdict import readable
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +49,7 @@ class Result:
             "ticks": ending.ticks,
             "duration": ending.duration,
             "verdict": dict(ending.report) or None,
-            "attempts": [dict(attempt) for attempt in self.attempts],
+            "attempts": readable(self.attempts),
             "violations": list(ending.violations),
             "link": dict(self.link),
             "files": {kind: str(path) for kind, path in self.files.items()},
@@ -69,7 +70,7 @@ class Result:
     def lines(self) -> list[str]:
         """The result for a person."""
         report = self.ending.report
-        told: dict[str, object] = {f"attempt {one['attempt']}": one["line"] for one in self.attempts}
+        told: dict[str, object] = {f"attempt {one['attempt']}": one["line"] for one in readable(self.attempts)}
         if report:
             clearance = report["clearance"]
             told |= {
@@ -79,6 +80,8 @@ class Result:
                 "smallest distance to a wall": "none was near" if clearance is None else f"{clearance:.3f} m",
                 "doors opened": ", ".join(report["doors_opened"]) or "none",
             }
+        if self.ending.unread:
+            told["verdict"] = f"cannot be read: {self.ending.unread}"
         counted = {name: count for name, count in self.link.items() if count}
         told |= counted | dict(self.files)
         return [self.line, *(f"  {name:<28} {value}" for name, value in told.items()), *self.ending.violations]

@@ -19,6 +19,7 @@ from perception.mapping.frames import between, compose, placed, turned
 from perception.mapping.information import Symmetric
 from perception.mapping.settings import MatchSettings
 from perception.sweep import Floats
+from transport.arithmetic import atan2, cos_sin
 from transport.messages import Pose
 
 
@@ -159,7 +160,7 @@ def _step(said: _Equations, guess: Pose, pose: Pose, prior: Symmetric | None) ->
 
 
 def _in_the_frame_of(off: Pose) -> tuple[float, float, float]:
-    cosine, sine = math.cos(off.heading), math.sin(off.heading)
+    cosine, sine = cos_sin(off.heading)
     return off.x * cosine + off.y * sine, off.y * cosine - off.x * sine, off.heading
 
 
@@ -212,8 +213,8 @@ def _without_noise_of_normals(
     Along a bare corridor the normals' noise alone pretends to know where the robot is, and holds it where it was. An
     axis that is known so much worse than the other counts the less.
     """
-    axis = math.atan2(2 * information.xy, information.xx - information.yy) / 2
-    cosine, sine = math.cos(axis), math.sin(axis)
+    axis = atan2(2 * information.xy, information.xx - information.yy) / 2
+    cosine, sine = cos_sin(axis)
     main, _, main_turn, minor, minor_turn, turn = information.turned(-axis)
     share = minor / (minor + weak * main) if main > 0 else 1.0
     pull, aside = gradient[0] * cosine + gradient[1] * sine, (gradient[1] * cosine - gradient[0] * sine) * share

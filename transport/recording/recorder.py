@@ -9,7 +9,6 @@ the state of each region besides. The key-by-key list is in ``docs/reference/lin
 from __future__ import annotations
 
 import json
-import math
 import queue
 import re
 import time
@@ -27,7 +26,7 @@ from mcap.writer import CompressionType, Writer
 from numpy.typing import NDArray
 
 from transport import codec
-from transport.arithmetic import cosines, sines
+from transport.arithmetic import cos, cosines_and_sines, sin
 from transport.files import Stream
 from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose, Scan, ScanGeometry
 from transport.recording import drawings
@@ -296,7 +295,7 @@ class _TickWriter:
 
 def _transform(stamp: int, parent: str, child: str, pose: Pose) -> codec.Transform:
     half = pose.heading / 2
-    return codec.Transform(stamp, parent, child, pose.x, pose.y, math.sin(half), math.cos(half))
+    return codec.Transform(stamp, parent, child, pose.x, pose.y, sin(half), cos(half))
 
 
 def _points(scan: Scan) -> NDArray[np.float32]:
@@ -310,5 +309,4 @@ def _points(scan: Scan) -> NDArray[np.float32]:
 @lru_cache(maxsize=4)
 def _directions(beams: ScanGeometry) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Cosines and sines of the directions of the beams that are written as points."""
-    angles = beams.angles()[::POINTS_STRIDE]
-    return cosines(angles), sines(angles)
+    return cosines_and_sines(beams.angles()[::POINTS_STRIDE])

@@ -3,7 +3,7 @@
 A formula is a truth value, an atom, or a combination of formulas. ``models`` lists the ways in which a formula can
 hold, by trying each atom both ways in the order in which they are written and leaving out what arithmetic or an
 enumeration excludes. What is not linear (a product of two signals, ``min``, ``max``) is an unknown of its own, and
-whole numbers are held to be whole only where they stand alone: there a formula may be said to hold although it cannot,
+whole numbers are held to be whole only where they are alone: there a formula may be said to hold although it cannot,
 never the other way round.
 """
 
@@ -25,7 +25,7 @@ Values: TypeAlias = Mapping[str, bool | float | int]
 
 
 class UndecidedError(Exception):
-    """A formula with so many cases that they were not all tried."""
+    """A formula with too many cases to try them all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +147,7 @@ def _of_choice(choice: Choice, compare: Callable[[Expression], Expression], valu
 
 
 def _plain(choice: Choice) -> bool:
-    """Whether the condition of a choice makes none itself: it stands twice in the formula."""
+    """Whether the condition of a choice makes none itself: it occurs twice in the formula."""
     return not any(isinstance(one, Choice) for one in parts_of(choice.condition))
 
 

@@ -10,7 +10,7 @@ from hsm.model.unparse import value_text
 
 
 def signature(name: str, parameters: Sequence[Parameter], *, empty: str = "()") -> str:
-    """A call with the types and defaults of its arguments; ``empty`` stands behind a name that takes none."""
+    """A call with the types and defaults of its arguments; ``empty`` follows a name that takes none."""
     listed = [
         f"{one.name} : {one.type}" if one.required else f"{one.name} : {one.type} = {value_text(one.default, one.type)}"
         for one in parameters

@@ -125,7 +125,7 @@ def diagnostic(found: Diagnostic, path: str, lines: Sequence[str]) -> types.Diag
 
 
 def completion(entry: Entry, replaced: types.Range, *, snippets: bool) -> types.CompletionItem:
-    """Something that could stand at a position, in place of what was typed.
+    """Something that could be at a position, in place of what was typed.
 
     Args:
         entry: what.

@@ -1,6 +1,6 @@
 """The language server: each request of the protocol, answered from ``hsm.dsl.lsp``'s own terms.
 
-It needs the extra ``lsp``. Diagnostics are worked out when a document is opened, and when typing pauses for a moment;
+It needs the extra ``lsp``. Diagnostics are computed when a document is opened, and when typing pauses for a moment;
 an editor that asks for them itself (pull) gets them then and none unasked.
 """
 
@@ -18,9 +18,10 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
 
 from hsm.dsl.format.formatter import format_text
+from hsm.dsl.loading import SUFFIX
 from hsm.dsl.lsp import actions, navigation, protocol, refactoring
 from hsm.dsl.lsp.editing import Document
-from hsm.dsl.lsp.workspace import Documents, LibraryOf
+from hsm.dsl.lsp.workspace import Documents, LibraryOf, OtherDocument, OtherLanguage
 from hsm.model.diagnostics import MachineError
 
 PAUSE = 0.02
@@ -59,6 +60,7 @@ class MachineServer(LanguageServer):
         pulls: the editor asks for diagnostics itself.
         snippets: the editor fills in what is inserted with places to fill in.
         forget_libraries: called when files have changed that may say what a file's library is.
+        other_language: makes the documents of files that are no machines.
     """
 
     def __init__(self, library_of: LibraryOf, version: str) -> None:
@@ -70,26 +72,55 @@ class MachineServer(LanguageServer):
         )
         self.documents = Documents(library_of)
         self.forget_libraries: Callable[[], object] = lambda: None
+        self.other_language: OtherLanguage = lambda _file, _text, _opened: None
+        self._others: dict[str, tuple[object, OtherDocument | None]] = {}
         self.pulls = False
         self.snippets = False
         self._waiting: dict[str, asyncio.TimerHandle] = {}
 
     def document(self, uri: str) -> Document:
-        """The document as it is in the editor."""
+        """The machine as it is in the editor; an empty one for a file of another language."""
         file = protocol.path_of(uri)
-        self.documents.update(file, self.workspace.get_text_document(uri).source)
+        self.documents.update(file, "" if self.other(uri) else self.workspace.get_text_document(uri).source)
         return self.documents[file]
 
+    def other(self, uri: str) -> OtherDocument | None:
+        """The document as it is in the editor, if it is of another language; it is made anew where any file changes."""
+        if uri.endswith(SUFFIX):
+            return None
+        opened = {protocol.path_of(one): document for one, document in self.workspace.text_documents.items()}
+        stamp = [(file, document.version) for file, document in opened.items()]
+        known = self._others.get(uri)
+        if known is None or known[0] != stamp:
+            text = self.workspace.get_text_document(uri).source
+            made = self.other_language(protocol.path_of(uri), text, {file: one.source for file, one in opened.items()})
+            known = self._others[uri] = (stamp, made)
+        return known[1]
+
+    def found(self, uri: str) -> list[types.Diagnostic]:
+        """What is wrong with a document."""
+        other = self.other(uri)
+        if other is not None:
+            return [protocol.diagnostic(one, other.file, other.lines) for one in other.diagnostics()]
+        document = self.document(uri)
+        found = self.documents.diagnostics(document.file)
+        return [protocol.diagnostic(one, document.file, document.tree.lines) for one in found]
+
+    def refresh(self) -> None:
+        """Files have changed on the disk: look at everything anew."""
+        self.forget_libraries()
+        self.documents.refresh()
+        self._others.clear()
+        for uri in list(self.workspace.text_documents):
+            self.publish_soon(uri)
+
     def publish(self, uri: str) -> None:
-        """Tell the editor what is wrong with a document, unless it asks itself."""
+        """Send the editor the diagnostics of a document, unless it asks for them."""
         self._waiting.pop(uri, None)
         if self.pulls or uri not in self.workspace.text_documents:
             return
-        document = self.document(uri)
-        found = self.documents.diagnostics(document.file)
-        shown = [protocol.diagnostic(one, document.file, document.tree.lines) for one in found]
         version = self.workspace.get_text_document(uri).version
-        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown, version))
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, self.found(uri), version))
 
     def publish_soon(self, uri: str) -> None:
         """The same, when typing has paused."""
@@ -102,6 +133,7 @@ class MachineServer(LanguageServer):
         if (waiting := self._waiting.pop(uri, None)) is not None:
             waiting.cancel()
         self.documents.close(protocol.path_of(uri))
+        self._others.pop(uri, None)
         self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
 
     def folder(self, file: str) -> Path:
@@ -144,7 +176,7 @@ def _synchronisation(server: MachineServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
     async def saved(_params: types.DidSaveTextDocumentParams) -> None:
-        _refresh(server)  # what imports the file depends on it
+        server.refresh()  # what imports the file depends on it
 
     @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
     async def closed(params: types.DidCloseTextDocumentParams) -> None:
@@ -152,31 +184,22 @@ def _synchronisation(server: MachineServer) -> None:
 
     @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     async def watched(_params: types.DidChangeWatchedFilesParams) -> None:
-        _refresh(server)
+        server.refresh()
 
     @server.feature(types.TEXT_DOCUMENT_DIAGNOSTIC, _PULL)
     async def pulled(params: types.DocumentDiagnosticParams) -> types.RelatedFullDocumentDiagnosticReport:
         # Edits and cancellations that have come meanwhile are taken in first: of a row of keystrokes only the last text
         # is checked, and each request is answered with what is wrong with it.
         await asyncio.sleep(_BREATH)
-        document = server.document(params.text_document.uri)
-        found = server.documents.diagnostics(document.file)
-        shown = [protocol.diagnostic(one, document.file, document.tree.lines) for one in found]
-        return types.RelatedFullDocumentDiagnosticReport(shown)
-
-
-def _refresh(server: MachineServer) -> None:
-    server.forget_libraries()
-    server.documents.refresh()
-    for uri in list(server.workspace.text_documents):
-        server.publish_soon(uri)
+        return types.RelatedFullDocumentDiagnosticReport(server.found(params.text_document.uri))
 
 
 def _completion(server: MachineServer) -> None:
     @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[".", " ", "("]))
     def complete(params: types.CompletionParams) -> list[types.CompletionItem]:
-        document = server.document(params.text_document.uri)
-        lines = document.tree.lines
+        uri = params.text_document.uri
+        document = server.other(uri) or server.document(uri)
+        lines = document.lines
         line, column = protocol.characters(params.position, lines)
         begin = column - len(document.typed(line, column))
         replaced = types.Range(protocol.position(line, begin, lines), params.position)
@@ -191,16 +214,20 @@ def _completion(server: MachineServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_HOVER)
     def hover(params: types.HoverParams) -> types.Hover | None:
-        document = server.document(params.text_document.uri)
-        entry = document.hover(*protocol.characters(params.position, document.tree.lines))
+        document = server.other(params.text_document.uri) or server.document(params.text_document.uri)
+        entry = document.hover(*protocol.characters(params.position, document.lines))
         return None if entry is None else types.Hover(protocol.markdown(entry))
 
 
 def _navigation(server: MachineServer) -> None:
     @server.feature(types.TEXT_DOCUMENT_DEFINITION)
     def define(params: types.DefinitionParams) -> types.Location | None:
+        other = server.other(params.text_document.uri)
         document = server.document(params.text_document.uri)
-        found = navigation.definition(document, *protocol.characters(params.position, document.tree.lines))
+        if other is not None:
+            found = other.definition(*protocol.characters(params.position, other.lines))
+        else:
+            found = navigation.definition(document, *protocol.characters(params.position, document.tree.lines))
         if found is None:
             return None
         lines = document.tree.lines if found.file == document.file else ()
@@ -233,6 +260,9 @@ def _navigation(server: MachineServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+        other = server.other(params.text_document.uri)
+        if other is not None:
+            return [protocol.symbol(one, other.lines) for one in other.outline()]
         document = server.document(params.text_document.uri)
         return [protocol.symbol(one, document.tree.lines) for one in navigation.outline(document)]
 
@@ -316,7 +346,7 @@ def _editing(server: MachineServer) -> None:
         edits = [protocol.text_edit(one, lines) for one in actions.all_fixes(document, found)]
         if edits and (asked is None or any(FIX_ALL.startswith(str(one)) for one in asked)):
             change = types.WorkspaceEdit(changes={uri: edits})
-            offered.append(types.CodeAction("Fix all that is certain", FIX_ALL, edit=change))
+            offered.append(types.CodeAction("Fix all certain problems", FIX_ALL, edit=change))
         for one in refactoring.refactorings(document, params.range.start.line):
             # The many targets of a transition are offered only where an editor asks for refactorings.
             if (
@@ -369,9 +399,12 @@ def _editing(server: MachineServer) -> None:
 def _formatted(server: MachineServer, uri: str) -> list[types.TextEdit] | None:
     """The lines that the formatter changes; None where the text cannot be read."""
     text = server.workspace.get_text_document(uri).source
+    other = server.other(uri)
     try:
-        formatted = format_text(text)
+        formatted = format_text(text) if other is None else other.formatted()
     except MachineError:
+        return None
+    if formatted is None:
         return None
     before, after = protocol.lines_of(text), protocol.lines_of(formatted)
     if len(before) != len(after):

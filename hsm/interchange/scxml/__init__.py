@@ -23,7 +23,7 @@ def load(path: str | Path) -> Machine:
     """The machine that an SCXML file describes.
 
     Raises:
-        MachineError: the file cannot be read, is not well-formed, or asks for what is not supported; all findings are
-            in it.
+        MachineError: the file cannot be read, is not well-formed, or asks for what is not supported; it has all
+            diagnostics.
     """
     return build(read_file(path))

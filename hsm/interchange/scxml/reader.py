@@ -49,7 +49,7 @@ def read_file(path: str | Path) -> Model:
     """The model of an SCXML file.
 
     Raises:
-        MachineError: the file cannot be read or is no chart that is supported; all findings are in it.
+        MachineError: the file cannot be read or is no chart that is supported; all diagnostics are in it.
     """
     return read_text(_content(Path(path)), str(path))
 
@@ -76,10 +76,10 @@ def read_text(text: str | bytes, file: str = "<text>") -> Model:
 
     Args:
         text: the document.
-        file: what findings call it.
+        file: what diagnostics call it.
 
     Raises:
-        MachineError: it is no chart that is supported; all findings are in it.
+        MachineError: it is no chart that is supported; all diagnostics are in it.
     """
     model, found = _read(parse(text, file), file, 0)
     if found:
@@ -556,7 +556,7 @@ _ADVICE = {
     "if": _CASES,
     "elseif": _CASES,
     "else": _CASES,
-    "donedata": "leave it out: the name of the final state tells how the chart ended",
+    "donedata": "leave it out: the name of the final state shows how the chart ended",
     "param": "events carry no data: send one of several events instead",
     "content": "events carry no data: send one of several events instead",
 }
@@ -593,7 +593,7 @@ def _uses_data(top: Element) -> bool:
 
 
 def _all_of(top: Element, tag: str) -> Iterator[Element]:
-    """All elements of a kind, but for those of charts within the chart."""
+    """All elements of a kind, except for those of charts within the chart."""
     pending = [top]
     while pending:
         element = pending.pop()

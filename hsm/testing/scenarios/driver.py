@@ -1,4 +1,4 @@
-"""Drives a scripted machine, step by step, on a clock that only moves when it is told to."""
+"""Drives a scripted machine, step by step, on a clock that moves only on command."""
 
 from __future__ import annotations
 

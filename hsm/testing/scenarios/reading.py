@@ -63,7 +63,7 @@ def read_suite(path: str | Path, model: Model, library: Library) -> Suite:
         library: what the machine was checked against.
 
     Raises:
-        MachineError: the file cannot be read, or there is something wrong with it; with all findings.
+        MachineError: the file cannot be read, or there is something wrong with it; with all diagnostics.
     """
     return parse_suite(read_text(path), model, library, str(path))
 
@@ -88,7 +88,7 @@ def parse_suite(text: str, model: Model, library: Library, file: str = "<text>")
     """The scenarios in a text.
 
     Raises:
-        MachineError: there is something wrong with it; with all findings.
+        MachineError: there is something wrong with it; with all diagnostics.
     """
     report = Report(file)
     reader = _Reader(model, library, report)
@@ -188,7 +188,7 @@ class _Reader:
                     titles.add(name)
                     scenarios.append(Scenario(name, place=line.place))
                 case _ if not scenarios:
-                    self.report.add("E0402", line.place, "this line stands before any `scenario`")
+                    self.report.add("E0402", line.place, "this line must follow a `scenario` line")
                 case _:
                     scenarios[-1] = self._extended(scenarios[-1], line)
         for one in scenarios:
@@ -387,7 +387,7 @@ class _Reader:
         raised = {one.event for one in actions_of(self.model) if isinstance(one, Raise | Send)}
         name = name_of(part.what)
         if isinstance(part.what, ast.CallSyntax):
-            message = f"`raised {name}` stands without what the event carries"
+            message = f"`raised {name}` needs the data that the event carries"
             self.report.add("E0213", self._span(part.what), message, "expect a variable that it was given to")
             return None
         if str(name) not in raised:

@@ -216,7 +216,7 @@ def await_claims(driver: Driver, expected: Expectation) -> list[ExpectationClaus
 
 
 def unmet_claims(driver: Driver, claims: Iterable[ExpectationClause]) -> list[ExpectationClause]:
-    """Which claims do not hold where a run stands."""
+    """Which claims do not hold where a run is."""
     return [one for one in claims if not _met(driver, one)]
 
 

@@ -140,7 +140,7 @@ class Suite:
 
 
 def close(one: Any, other: Any) -> bool:
-    """Whether two values are the same but for the last digits of what was computed and what was written."""
+    """Whether two values are the same except for the last digits of what was computed and what was written."""
     if isinstance(one, float) or isinstance(other, float):
         return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
     return bool(one == other)

@@ -315,11 +315,11 @@ class Builder:
 
 
 class ReportedError(DataError):
-    """An error that the chart was told about already."""
+    """An error that the chart has already received."""
 
 
 def run_block(steps: list[Step], session: BlockContext) -> None:
-    """Run a block; an error ends it, and the chart is told."""
+    """Run a block; an error ends it, and the chart receives it."""
     try:
         for step in steps:
             step(session)

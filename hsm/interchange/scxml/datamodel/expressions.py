@@ -75,7 +75,7 @@ def compile_expression(text: str) -> Evaluate:
     parser = _Parser(tokens_of(text))
     made = parser.choice(0)
     if parser.left:
-        raise InvalidExpressionError(f"`{parser.left[0].value}` cannot stand there")
+        raise InvalidExpressionError(f"`{parser.left[0].value}`is not allowed there")
     return made
 
 
@@ -180,7 +180,7 @@ class _Parser:
         while True:
             if self._take("."):
                 if not self.left or self.left[0].kind != "name":
-                    raise InvalidExpressionError("a name is missing behind `.`")
+                    raise InvalidExpressionError("a name is missing after `.`")
                 name = str(self.left.pop(0).value)
                 value = self._method(value, name, depth) if self._take("(") else _member(value, _constant(name))
             elif self._take("["):
@@ -224,7 +224,7 @@ class _Parser:
                 return lambda env: [one(env) for one in parts]
             case "{":
                 return self._object(depth)
-        raise InvalidExpressionError(f"`{token.value}` stands where a value is expected")
+        raise InvalidExpressionError(f"`{token.value}` is not a value")
 
     def _object(self, depth: int) -> Evaluate:
         parts: dict[str, Evaluate] = {}
@@ -242,7 +242,7 @@ class _Parser:
         if name in _CONSTANTS:
             return lambda _: _CONSTANTS[name]
         if name in _WORDS:
-            raise InvalidExpressionError(f"`{name}` stands where a value is expected")
+            raise InvalidExpressionError(f"`{name}` is not a value")
         if not self._take("("):
             return lambda env: _lookup(env, name)
         arguments = self._arguments(depth, ")")

@@ -30,11 +30,11 @@ class Load(Protocol):
     """Reads charts that are invoked."""
 
     def element(self, element: Element) -> Model | None:
-        """A chart within the chart; None, with findings, where there is something wrong with it."""
+        """A chart within the chart; None, with diagnostics, where there is something wrong with it."""
         ...
 
     def file(self, element: Element) -> Model | None:
-        """The chart in a file that an ``invoke`` names; None, with findings, where there is something wrong with it."""
+        """The chart in a file that an ``invoke`` names; None, with diagnostics, if it is not valid."""
         ...
 
     def text(self, text: Any) -> Model:

@@ -139,6 +139,14 @@ OpenOption = Annotated[
         help="Let others watch and operate the machine from there, such as tcp/127.0.0.1:7448.",
     ),
 ]
+TellOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tell",
+        metavar="ROBOT@ENDPOINT",
+        help="Hand what the machine sends on to the machine of another robot, which is open there; may be repeated.",
+    ),
+]
 EventAtOption = Annotated[
     list[str] | None,
     typer.Option("--event-at", metavar="SECONDS:EVENT", help="Send an event at a time of the run; may be repeated."),

@@ -30,6 +30,7 @@ from maze_machine.arguments.options import (
     SimulateOption,
     SpeedOption,
     StartOption,
+    TellOption,
     TimeLimitOption,
     TraceOption,
 )
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from maze_machine.drive.attempts import Attempt, RefereedRobot
     from maze_machine.drive.mission import Mission, TickWatcher
     from maze_machine.remote.opened import OpenRun
+    from maze_machine.remote.telling import Teller
     from maze_machine.report.result import Result
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import SimulatedWorld
@@ -130,6 +132,7 @@ def run(
     library: LibraryOption = None,
     event_at: EventAtOption = None,
     open_at: OpenOption = None,
+    tell: TellOption = None,
     json: JsonOption = False,
 ) -> None:
     """Run a machine on a robot until the machine, the referee or a limit ends it.
@@ -155,6 +158,8 @@ def run(
     Example: `maze-machine run my.maze-machine --event-at 2.5:go`
 
     Example: `maze-machine run pledge --speed 1 --open tcp/127.0.0.1:7448`
+
+    Example: `maze-machine run crosser --open tcp/127.0.0.1:7448 --tell blue@tcp/127.0.0.1:7449`
     """
     from contextlib import ExitStack, closing
 
@@ -187,8 +192,7 @@ def run(
         {"--trace": trace, "--record": record, "--picture": picture},
         [robot or "", maze or "", objects or "", *mission.machine.model.files],
     )
-    files: dict[str, Path] = {}
-    losses: list[str] = []
+    files, losses = dict[str, Path](), list[str]()
     with ExitStack() as stack:
         stack.push(_telling(losses))
         link = None
@@ -201,8 +205,9 @@ def run(
             return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
 
         def watchers(number: int) -> AbstractContextManager[Sequence[TickWatcher]]:
-            return outputs.of_attempt(number).watchers(mission, machine, world, losses, opened)
+            return outputs.of_attempt(number).watchers(mission, machine, world, losses, [*opened, *tellers])
 
+        tellers = [stack.enter_context(one) for one in telling(tell or (), identity, mission, losses)]
         opened = stack.enter_context(open_run(open_at, identity, mission, pausable=world is not None))
         repeated = world or link
         begin_again = (lambda: False) if repeated is None else repeated.try_again
@@ -331,6 +336,29 @@ def open_run(
     security = secured(endpoint, identity, mission.profile.link, listens=True)
     with listening(endpoint, security=security) as bus, OpenRun(bus, mission, pausable=pausable) as opened:
         yield (opened,)
+
+
+def telling(others: Sequence[str], identity: Path | None, mission: Mission, losses: list[str]) -> Iterator[Teller]:
+    """What hands on to other robots' machines what this one sends.
+
+    Raises:
+        UsageError: one of them is not written as a robot and an endpoint.
+    """
+    if not others:
+        return
+    from functools import partial
+
+    from maze_machine.arguments.network import secured
+    from maze_machine.remote.telling import Teller
+    from transport.connect import dialling
+
+    link = mission.profile.link
+    for other in others:
+        robot, at, endpoint = other.partition("@")
+        if not (robot and at and endpoint):
+            raise UsageError(f"--tell {other}: no robot and endpoint", "write ROBOT@ENDPOINT: blue@tcp/127.0.0.1:7449")
+        security = secured(endpoint, identity, link)
+        yield Teller(partial(dialling, endpoint, wait=link.connect, security=security), robot, losses)
 
 
 def refuse_with_connect(embedded: Mapping[str, object]) -> None:

@@ -27,6 +27,7 @@ from maze_machine.remote.messages import (
     read_operation,
 )
 from maze_machine.remote.opened import BACKLOG, OpenRun
+from maze_machine.remote.telling import Teller
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.connect import dialling, listening
 from transport.memory_bus import MemoryNetwork
@@ -227,3 +228,73 @@ def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
+
+
+# What a machine sends to the machine of another robot.
+
+TALKER = """machine talker
+
+event go, claim(key : int)
+
+state a
+    do stop()
+    after 0.5 s -> b / send go, send claim(7)
+
+state b
+    after 0.5 s -> c / send go
+
+final c
+"""
+
+
+@pytest.fixture
+def talker(tmp_path):
+    path = tmp_path / "talker.maze-machine"
+    path.write_text(TALKER, encoding="utf-8")
+    return prepare(str(path), load_profile("pico"))
+
+
+def tell(talker, network, losses):
+    """Drive the talker, whose events go to the machine of the robot `pico`."""
+
+    @contextmanager
+    def dial():
+        yield network.bus()
+
+    lines = []
+    with Teller(dial, "pico", losses) as teller:
+        world = SimulatedWorld(find_maze("corridor"), talker.profile.robot, 0)
+        robot = LockstepRobot(world)
+        drive(talker, robot, robot, [teller, lambda tick: lines.append(tick.line)])
+    return [event for line in lines for event in line.get("sent", ())]
+
+
+def test_what_a_machine_sends_is_an_event_of_another_robots_machine(mission, talker):
+    network, losses, seen = MemoryNetwork(), [], []
+    with OpenRun(network.bus(), mission, pausable=True) as opened:
+        client = RemoteMachine(network.bus(), "pico")
+        client.operate(Pause())
+        world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
+        robot = LockstepRobot(world)
+        work = threading.Thread(target=lambda: drive(mission, robot, robot, [seen.append, opened], operator=opened))
+        work.start()
+        assert tell(talker, network, losses) == ["go", "claim(key = 7)", "go"]
+        client.operate(AdvanceRun(ticks=3))
+        until(lambda: any(tick.events for tick in seen))
+        client.operate(EndRun())
+        work.join(60)
+    assert losses == []
+    assert [event for tick in seen for event in tick.events] == ["go", "go"]  # it declares no `claim`
+
+
+def test_events_that_reach_nobody_are_told(talker):
+    losses = []
+    assert tell(talker, MemoryNetwork(), losses) == ["go", "claim(key = 7)", "go"]
+    assert losses == ["3 events did not reach pico: no machine that drives `pico` answers"]
+
+
+@pytest.mark.parametrize("other", ["pico", "@tcp/127.0.0.1:1", "pico@"])
+def test_whom_to_tell_is_a_robot_and_an_endpoint(other):
+    result = CliRunner().invoke(app, ["run", "pledge", "--no-picture", "--tell", other])
+    assert result.exit_code == 2
+    assert "write ROBOT@ENDPOINT" in result.output

@@ -66,8 +66,7 @@ _SUBCOMMANDS = (
         "profile",
         DRIVE,
         "profile:profile",
-        "Print a robot profile with every setting, its value and what it means, as a TOML file to "
-        "start one's own from.",
+        "Print a robot profile with every setting, its value and what it means, as a TOML file to start your own from.",
     ),
     Subcommand(
         "new",
@@ -126,8 +125,8 @@ _SUBCOMMANDS = (
         "gate",
         LINK,
         "gate:gate",
-        "Stand between controllers and a ROS 2 driver: one controller at a time, limits, and a "
-        "stop when it falls silent.",
+        "Guard a ROS 2 driver: admit one controller at a time, limit its commands, and stop the base "
+        "when it falls silent.",
     ),
     Subcommand(
         "router", LINK, "router:router", "Pass messages on between robots and controllers that all dial this place."

@@ -70,7 +70,7 @@ class RobotDriver(Protocol):
         ...
 
     def close(self) -> None:
-        """Stop the robot and let go of it; a second call does nothing."""
+        """Stop the robot and released it; a second call does nothing."""
         ...
 
 
@@ -79,7 +79,7 @@ class RosDriver:
 
     Attributes:
         dropped: how many messages were dropped, by reason.
-        stopped: always false: a bare driver does not tell.
+        stopped: always false: a bare driver does not show.
         finished: always false: there is no referee.
     """
 

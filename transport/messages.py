@@ -1,7 +1,7 @@
-"""What a robot and its controller tell each other.
+"""What a robot and its controller show each other.
 
 Plain frozen values in SI units, shaped after the ROS 2 messages that carry them over a network. Where such a message is
-narrower than a Python float (``sensor_msgs/LaserScan`` is single precision, ``nav_msgs/Odometry`` bears a quaternion),
+narrower than a Python float (``sensor_msgs/LaserScan`` is single precision, ``nav_msgs/Odometry`` has a quaternion),
 the value here is as narrow, so that a run in one process and a run over the network see the same bits.
 
 Frames: x forward, y left, angles counter-clockwise from x, in radians.
@@ -21,7 +21,7 @@ from transport.arithmetic import atan2, cos_sin, norm
 NANOSECONDS = 1_000_000_000
 
 ALL_ROUND = 4.5
-"""A laser sees all round if the gap behind its last beam is narrower than so many steps from beam to beam."""
+"""A laser sees all round if the gap behind its last beam is narrower than this many steps from beam to beam."""
 
 
 def wrap_angle(angle: float) -> float:

@@ -106,7 +106,7 @@ class RealtimeRobot:
         self._driver.drive(replace(command, answers=self._answers))
 
     def close(self) -> None:
-        """Stop the robot and let go of it; a second call does nothing."""
+        """Stop the robot and released it; a second call does nothing."""
         self._driver.close()
 
     def _complete(self) -> bool:

@@ -73,7 +73,7 @@ def send(
 ) -> None:
     """Send an event to a running machine, or have its run pause, go on or end.
 
-    The event is part of the run: it stands in the trace and in the recording, and a replay gives it again.
+    The event is part of the run: it is in the trace and in the recording, and a replay gives it again.
 
     Example: `maze-machine send go --connect tcp/127.0.0.1:7448`
 

@@ -53,7 +53,7 @@ CAPABILITIES = {
 }
 THREAD = 1
 _SLICE = 200
-"""So many points are gone between two looks for requests."""
+"""This many points are gone between two looks for requests."""
 _LOOK = 0.02
 """Between two looks for a tick of a machine elsewhere, s."""
 
@@ -463,7 +463,7 @@ class Adapter:
 
 
 _PATIENCE = 10.0
-"""So long the first tick of a machine elsewhere may take, s."""
+"""This long the first tick of a machine elsewhere may take, s."""
 
 
 def _listed(given: Mapping[str, Any], name: str) -> Sequence[Mapping[str, Any]]:

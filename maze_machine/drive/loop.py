@@ -53,7 +53,7 @@ def ticks(
         chain: shapes what the activities want into what the base is sent.
         settings: when sensor data are too old.
         operator: who sends events to the machine.
-        truth: where the robot really is at a tick, if anybody knows; it is told on and decides nothing.
+        truth: where the robot really is at a tick, if known; it is passed on and decides nothing.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.

@@ -29,7 +29,7 @@ from transport.wording import in_words
 MACHINES = (".maze-machine", ".scxml")
 """How the files end that a recording may name as its machine."""
 LONGEST = 2_000
-"""So much of a recorded value is shown, characters."""
+"""This much of a recorded value is shown, characters."""
 _PARAMETERS = TypeAdapter(dict[str, bool | int | float | str])
 
 
@@ -222,7 +222,7 @@ def known_events(model: Model, step: Mapping[str, Any]) -> list[str]:
 
 
 def first_difference(recorded: Iterable[Mapping[str, Any]], replayed: Iterable[Mapping[str, Any]]) -> Difference | None:
-    """The first tick that two traces tell differently; None if they are the same."""
+    """The first tick that two traces show differently; None if they are the same."""
     nothing: Mapping[str, Any] = {}
     for index, (one, other) in enumerate(zip_longest(recorded, replayed, fillvalue=nothing)):
         if one != other:

@@ -30,7 +30,7 @@ from transport.keys import MachineKeys
 from transport.wording import printable
 
 BACKLOG = 100
-"""So many events may wait for a tick; more are refused."""
+"""This many events may wait for a tick; more are refused."""
 _RATE = 1 / 30
 """Between two published ticks, s: nobody sees more of a simulation that runs faster."""
 

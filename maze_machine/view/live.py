@@ -15,9 +15,9 @@ from maze_machine.view.page import PageFrame, live_page
 
 HOST = "127.0.0.1"
 KEPT = 36_000
-"""So many of the newest frames are kept for browsers that come late: an hour at 10 Hz."""
+"""This many of the newest frames are kept for browsers that come late: an hour at 10 Hz."""
 HEARTBEAT = 1.0
-"""After so long without a frame a browser is sent a comment, which shows whether it is still there, s."""
+"""After this long without a frame a browser is sent a comment, which shows whether it is still there, s."""
 
 
 class Feed:

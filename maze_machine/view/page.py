@@ -26,7 +26,7 @@ from transport.messages import Command, Observation, Pose
 
 TEMPLATE = Path(__file__).with_name("page.html")
 STRIDE = 8
-"""Every so many beams are shown."""
+"""Every this many beams are shown."""
 
 PageFrame = Mapping[str, Any]
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LINES_OF_LEGEND = 16
-"""So many states are told apart by colour; with more of them the trail shows time instead."""
+"""This many states are distinguished by colour; with more of them the trail shows time instead."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

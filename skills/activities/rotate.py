@@ -32,11 +32,11 @@ PUSHED = 0.05
 class Rotate(Skill):
     """Turn on the spot by an angle, counter-clockwise positive.
 
-    The turn is measured by odometry from the axis of the walls that the robot stands along at first; quarter turns end
+    The turn is measured by odometry from the axis of the walls that the robot is along at first; quarter turns end
     along the walls, where there are any. Where a wall is too near for the robot's corners, the robot moves off it while
     it turns; one whose base cannot move sideways backs from a wall ahead before it turns. A turn that meets an obstacle
     is taken back, and tried again should that fail too, so that the robot does not stay between two headings as long as
-    it can turn at all. Outcomes: `done`; `blocked` when the robot stands as before, when it can turn neither way, and
+    it can turn at all. Outcomes: `done`; `blocked` when the robot faces as before, when it can turn neither way, and
     when neither way has led anywhere several times.
     """
 

@@ -30,6 +30,19 @@ from transport.memory_bus import MemoryNetwork
 from transport.world import LockstepRobot
 
 LIMIT = 60.0
+WALK_AT_ONCE = """machine walk
+
+initial moving
+
+state moving
+    do drive(speed = 0.2 m/s)
+    when space.left    -> turning
+    on blocked         -> turning
+
+state turning
+    do rotate(90 deg)
+    on done        -> moving
+"""
 BIN = Path(sys.executable).parent
 
 
@@ -73,7 +86,25 @@ def test_a_maze_gives_the_same_run_as_without_a_debugger(editor, recorded):
         editor.go("next")
         assert editor.stack()[-2::-1] == line["states"]
     assert any(editor.scopes()["Signals"].values())
-    assert "what the simulated robot sees" in editor.refused("setExpression", expression="space.left", value="true")
+    assert "only signals can" in editor.refused("setExpression", expression="cruise", value="1 m/s")
+
+
+def test_a_signal_of_the_simulated_robot_is_set_by_hand(editor, walk):
+    editor.launch(walk, maze="corridor")
+    assert editor.scopes()["Signals"] == {}  # in this state nobody asks for it
+    walk.write_text(WALK_AT_ONCE, encoding="utf-8")
+    editor.ask("restart")
+    editor.event("stopped")
+    editor.go("next")
+    assert editor.stack() == ["moving", "machine walk"]
+    editor.go("next")
+    editor.set("space.left", "true")
+    assert "(from the next step on)" in editor.scopes()["Signals"]["space.left"]
+    editor.go("next")
+    assert editor.stack() == ["turning", "machine walk"]
+    for _ in range(2):
+        editor.go("stepBack")
+    assert "cannot be undone" in editor.refused("setExpression", expression="space.left", value="false")
 
 
 @pytest.fixture

@@ -39,7 +39,7 @@ MCAP, SQLITE, ZSTD, ROS1 = b"\x89MCAP0\r\n", b"SQLite format 3\0", b"\x28\xb5\x2
 SUFFIXES = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 """How the files of a rosbag2 folder end."""
 STEPS = 50_000_000
-"""After so many steps of the database's machine without a row a question to it is given up."""
+"""After this many steps of the database's machine without a row a question to it is given up."""
 
 # What a reader stumbles over at a cut or at nonsense depends on the record.
 BROKEN = (
@@ -240,7 +240,7 @@ class _Database:
         try:
             with closing(sqlite3.connect(location, uri=True)) as database:
                 database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_RECORD)
-                # A view that never ends could stand in for a table.
+                # A view that never ends could be in for a table.
                 database.set_progress_handler(lambda: 1, STEPS)
                 for topic, kind, form, at, data in database.execute(_QUESTION):
                     database.set_progress_handler(lambda: 1, STEPS)

@@ -42,7 +42,7 @@ MOST_BYTES = 1_000_000_000
 MOST_TICKS = 1_000_000
 """A recording has no more ticks, more than a day at 10 Hz."""
 GAP = 10 * NANOSECONDS
-"""For so long a controller would have waited for the next message, ns."""
+"""For this long a controller would have waited for the next message, ns."""
 DEEPEST = 8
 """What a recorded step says is not nested deeper."""
 PERIOD = 0.1

@@ -36,14 +36,14 @@ from transport.recording.values import RecordingError
 
 LIBRARY = "maze-machine"
 CHUNK_SIZE = 256 * 1024
-"""A crash costs at most so many bytes of messages, before compression: some seconds of a run."""
+"""A crash costs at most this many bytes of messages, before compression: some seconds of a run."""
 BACKLOG = 2000
 """How many ticks may wait for the disk."""
 _FLUSH = 1.0
 POINTS_STRIDE = 4
-"""Every so many beams of a scan are written as points too."""
+"""Every this many beams of a scan are written as points too."""
 PATH_EVERY = NANOSECONDS
-"""The path so far is written so often, ns, with one place for each time before."""
+"""The path so far is written this often, ns, with one place for each time before."""
 PATH_LONGEST = 600
 """It has no more places than this, the newest ones."""
 
@@ -175,7 +175,7 @@ class Recorder:
 
 
 class _Handed(NamedTuple):
-    """A tick as it was handed over; what the supervisor did is worked out when it is written."""
+    """A tick as it was handed over; what the supervisor did is computed when it is written."""
 
     observation: Observation
     command: Command
@@ -210,7 +210,7 @@ class _TickWriter:
             self._begin(at, tick.pose)
         self._add("/clock", codec.CLOCK, at, codec.encode_clock(at + self._setting.epoch))
         # In real time a tick may see the data of the last one again: those are in the file already. Their stamps do not
-        # tell, for a robot's clock may stand still.
+        # show, for a robot's clock may stand still.
         if observation.odometry is not self._odometry:
             odometry = replace(observation.odometry, stamp=observation.odometry.stamp + self._setting.epoch)
             self._odometry = observation.odometry

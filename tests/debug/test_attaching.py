@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from hsm.interchange.reports import model_json
 from maze_machine.catalogue.library import robot_names
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.debug.breakpoints import Breakpoints, NamedBreakpoint, read_condition
@@ -24,6 +25,7 @@ from maze_machine.drive.mission import drive, prepare
 from maze_machine.remote.client import RemoteMachine
 from maze_machine.remote.messages import EndRun, Pause
 from maze_machine.remote.opened import OpenRun
+from maze_machine.remote.operated import OperatedRun
 from maze_machine.report.outputs import Outputs
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.memory_bus import MemoryNetwork
@@ -115,14 +117,16 @@ def elsewhere(walk):
 
     def begin(*, pausable):
         mission = prepare(str(walk), load_profile("pico"), time_limit=60.0)
-        opened = OpenRun(network.bus(), mission, pausable=pausable)
+        operated = OperatedRun(mission, pausable=pausable)
+        told = model_json(mission.machine.model, mission.parameters)
+        opened = OpenRun(network.bus(), mission, operated, told)
         client = RemoteMachine(network.bus(), mission.profile.robot.name)
         robot = LockstepRobot(SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0))
 
         opened.__enter__()
         if pausable:
             client.operate(Pause())
-        thread = threading.Thread(target=lambda: drive(mission, robot, robot, [opened], operator=opened))
+        thread = threading.Thread(target=lambda: drive(mission, robot, robot, [opened, operated], operator=operated))
         thread.start()
         threads.append((opened, client, thread))
         return RemoteRun(Chart(mission.machine, robot_names()), client, lambda: None)

@@ -118,7 +118,7 @@ def _value(event: str, field: EventField, text: str) -> Any:
     try:
         return value_of(text, field.type, field.enumeration)
     except ValueError as way_out:
-        message = f"`{text:.{_WIDEST}}` is no value for `{field.name}` of event `{event}`, which is a {field.type}"
+        message = f"`{text:.{_WIDEST}}` is no value for `{field.name} : {field.type}` of event `{event}`"
         raise ValueError(f"{message}: {way_out}") from None
 
 

@@ -158,7 +158,11 @@ TellOption = Annotated[
 ]
 EventAtOption = Annotated[
     list[str] | None,
-    typer.Option("--event-at", metavar="SECONDS:EVENT", help="Send an event at a time of the run; may be repeated."),
+    typer.Option(
+        "--event-at",
+        metavar="SECONDS:EVENT",
+        help="Send an event, with what it carries, at a time of the run; may be repeated.",
+    ),
 ]
 LibraryOption = Annotated[
     str | None,

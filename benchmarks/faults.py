@@ -36,7 +36,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[1]
-# Not this folder, whose scripts bear the names of packages.
+# Not this folder, whose scripts have the names of packages.
 sys.path[0:1] = [str(ROOT), str(ROOT / "tests" / "transport")]
 sys.path.append(str(ROOT / "benchmarks"))
 
@@ -136,7 +136,7 @@ class Network(MemoryNetwork):
 
 
 class WatchedBase(PacedWorld):
-    """A base that notes what it is told, and when."""
+    """A base that notes what it gets, and when."""
 
     def __init__(self, clock: Hand, told: list[tuple[float, Twist]]) -> None:
         super().__init__(lambda seed: ToyWorld(seed, 10**9), PERIOD, clock)
@@ -158,7 +158,7 @@ class WatchedBase(PacedWorld):
         )
 
     def move(self, twist: Twist) -> None:
-        """Take note of what the base is told."""
+        """Take note of what the base gets."""
         super().move(twist)
         self._told.append((self._clock.now(), twist))
 
@@ -194,7 +194,7 @@ class Scene:
         self.stand()
 
     def stand(self) -> None:
-        """Note that the base stands by itself: a driver has a time-out of its own, a frozen simulation is frozen."""
+        """Note that the base stops by itself: a driver has its own time-out, a frozen simulation is frozen."""
         self.told.append((self.clock.now(), STOP))
 
     def take(self) -> RealtimeRobot:
@@ -204,7 +204,7 @@ class Scene:
         return robot
 
     def drive(self, seconds: float) -> bool:
-        """Drive for so long; whether the base moved by it."""
+        """Drive for this long; whether the base moved by it."""
         until, before = self.clock.now() + seconds, len(self.told)
         while self.clock.now() < until:
             observation = self.robot.observe()
@@ -270,7 +270,7 @@ def realtime_fault(seed: int) -> tuple[str, str, str]:
                 scene.drive(0.5)
         again = scene.drive(3.0) or scene.drive(LINK.silence + 1.0)
     except LinkError:
-        # A real-time simulator that was started anew has lost its episode: the run ends, and another can begin.
+        # A real-time simulator that was started again has lost its episode: the run ends, and another can begin.
         scene.network.trouble, scene.frozen = "", False
         scene.robot.close()
         clock.wait(1.5)
@@ -373,7 +373,7 @@ def undisturbed(seed: int) -> list[object]:
 
 
 class BadDisk:
-    """A file on a disk that is slow, or full after so many bytes."""
+    """A file on a disk that is slow, or full after this many bytes."""
 
     def __init__(self, file: object, room: float, delay: float) -> None:
         self._file, self._room, self._delay = file, room, delay

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.catalogue.profile import Profile, load_profile
@@ -53,7 +53,7 @@ LENGTH = 7.0
 FINE = 0.02
 """Step of the simulated driver, s: so exactly is its standstill known."""
 PUBLISHED = 0.1
-"""A driver's sensors are published so often, s."""
+"""A driver's sensors are published this often, s."""
 BARE = LinkSettings(gate=False)
 BEGIN = 1000.0
 """What a driver's clock shows at the start, s."""
@@ -183,7 +183,7 @@ class HandClock:
         return self.time
 
     def wait(self, seconds: float) -> None:
-        """Let so much time pass."""
+        """Let this much time pass."""
         end = self.time + seconds
         while self.time < end - 1e-9:
             self.time = min(end, self.time + 0.005)

@@ -27,7 +27,7 @@ from statistics import median, quantiles
 
 import numpy as np
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.campaign.jobs import Record, Setup, jobs_of
@@ -110,7 +110,7 @@ def random_maze(seed: int) -> Maze:
     while True:
         try:
             maze = generate(recipe_of(generator), seed)
-        except MazeError:  # too many islands, doors or open spaces for so few cells
+        except MazeError:  # too many islands, doors or open spaces for that few cells
             continue
         if narrowest(maze) >= NARROWEST:
             return replace(maze, time_limit=math.inf)

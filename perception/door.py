@@ -154,7 +154,7 @@ def open_share(sweep: ScanPoints, right: Point, left: Point, settings: DoorSetti
 
 
 def passage_of(aligned: Floats, half_width: float, behind: float = 0.0) -> float:
-    """How far a lane straight ahead is free, m from the robot's origin; infinity where nothing stands in it.
+    """How far a lane straight ahead is free, m from the robot's origin; infinity where nothing is in it.
 
     Args:
         aligned: hits in the robot's place, turned so that the lane runs along x, m, shape (n, 2).

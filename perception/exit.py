@@ -1,6 +1,6 @@
 """Whether the robot has left the maze: its lane's walls have ended behind it, and nothing is ahead in that lane.
 
-The lane is the strip between what stands beside the robot, along the walls. As long as it has walls, their end is
+The lane is the strip between what is beside the robot, along the walls. As long as it has walls, their end is
 measured; once nothing is seen in it any more, the end moves back as the robot moves on. The robot is outside when its
 rearmost corner has passed the end and the lane is empty as far as the sensor sees. Other parts of the maze may stand
 beside the lane; a scan that failed does not end the walls. A hall deeper than the sensor's range, entered by a gate,
@@ -22,7 +22,7 @@ from transport.arithmetic import cos_sin
 from transport.description import Point
 
 STRAY = 2
-"""So many hits in the lane may be bad readings."""
+"""This many hits in the lane may be bad readings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
 
 
 def _measured(x: Floats, y: Floats, body: RobotInLane, settings: ExitSettings) -> Lane | None:
-    """The lane by what stands beside the robot on both sides; None where nothing does, or a wall is just ahead."""
+    """The lane by what is beside the robot on both sides; None where nothing does, or a wall is just ahead."""
     close = (np.abs(x) <= settings.beside).nonzero()[0]
     close_y = y[close]
     if np.count_nonzero((x[close] > 0.0) & (np.abs(close_y) < body.half_width)) > STRAY:
@@ -117,7 +117,7 @@ def _measured(x: Floats, y: Floats, body: RobotInLane, settings: ExitSettings) -
 
 
 def _lowest_from(values: Floats, bound: float) -> float:
-    """The lowest of sorted values from a bound on but for stray readings; infinity where there are only such."""
+    """The lowest of sorted values from a bound on without stray readings; infinity where there are only such."""
     index = int(values.searchsorted(bound)) + STRAY
     return values.item(index) if index < len(values) else math.inf
 
@@ -129,7 +129,7 @@ def _within(y: Floats, lane: Lane, settings: ExitSettings) -> Mask:
 
 
 def _last(ahead: Floats, otherwise: float) -> float:
-    """The farthest place but for stray readings; ``otherwise`` where there are no more than such."""
+    """The farthest place except for stray readings; ``otherwise`` where there are no more than such."""
     return highest(ahead, otherwise, passed_over=STRAY)
 
 
@@ -148,5 +148,5 @@ def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) 
 
 
 def quantised(angle: float) -> float:
-    """To the nearest degree, so that a sector's beams are looked up, not sought anew for every scan."""
+    """To the nearest degree, so that a sector's beams are looked up, not sought again for every scan."""
     return math.radians(round(math.degrees(angle)))

@@ -1,4 +1,4 @@
-"""One tick's observation with everything that perception can say of it, worked out when asked for and only once."""
+"""One tick's observation with everything that perception can say of it, computed when asked for and only once."""
 
 from __future__ import annotations
 

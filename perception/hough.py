@@ -26,7 +26,7 @@ from transport.arithmetic import cosines_and_sines
 Votes = NDArray[np.int32]
 
 BLOCK = 20
-"""So many alphas are voted for at a time: what that needs stays in the processor's cache."""
+"""This many alphas are voted for at a time: what that needs stays in the processor's cache."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,7 +57,7 @@ class Landmark:
 def find_landmarks(lines: Lines, settings: LandmarkSettings) -> tuple[Landmark, ...]:
     """The walls in a scan, in the robot's frame, in the order of the beams.
 
-    Pieces on one line are one wall as long as the gap between them is short, be it because something stands before it
+    Pieces on one line are one wall as long as the gap between them is short, be it because something is before it
     or because of readings that failed. (In 2015 fifty missing beams of a thousand ended a wall, so that openings far
     away were passed over; a gap in metres does not depend on the distance.)
 

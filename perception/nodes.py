@@ -15,7 +15,7 @@ from transport.arithmetic import atan2, distance_between, norm
 from transport.description import Point
 
 MOST = 250
-"""The neighbours of the right-angle test are at most so many hits away."""
+"""The neighbours of the right-angle test are at most this many hits away."""
 
 
 class NodeKind(StrEnum):

@@ -32,18 +32,18 @@ class LineSettings(Settings):
     split: Positive = 0.03
     """A piece is split where a hit is farther than this from its chord, m: three times the noise."""
     merge: Positive = 0.001
-    """Neighbours are put together again if their hits deviate from one line by at most so much more than from two, m
+    """Neighbours are put together again if their hits deviate from one line by at most that much more than from two, m
     (root mean square)."""
     nearest: Length = 0.2
     """Walls are at least so far from the sensor, m: neighbouring hits too far apart for that belong to two walls."""
     jump: Positive = 0.05
-    """So much farther apart than that, m."""
+    """This much farther apart than that, m."""
     max_missing: Annotated[int, Field(ge=0)] = 3
-    """So many beams without a hit do not interrupt a wall."""
+    """This many beams without a hit do not interrupt a wall."""
     min_hits: Annotated[int, Field(ge=3)] = 5
-    """A wall has at least so many hits."""
+    """A wall has at least this many hits."""
     min_length: Length = 0.1
-    """A wall is at least so long, m."""
+    """A wall is at least this long, m."""
     max_residual: Positive = 0.03
     """Root mean square distance of a wall's hits from its line, at most, m."""
 
@@ -82,7 +82,7 @@ class LandmarkSettings(Settings):
     """Landmarks in the form of 2015."""
 
     min_hits: Count = 20
-    """A landmark has at least so many hits; 2015 asked for 100 of 1000."""
+    """A landmark has at least this many hits; 2015 asked for 100 of 1000."""
     max_gap: Length = 0.3
     """A longer gap ends a wall, m: less than what a robot fits through."""
     same_angle: Positive = math.radians(4)
@@ -123,16 +123,16 @@ class SpaceSettings(Settings):
     front: Length = 0.55
     """There is space ahead when nothing is nearer than this, m from the robot's origin."""
     bad_share: Share = 0.05
-    """Share of a beam's readings that may be bad: so many of the shortest are passed over."""
+    """Share of a beam's readings that may be bad: this many of the shortest are passed over."""
 
 
 class ExitSettings(Settings):
     """Whether the robot has left the maze."""
 
     range: Length = 10.0
-    """Nothing may stand in the robot's lane within this distance, m; more than the largest open space's length."""
+    """Nothing may be in the robot's lane within this distance, m; more than the largest open space's length."""
     beside: Length = 0.35
-    """What bounds the lane stands at most so far before or behind the robot's origin, m."""
+    """What bounds the lane is at most so far before or behind the robot's origin, m."""
     max_half_width: Length = 1.5
     """And at most so far to a side, m."""
     widening: LengthOrZero = 0.1
@@ -142,7 +142,7 @@ class ExitSettings(Settings):
     known_share: Share = 0.9
     """Share of the readings that must be known."""
     ticks: Count = 3
-    """For so many ticks in a row."""
+    """For this many ticks in a row."""
 
 
 class WallSettings(Settings):
@@ -162,7 +162,7 @@ class CentreSettings(Settings):
     ahead: Length = 1.0
     """To so far ahead of it, m: a limited depth, so that a bend behind an opening does not pull."""
     min_overlap: Length = 0.15
-    """So much of a wall must lie within that stretch, m."""
+    """This much of a wall must lie within that stretch, m."""
     parallel: Positive = math.radians(12)
     """How far a wall of the corridor may be from parallel, rad."""
     max_half_width: Length = 1.0

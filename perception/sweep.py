@@ -28,7 +28,7 @@ Mask = NDArray[np.bool_]
 ORIGIN = Pose()
 
 _BESIDE = 1e-5
-"""Directions that differ by less are the same, rad: messages bear them in single precision."""
+"""Directions that differ by less are the same, rad: messages have them in single precision."""
 
 LONGEST_RANGE = 1000.0
 """A range sensor that claims to see farther, in metres, is not believed."""
@@ -36,7 +36,7 @@ LONGEST_RANGE = 1000.0
 
 @dataclass(frozen=True, eq=False)
 class BeamTable:
-    """The directions of a sensor's beams in the robot's frame; worked out once for a geometry and a mounting.
+    """The directions of a sensor's beams in the robot's frame; computed once for a geometry and a mounting.
 
     Attributes:
         angles: rad within [-pi, pi], counter-clockwise from the robot's x axis, shape (n,), in the order of the beams.

@@ -137,7 +137,7 @@ def clearance_of(points: Floats, footprint: tuple[Point, ...]) -> float:
 
 
 OWN = 0.02
-"""A hit so deep within the robot's outline is the robot's own, or dirt on the laser, m; less deep may be noise."""
+"""A hit this deep within the robot's outline is the robot's own, or dirt on the laser, m; less deep may be noise."""
 
 
 def without_own_body(sweep: ScanPoints, footprint: tuple[Point, ...]) -> ScanPoints:

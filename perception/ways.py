@@ -232,7 +232,7 @@ class View(NamedTuple):
         return self.origin[0] + (level - self.origin[1]) * self.cotangent.item(beam)
 
     def lane(self, half_width: float) -> float:
-        """How far a lane along y is free, m; infinity where nothing stands in it."""
+        """How far a lane along y is free, m; infinity where nothing is in it."""
         inside = self.hit & (np.abs(self.x) <= half_width)
         return lowest(self.y[inside])
 

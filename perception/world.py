@@ -73,7 +73,7 @@ class WorldModel:
         travelled: length of the path so far, m.
         turned: sum of all turns so far, rad, counter-clockwise, not wrapped.
         step: the last tick's movement.
-        restarts: how often the odometry began anew.
+        restarts: how often the odometry began again.
         lane: the strip between walls that the robot is in.
         outside_ticks: for how many ticks in a row the scan has shown the robot outside.
         doors: the doors tried so far, in order.

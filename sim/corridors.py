@@ -40,7 +40,7 @@ class Corridor(Settings):
     depth: Positive = 0.8
     """How long the walls at both sides of the exit are, m."""
     lean: Annotated[float, Field(ge=-5, le=5)] = 0.0
-    """The exit leaves at a right angle but for so many degrees."""
+    """The exit leaves at a right angle except for this many degrees."""
     misplaced: float = 0.0
     """How far to the left of the corridor's middle the robot starts, m."""
     misaligned: float = 0.0

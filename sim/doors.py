@@ -37,7 +37,7 @@ class SlidingDoor:
 
         Args:
             duration: how long, s.
-            occupied: whether somebody stands in the doorway; an open door waits for that before it closes.
+            occupied: whether somebody is in the doorway; an open door waits for that before it closes.
 
         Returns:
             The leaf's mean velocity along x and y, m/s.

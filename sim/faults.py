@@ -85,7 +85,7 @@ class CommandLate(_Fault):
 
     kind: Literal["command_late"] = "command_late"
     ticks: Annotated[int, Field(ge=1, le=10_000)] = 1
-    """By so many periods."""
+    """By this many periods."""
 
 
 class DoorStuck(_Fault):

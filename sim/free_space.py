@@ -22,7 +22,7 @@ class DistanceGrid:
         origin: position of the point [0, 0], m.
         step: distance between neighbouring points, m.
         clearance: distances in metres, shape (points along y, points along x); the limit where nothing is nearer.
-        limit: beyond this the distance was not worked out, m.
+        limit: beyond this the distance was not computed, m.
     """
 
     origin: Point
@@ -39,7 +39,7 @@ class DistanceGrid:
         Args:
             segments: the walls, shape (n, 4).
             bounds: lower and upper corner: x, y, x, y in metres.
-            limit: up to which distance to the walls is worked out, m.
+            limit: up to which distance to the walls is computed, m.
             step: grid step, m.
             margin: how far the grid goes beyond the bounds, m.
         """
@@ -52,13 +52,13 @@ class DistanceGrid:
     def on_grid(
         cls, segments: Segments, origin: Point, shape: tuple[int, int], *, limit: float, step: float
     ) -> DistanceGrid:
-        """A grid of so many rows and columns of points from an origin on.
+        """A grid of that many rows and columns of points from an origin on.
 
         Args:
             segments: the walls, shape (n, 4).
             origin: position of the point [0, 0], m.
             shape: points along y and along x.
-            limit: up to which distance to the walls is worked out, m.
+            limit: up to which distance to the walls is computed, m.
             step: grid step, m.
         """
         (x0, y0), (rows, columns) = origin, shape

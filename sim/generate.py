@@ -21,7 +21,7 @@ Count = Annotated[int, Field(ge=0)]
 Posts = NDArray[np.float64]
 """Where the corners of the cells stand: x and y in metres, shape (columns + 1, rows + 1, 2)."""
 DRAWINGS = 50
-"""So many are tried for one seed before it is given up."""
+"""This many are tried for one seed before it is given up."""
 DOOR_WIDTHS = (0.5, 1.5)
 """How wide the dead end may be that is a door, m, also between skewed walls."""
 DOOR_AREA = 1.6

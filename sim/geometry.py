@@ -16,7 +16,7 @@ CLOSE = 1e-3
 """Walls whose line passes the sensor nearer than this, m, are intersected with every beam."""
 STRAIGHT = 2e-3
 """A wall whose ends lie in opposite directions to within this angle, rad, is tried with every beam: on which side of it
-the sensor is, the directions do not tell for certain."""
+the sensor is, the directions do not show for certain."""
 
 Points = NDArray[np.float64]
 

@@ -113,10 +113,10 @@ def compiled() -> Kernel | None:
 
 
 class Adaptive:
-    """Plain numpy at first, machine code once so many scans have been made that loading it pays; the bits are equal."""
+    """Plain numpy at first, machine code after enough scans to make loading it pay; the bits are equal."""
 
     def __init__(self, patience: int = 4000) -> None:
-        """Args: after so many scans the machine code is loaded."""
+        """Args: after this many scans the machine code is loaded."""
         self._left = patience
         self._kernel: Kernel = project
 

@@ -41,7 +41,7 @@ def wheels_of(base: Base, lever: float) -> Wheels:
     """The wheels of a base.
 
     Args:
-        base: a holonomic base stands on three omnidirectional wheels; a differential one rolls on two and does not
+        base: a holonomic base has three omnidirectional wheels; a differential one rolls on two and does not
             notice what moves it sideways.
         lever: distance of the three wheels from the robot's origin, m.
     """
@@ -118,7 +118,7 @@ class WheelOdometry:
         self._pose = moved(self._pose, jump)
 
     def stand(self) -> None:
-        """Tell of a robot that stands, having been carried somewhere without its wheels turning."""
+        """Report that the robot was carried somewhere without its wheels turning."""
         self._twist = STOP
 
     def count(self, motion: Twist, duration: float, time: float) -> None:

@@ -161,7 +161,7 @@ def _only(like: Flags, cell: tuple[int, int]) -> Flags:
 
 
 def _no_way(maze: Maze, radius: float) -> UnsolvableError:
-    """Tell a way that is too narrow, and where, from no way at all."""
+    """Distinguish a way that is too narrow, and where, from no way at all."""
     leaves = maze.goal == Leave()
     if shortest_way(maze, THIN) is None:
         x, y = maze.start_point

@@ -15,9 +15,9 @@ from transport.messages import Pose
 
 DONE, BLOCKED = Outcome("done"), Outcome("blocked")
 PATIENCE = 2.0
-"""After so long without headway the way is blocked, s."""
+"""After this long without headway the way is blocked, s."""
 PAUSE = 4.0
-"""An activity that was not asked for so many periods has been kept waiting: that time is not its own."""
+"""An activity that was not asked for this many periods has been kept waiting: that time is not its own."""
 
 
 class Skill:

@@ -14,7 +14,7 @@ class Clock(Protocol):
         ...
 
     def wait(self, seconds: float) -> None:
-        """Let so much time pass."""
+        """Let this much time pass."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""What stands between a controller and a base on the robot's side: lease, age of answers, limits, dead man.
+"""What is between a controller and a base on the robot's side: lease, age of answers, limits, dead man.
 
 Nothing here waits or reads a clock of its own, so that every promise can be tested to the millisecond.
 """
@@ -22,7 +22,7 @@ class CommandGuard:
     """Decides which commands reach the base.
 
     The dead man is armed by the first accepted command of a lease. Once it has stopped the base, nothing moves it until
-    a controller has taken the lease anew.
+    a controller has taken the lease again.
 
     Attributes:
         lease: who may command.

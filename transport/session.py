@@ -248,7 +248,7 @@ class Lease:
     """The one controller that a robot's side listens to.
 
     Attributes:
-        patience: a holder that was not heard for so long may be replaced, s.
+        patience: a holder that was not heard for that long may be replaced, s.
         clock: monotonic time, s.
         epoch: the lease's number; 0 where none is held.
         secret: what its holder alone has been given; empty where none is held.
@@ -436,7 +436,7 @@ def check_name(bus: Bus, robot: str) -> None:
 
 
 def begin_again(bus: Bus, robot: str, question: Retry, timeout: float) -> SessionState:
-    """Ask for another attempt, which has begun if the answer bears its number.
+    """Ask for another attempt, which has begun if the answer has its number.
 
     Raises:
         LinkError: nobody answers within ``timeout`` seconds, or the robot's side cannot answer.

@@ -36,7 +36,7 @@ class Recurrence:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """``after CONDITION, CONDITION within DURATION``: the first is followed by the second in that many seconds."""
+    """``after CONDITION, CONDITION within DURATION``: the first is followed by the second in this many seconds."""
 
     trigger: Expression
     response: Expression

@@ -139,9 +139,30 @@ OpenOption = Annotated[
         help="Let others watch and operate the machine from there, such as tcp/127.0.0.1:7448.",
     ),
 ]
+ViewOption = Annotated[
+    bool,
+    typer.Option("--view", help="Show the run on a page, and begin when a browser does. A simulation keeps real time."),
+]
+HostOption = Annotated[
+    str,
+    typer.Option(metavar="ADDRESS", help="Where the page is served. Anything but the loopback is open to the network."),
+]
+PortOption = Annotated[int, typer.Option(min=0, max=65535, help="The page's port; 0 takes any that is free.")]
+TellOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tell",
+        metavar="ROBOT@ENDPOINT",
+        help="Hand what the machine sends on to the machine of another robot, which is open there; may be repeated.",
+    ),
+]
 EventAtOption = Annotated[
     list[str] | None,
-    typer.Option("--event-at", metavar="SECONDS:EVENT", help="Send an event at a time of the run; may be repeated."),
+    typer.Option(
+        "--event-at",
+        metavar="SECONDS:EVENT",
+        help="Send an event, with what it carries, at a time of the run; may be repeated.",
+    ),
 ]
 LibraryOption = Annotated[
     str | None,

@@ -111,7 +111,7 @@ def _names_for(project: Project) -> RobotLibrary:
 
 
 def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
-    """A library of one's own, by its name.
+    """A library of your own, by its name.
 
     Args:
         name: ``module:function`` for a function that gives the library, or ``module:name`` for the library itself.

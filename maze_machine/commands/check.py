@@ -36,7 +36,7 @@ def check(
 ) -> None:
     """Check machines and all that they import: errors, likely mistakes, and notes on overlaps and gaps.
 
-    Every finding bears a code, which `maze-machine list codes` and the reference explain. The exit status is 1 if there
+    `maze-machine list codes` and the reference explain the code of each diagnostic. The exit status is 1 if there
     is an error, 3 if a file cannot be read. A comment `# accept CODE` on a line accepts a warning or a note there.
 
     Example: `maze-machine check pledge my.maze-machine`

@@ -50,7 +50,7 @@ def export(
     """Write a machine for other tools.
 
     States, history, events, time-outs and outcomes are SCXML's own. It has no word for signals, activities and units:
-    they stand in it as this language writes them, so that only a machine without them can be imported again. What means
+    they are in it as this language writes them, so that only a machine without them can be imported again. What means
     otherwise in SCXML is named on standard error.
 
     Example: `maze-machine export pledge --to scxml -o pledge.scxml`

@@ -21,7 +21,7 @@ def gate(
     settings: SettingsOption = None,
     identity: IdentityOption = None,
 ) -> None:
-    """Stand between controllers and a ROS 2 driver: one controller at a time, limits, and a stop when it falls silent.
+    """Guard a ROS 2 driver: admit one controller at a time, limit its commands, and stop the base when it falls silent.
 
     It runs on the robot, next to the driver. The profile's section `[link]` names the driver's topics. It ends with
     Ctrl-C, and leaves the robot standing.

@@ -50,7 +50,7 @@ def show(
     robot: RobotOption = None,
     settings: SettingsOption = None,
 ) -> None:
-    """Tell what a maze is like and save a picture of it.
+    """Show what a maze is like and save a picture of it.
 
     Example: `maze-machine maze show final_2015 --picture final.svg`
     """

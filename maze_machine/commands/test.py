@@ -84,7 +84,7 @@ def test(
     """Run a machine's scenarios and decide its properties for all its runs.
 
     A property is proved, or violated by a run that is shown, or there is no violation in runs of a certain number of
-    steps, or it is not decided, with what stands in the way.
+    steps, or it is not decided, with what is in the way.
 
     The exit status is 0 only if all scenarios pass, no property is violated, all are what `--require` demands, and
     coverage is enough; with `--mutate` only if every change is noticed; with `--generate` if everything in the machine

@@ -60,7 +60,10 @@ def watch(
 
 
 def send(
-    event: Annotated[str | None, typer.Argument(help="The event; the machine must declare it.")] = None,
+    event: Annotated[
+        str | None,
+        typer.Argument(help='The event, with what it carries: go, or "floor(3)"; the machine must declare it.'),
+    ] = None,
     connect: ConnectOption = OPEN,
     robot: RobotOption = None,
     identity: IdentityOption = None,
@@ -73,7 +76,7 @@ def send(
 ) -> None:
     """Send an event to a running machine, or have its run pause, go on or end.
 
-    The event is part of the run: it stands in the trace and in the recording, and a replay gives it again.
+    The event is part of the run: it is in the trace and in the recording, and a replay gives it again.
 
     Example: `maze-machine send go --connect tcp/127.0.0.1:7448`
 

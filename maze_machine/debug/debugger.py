@@ -116,7 +116,7 @@ class Debugger:
         """Go on; why the debugger stands now, or None where it is still on its way.
 
         Args:
-            most: after so many points it is asked again.
+            most: after that many points it is asked again.
         """
         for _ in range(most):
             motion = self._motion

@@ -17,7 +17,7 @@ from perception.facts import Facts
 from transport.messages import Command, Observation, Pose, Scan
 
 STRIDE = 8
-"""Every so many beams of a scan are shown."""
+"""Every this many beams of a scan are shown."""
 
 
 class Phases(NamedTuple):
@@ -35,7 +35,7 @@ class Phases(NamedTuple):
 
 @dataclass(frozen=True)
 class Tick:
-    """What happened in one tick; how it is described is worked out when it is asked for, and once.
+    """What happened in one tick; how it is described is computed when it is asked for, and once.
 
     Attributes:
         index: number of the tick, from 0.
@@ -119,6 +119,8 @@ class Tick:
             "twist": [twist.forward, twist.left, twist.turn],
             "ring": self.command.ring,
         }
+        if (goal := self.command.goal) is not None:
+            line["goal"] = [goal.x, goal.y, goal.heading]
         if self.events:
             line["events"] = list(self.events)
         if report.sent:

@@ -1,6 +1,6 @@
 """The trace of a run: one JSON line a tick, the same bytes for the same run, wherever the robot is.
 
-The first line names the machine and its parameters, each further one tells a tick (``tick_json.TickLine``):
+The first line names the machine and its parameters, each further one shows a tick (``tick_json.TickLine``):
 
     {"tick": 0, "stamp": 100000000, "states": ["maze", "maze.straight"], "taken": ["start -> maze (line 21)"],
      "pose": [x, y, heading], "twist": [forward, left, turn], "ring": false}

@@ -232,7 +232,7 @@ class ScenarioDocument:
                 yield from (Entry(one, SymbolKind.VALUE, "bool") for one in ("true", "false"))
 
     def _doing(self, name: str) -> Iterator[str]:
-        """The activities that a name may stand for: its own, or those of a state."""
+        """The activities that a name may represent: its own, or those of a state."""
         yield name
         for state in self.model.states if self.model is not None else ():
             if state.activity is not None and name in (state.name, state.name.rpartition(".")[2]):

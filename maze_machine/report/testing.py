@@ -70,7 +70,7 @@ class Demand:
     Attributes:
         assumptions: what proofs take for granted.
         required: what every verdict is to be at least; None for anything that is not violated.
-        depth: look at runs of so many steps only.
+        depth: look at runs of that many steps only.
     """
 
     assumptions: Assumptions = field(default_factory=Assumptions)

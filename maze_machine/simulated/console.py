@@ -16,7 +16,7 @@ lines of a scenario, which are kept:
   when event go                       somebody sends an event
   after 2 s                           time passes
   expect driving within 5 s           wait for it, or say that it is not so
-  given door.near                     begin anew, with this from the start
+  given door.near                     begin again, with this from the start
 and words of this program:
   set turns = 2       give a variable or a parameter a value
   tick [N]            let N ticks pass

@@ -174,7 +174,7 @@ def _bisected(x: Floats, y: Floats, length: Floats) -> tuple[Floats, Floats]:
 
 
 def thinned(cloud: Cloud, most: int) -> Cloud:
-    """At most so many of a cloud's points, evenly taken."""
+    """At most this many of a cloud's points, evenly taken."""
     stride = max(math.ceil(len(cloud) / most), 1)
     if stride == 1:
         return cloud

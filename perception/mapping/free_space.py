@@ -19,7 +19,7 @@ Cells = NDArray[np.intp]
 Cell = tuple[int, int]
 
 GROWTH = 40
-"""The grid grows by at least so many cells at a time."""
+"""The grid grows by at least this many cells at a time."""
 
 
 @dataclass(slots=True)
@@ -86,7 +86,7 @@ class FreeSpace:
         belief = self.belief.astype(np.int16)
         belief[seen] += settings.gain
         belief[hits] -= settings.gain * seen[hits] + settings.loss
-        # Where the robot stands it is free, also behind it, where it may see nothing.
+        # Where the robot stands still it is free, also behind it, where it may see nothing.
         own = self._disc(pose, settings.body)
         belief[own] = np.where(belief[own] == 0, settings.gain, belief[own])
         np.clip(belief, -settings.most, settings.most, out=belief)

@@ -128,7 +128,7 @@ class Mapper:
         return self.match is not None
 
     def work(self, pieces: int) -> None:
-        """Do so many pieces of the work of finding and closing loops, if there are as many."""
+        """Do this many pieces of the work of finding and closing loops, if there are as many."""
         while pieces and self._work:
             if next(self._work[0], self) is self:
                 self._work.popleft()

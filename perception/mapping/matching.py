@@ -187,7 +187,7 @@ def _equations(pairs: _Pairs, pose: Pose, scale: float, settings: MatchSettings)
     off = (points[0] - pairs.walls[0]) * pairs.normals[0] + (points[1] - pairs.walls[1]) * pairs.normals[1]
     ratio = off / np.sqrt(pairs.variances)
     measured = max(1.4826 * _median(np.abs(ratio)), 1.0)
-    # Cauchy's weights: what deviates much tells little.
+    # Cauchy's weights: what deviates much shows little.
     ratio *= 1.0 / (3.0 * scale)
     weights = 1.0 / ((1.0 + ratio * ratio) * pairs.variances * (measured * measured * settings.correlated))
     nx, ny = turned(pairs.normals, -pose.heading)
@@ -211,7 +211,7 @@ def _without_noise_of_normals(
     """Information and gradient with less weight along the axis that the walls do not fix.
 
     Along a bare corridor the normals' noise alone pretends to know where the robot is, and holds it where it was. An
-    axis that is known so much worse than the other counts the less.
+    axis that is known that much worse than the other counts the less.
     """
     axis = atan2(2 * information.xy, information.xx - information.yy) / 2
     cosine, sine = cos_sin(axis)

@@ -17,7 +17,7 @@ from transport.arithmetic import norm
 from transport.messages import Pose
 
 FORGETTING = 0.9
-"""From scan to scan, so much is left of how rough odometry was."""
+"""From scan to scan, this much is left of how rough odometry was."""
 
 
 @dataclass(slots=True)

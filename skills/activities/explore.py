@@ -26,11 +26,11 @@ THERE = 0.1
 SQUARE = 0.06
 """And when less than this is left to turn, rad."""
 WITHIN = 0.4
-"""A place on the map that the robot cannot stand on is replaced by one at most so far away, m."""
+"""A place on the map that the robot cannot are on is replaced by one at most so far away, m."""
 
 
 class OnMap(Skill):
-    """An activity that drives along ways over the map, which are found anew each time the map has changed."""
+    """An activity that drives along ways over the map, which are found again each time the map has changed."""
 
     def __init__(self, speed: Speed) -> None:
         self._speed = above_zero("speed", speed)
@@ -134,7 +134,7 @@ def _way_out(facts: Facts, plan: ShortestWays) -> Way:
 class GoToDoor(OnMap):
     """Drive to the nearest dead end that may be a door, that has not been tried and not been driven to in this way.
 
-    Outcomes: `done` when the robot stands before it, square to it; `none` when there is no such dead end; `blocked`
+    Outcomes: `done` when the robot is in front of it, square to it; `none` when there is no such dead end; `blocked`
     when the robot gets no farther.
     """
 

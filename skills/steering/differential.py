@@ -16,14 +16,14 @@ from transport.messages import Pose, Twist
 from transport.section import Point
 
 SLANT = math.radians(20)
-"""The robot slants at most so much to its course to get aside, rad."""
+"""The robot slants at most this much to its course to get aside, rad."""
 STEEPEST = math.radians(80)
 """The same where something ahead holds it up, rad."""
 SIDEWAYS = 0.5
 """A direction of which less than this is along the robot's axis is one to its side."""
 
 BLIND = 0.3
-"""It moves forward also where so much of a direction is backward: behind it sees nothing."""
+"""It moves forward also where this much of a direction is backward: behind it sees nothing."""
 CREEP = 0.4
 """Share of the speed with which it moves away to a side: on the spot its rear would swing to what it leaves."""
 
@@ -86,5 +86,5 @@ class DifferentialSteering:
         return Twist(ahead * CREEP * speed, 0.0, self.settings.motion.heading_gain * bearing)
 
     def seeker(self, speed: float) -> GapSeeker:
-        """Through gaps between what stands in the way."""
+        """Through gaps between what is in the way."""
         return GapSeeker(self.robot, self.settings, self, speed)

@@ -16,7 +16,7 @@ from transport.section import Point
 class FieldSeeker:
     """Drives with the sum of the target's pull and the walls' push, and looks at the target meanwhile.
 
-    What stands in the way pushes the robot to the side by which the way round is the shorter, not back.
+    What is in the way pushes the robot to the side by which the way round is the shorter, not back.
     """
 
     def __init__(self, robot: RobotDescription, settings: SkillSettings, speed: float) -> None:

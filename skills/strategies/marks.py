@@ -21,7 +21,7 @@ def junction_mark(facts: Facts, way: Direction) -> None:
 
 @LIBRARY.signal("junction.marks")
 def junction_marks(facts: Facts, way: Direction) -> int:
-    """How many marks a way of this junction bears, named as the robot stood when it arrived."""
+    """How many marks a way of this junction has, named as the robot stood when it arrived."""
     return facts.world.marks.count(way)
 
 

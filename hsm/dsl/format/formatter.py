@@ -21,7 +21,7 @@ INDENT = 4
 
 _CONTINUATION = 8
 _WIDEST_TRIGGER = 72
-_TRANSITIONS = ("ON", "WHEN", "AFTER")
+_TRANSITIONS = ("ON", "WHEN", "ELSE", "AFTER", "EVERY")
 _DECLARATIONS = ("PARAM", "VAR")
 _AMOUNT = re.compile(r"([\d.]+(?:[eE][+-]?\d+)?) *(.*)")
 

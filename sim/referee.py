@@ -25,14 +25,14 @@ STILL_ANGLE = 0.02
 
 
 class AttemptOutcome(StrEnum):
-    """How an attempt stands or ended."""
+    """The state of an attempt or its end."""
 
     RUNNING = "still inside"
     ESCAPED = "escaped"
     REACHED = "reached the goal"
     SURVIVED = "touched nothing to the end"
     TOUCHED = "touched something"
-    STOOD_STILL = "stood still for too long"
+    STOOD_STILL = "did not move for too long"
     OUT_OF_TIME = "ran out of time"
 
 
@@ -45,7 +45,7 @@ class RefereeReport:
     """What the referee says of one attempt.
 
     Attributes:
-        outcome: how the attempt stands or ended.
+        outcome: the state of the attempt or its end.
         reason: the outcome in words, with place and time where they matter.
         time: simulated time since the attempt began, s.
         path_length: how far the robot's origin travelled, m.
@@ -103,7 +103,7 @@ _UNDER_WAY = {
     Survive: "the time is not over",
     Nothing: "touched nothing so far",
 }
-"""How an attempt stands that goes on, by its goal."""
+"""The state of an attempt in progress, by its goal."""
 
 
 def may_open(rules: Rules, corners: Points, origin: Pose, command: Command, doorway: Segments) -> str:
@@ -155,7 +155,7 @@ class Referee:
 
     @property
     def verdict(self) -> RefereeReport:
-        """How the attempt stands."""
+        """The state of the attempt."""
         return RefereeReport(
             self._outcome,
             self._reason,
@@ -219,7 +219,7 @@ class Referee:
         if isinstance(self._goal, Nothing):
             return self._ended_at_leisure()
         if self._time - self._anchor_time >= self._rules.still_limit - 1e-9:
-            return AttemptOutcome.STOOD_STILL, f"stood still for {self._rules.still_limit:g} s"
+            return AttemptOutcome.STOOD_STILL, f"did not move for {self._rules.still_limit:g} s"
         if self._time >= self._time_limit - 1e-9:
             return AttemptOutcome.OUT_OF_TIME, f"ran out of the {self._time_limit:g} s"
         return AttemptOutcome.RUNNING, _UNDER_WAY[type(self._goal)]

@@ -204,7 +204,7 @@ def _wrapped(text: str, width: int) -> list[str]:
 
 
 def _paragraph(text: str) -> str:
-    """A transition's text in a label; what goes on in another line is indented."""
+    """A transition's text in a label; continuation lines are indented."""
     first, *rest = _wrapped(text, WIDTH) or [""]
     return "".join(rf"{line}\l" for line in (first, *(f"   {line}" for line in rest)))
 

@@ -110,7 +110,7 @@ def mission_ticks(
     operator: Operator = NOBODY,
     truth: Callable[[int], Pose] | None = None,
 ) -> Iterator[Tick]:
-    """The ticks of a mission, as ``drive.loop.ticks`` gives them; whoever takes them closes the robot.
+    """The ticks of a mission, as ``drive.loop.ticks`` gives them; the caller closes the robot.
 
     Args:
         mission: what to do; its time limit is the caller's to keep.

@@ -45,7 +45,7 @@ class TickLine(TypedDict):
     ring: Annotated[bool, Field(description="whether the door bell is rung")]
     events: Annotated[NotRequired[list[str]], Field(description="what somebody outside sent for this tick")]
     sent: Annotated[NotRequired[list[str]], Field(description="what the machine sent to other machines, in order")]
-    blind: Annotated[NotRequired[str], Field(description="why the loop keeps the base standing")]
+    blind: Annotated[NotRequired[str], Field(description="why the loop keeps the base stopped")]
     outcome: Annotated[NotRequired[str], Field(description="the final state that ended the machine")]
     violated: Annotated[NotRequired[list[str]], Field(description="properties that do not hold from this tick on")]
 

@@ -1,4 +1,4 @@
-"""What a run shows and leaves behind while it goes on: progress, a trace, a recording, a live page."""
+"""What a run shows and writes while it goes on: progress, a trace, a recording, a live page."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def frame(observation: Observation, command: Command, step: Mapping[str, Any], p
 
     Args:
         observation: what the robot sensed.
-        command: what it was told.
+        command: what it was commanded.
         step: ``states``, ``taken`` and, where they are known, ``doing`` and ``reasons``.
         pose: where the robot really was, in the frame of the walls; None for the odometry.
     """

@@ -21,7 +21,7 @@ _REMEMBERED = 64
 class CommandGuard:
     """Decides which commands reach the base.
 
-    The first accepted command of a lease arms the command time-out. Once it has stopped the base, nothing moves it until
+    The first accepted command of a lease arms the time-out. Once it has stopped the base, nothing moves it until
     a controller has taken the lease again.
 
     Attributes:

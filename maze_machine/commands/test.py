@@ -41,7 +41,7 @@ def test(
     ] = None,
     mutate: Annotated[
         bool,
-        typer.Option("--mutate", help="Change the machine in small ways; list the mutants that no scenario kills."),
+        typer.Option("--mutate", help="Change the machine in small ways; list mutants that no scenario kills."),
     ] = False,
     steps: Annotated[
         int | None,

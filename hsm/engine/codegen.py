@@ -172,11 +172,11 @@ class Generator:
         """The values of all slots before a run begins: what is exposed can be read from the start.
 
         Args:
-            parameters: those of the parameters, in order.
+            parameters: those of the parameters, in order; of a run that goes on, those of the variables behind them.
         """
         values = [*parameters, *[None] * (len(self.variables) - len(parameters))]
         for slot, variable in enumerate(self.model.variables, len(self.model.parameters)):
-            if variable.exposed and isinstance(variable.initial, Literal):
+            if variable.exposed and slot >= len(parameters) and isinstance(variable.initial, Literal):
                 values[slot] = variable.initial.value
         return values
 

@@ -18,6 +18,7 @@ from maze_machine.drive.loop import ticks
 from maze_machine.drive.operation import NOBODY, Operator
 from maze_machine.drive.tick import Tick
 from maze_machine.drive.verdict import read_verdict
+from maze_machine.errors import UsageError
 from perception import Perception
 from perception.facts import Facts
 from skills.chain import MotionChain
@@ -92,11 +93,14 @@ def prepare(
     Raises:
         FileError: there is no such machine.
         MachineError: the machine has faults.
-        UsageError: a parameter is unknown or has a value that is not of its type.
+        UsageError: a parameter is unknown or has a value that is not of its type, or the machine has members.
     """
     path = find_machine(name)
     names = chosen_library(library, path, lambda: robot_library(profile.skills, profile.robot))
     machine = hsm.load(path, names)
+    if members := machine.model.members:
+        reason = f"machine {machine.name} has members ({', '.join(members)}), and each needs a robot of its own"
+        raise UsageError(reason, "run each one's machine on its robot, connected by --tell ROBOT@ENDPOINT")
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
     values = parameter_values(machine.model.parameters, written, names.enumerations)
     return Mission(machine, profile, values, time_limit)

@@ -1,6 +1,8 @@
 """What an editor is told: completion, hovering, definitions, outline; and all of it over the protocol once."""
 
+import importlib
 import json
+import linecache
 import subprocess
 import sys
 from pathlib import Path
@@ -8,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from hsm.dsl import check_text
-from hsm.dsl.lsp import actions, navigation
+from hsm.dsl.lsp import actions, navigation, refactoring
 from hsm.dsl.lsp.editing import Document, SymbolKind
 from hsm.dsl.lsp.occurrences import Role
+from maze_machine.catalogue.library import robot_names
 
 MACHINES = Path(__file__).parent / "machines"
 TEXT = """\
@@ -390,3 +393,121 @@ def test_the_newer_words_have_their_colours(talking):
     lines, found = TALKING.splitlines(), navigation.colours(talking)
     named = {(one.line + 1, lines[one.line][one.column : one.column + one.length]) for one in found}
     assert {(8, "defer"), (9, "stop"), (7, "number"), (7, "raise"), (11, "rings")} <= named
+
+
+OUTER = """machine outer
+
+event go
+
+var turns : int = 0
+
+initial calm
+
+state calm
+    on go -> busy
+
+state busy
+    initial first
+    on over -> calm / turns += 1
+
+    # The beginning.
+    state first
+        do stop()
+        after 1 s -> second
+
+    state second
+        do stop()
+        after 1 s -> over
+
+    final over
+"""
+
+
+def applied(text, edits):
+    lines = text.split("\n")
+    for one in sorted(edits, key=lambda edit: (edit.line, edit.column), reverse=True):
+        before, after = lines[one.line][: one.column], lines[one.end_line][one.end_column :]
+        lines[one.line : one.end_line + 1] = f"{before}{one.text}{after}".split("\n")
+    return "\n".join(lines)
+
+
+def errors_of(text, library, file):
+    return [one.message for one in check_text(text, library, file).diagnostics if one.severity.name == "ERROR"]
+
+
+def extractions(text, library, folder):
+    document = Document(text, str(folder / "outer.maze-machine"), library)
+    line = text.split("\n").index("state busy")
+    return [one for one in refactoring.refactorings(document, line) if one.kind == refactoring.EXTRACT]
+
+
+def test_the_inside_of_a_state_becomes_a_machine(tmp_path):
+    library = robot_names()
+    (found,) = extractions(OUTER, library, tmp_path)
+    ((path, made),) = found.created
+    assert path == tmp_path / "busy.maze-machine"
+    assert "# The beginning." in made
+    path.write_text(made, encoding="utf-8")
+    rest = applied(OUTER, found.edits)
+    assert "state busy = busy()\n    on over -> calm / turns += 1\n" in rest
+    before, after = (check_text(text, library, str(tmp_path / "outer.maze-machine")) for text in (OUTER, rest))
+    assert [one.code for one in after.diagnostics] == [one.code for one in before.diagnostics]
+    own = [one.name.removeprefix("busy.") for one in after.model.states[1:]]
+    assert own == [one.name for one in before.model.states[1:]]
+    assert extractions(OUTER, library, tmp_path) == []  # the file is there already
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("after 1 s -> over", "after 1 s -> calm"),
+        ("after 1 s -> over", "when turns > 1 -> over"),
+        ("after 1 s -> over", "on go -> over"),
+        ("on go -> busy", "on go -> second"),
+        ("    initial first\n", "    initial first\n    entry / raise go\n"),
+    ],
+)
+def test_what_is_bound_to_its_surroundings_stays(tmp_path, old, new):
+    assert extractions(OUTER.replace(old, new), robot_names(), tmp_path) == []
+
+
+def fixed(text, library, file, title):
+    checked = check_text(text, library, file).diagnostics
+    (found,) = [one for one in actions.fixes(Document(text, file, library), checked) if one.title == title]
+    return found
+
+
+def test_unknown_names_are_declared(tmp_path):
+    library, file = robot_names(), str(tmp_path / "outer.maze-machine")
+    wrong = OUTER.replace("on go -> busy", "on go -> bus").replace("after 1 s -> second", "on nudge -> second")
+    wrong = wrong.replace("    on over -> calm", "    when tired -> calm\n    on over -> calm")
+    for title in ("Declare state `bus`", "Declare `event nudge`", "Declare `var tired : bool = false`"):
+        wrong = applied(wrong, fixed(wrong, library, file, title).edits)
+    assert errors_of(wrong, library, file) == []
+
+
+def test_unknown_names_of_the_robot_are_declared_in_python(tmp_path, monkeypatch):
+    source = tmp_path / "declared_lamp.py"
+    source.write_text(
+        "from hsm import Library\n\nLIBRARY: Library = Library('lamp')\n\n\n"
+        "@LIBRARY.signal('dark')\ndef dark(facts) -> bool:\n    'It is dark.'\n    return True\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    text = (
+        "machine lamp\n\ninitial off\n\nstate off\n    do glow()\n    when dark -> lit / click()\n\n"
+        "state lit\n    when not near.wall -> off\n"
+    )
+    file = str(tmp_path / "lamp.maze-machine")
+    for title in ("activity `glow`", "action `click`", "signal `near.wall`"):
+        found = fixed(text, imported("declared_lamp"), file, f"Declare {title} in declared_lamp.py")
+        assert found.file == str(source)
+        source.write_text(applied(source.read_text(), found.edits))
+    assert errors_of(text, imported("declared_lamp"), file) == []
+
+
+def imported(name):
+    sys.modules.pop(name, None)
+    importlib.invalidate_caches()
+    linecache.clearcache()
+    return importlib.import_module(name).LIBRARY

@@ -111,14 +111,13 @@ def workbench(
         "--extensions-dir", str(folder / "extensions"), "--disable-telemetry", "--disable-update-check", str(workspace),
     ]  # fmt: skip
     variables = {
-        **os.environ,
+        **{name: value for name, value in os.environ.items() if name != "VIRTUAL_ENV"},
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
         "HOME": str(folder),
         "MAZE_MACHINE_VERDICT": str(verdict),
         "MAZE_MACHINE_STEPS": steps,
         **(environment or {}),
     }
-    variables.pop("VIRTUAL_ENV", None)
     with (folder / "log.txt").open("w") as log:
         process = subprocess.Popen(command, env=variables, stdout=log, stderr=log, start_new_session=True)
     try:

@@ -32,7 +32,7 @@ def excepted(text: str) -> bool:
 
     - Words of claims as names within a property.
     - `when` as a name in a `stay` line.
-    - The word `cancel` where our lexer and the grammar disagree on whether it is a name.
+    - The words `cancel` and `send` where our lexer and the grammar disagree on whether they are names.
     - Tabs, which the caller has replaced.
     """
     lines = text.replace("\r\n", "\n").split("\n")
@@ -46,7 +46,7 @@ def excepted(text: str) -> bool:
         opening = statement.split()[0] if statement.split() else ""
         in_claim = opening == "property" and word in CLAIM_WORDS
         in_stay = opening == "stay" and word == "when"
-        if not (in_claim or in_stay or re.search(r"\bcancel\b", statement)):
+        if not (in_claim or in_stay or re.search(r"\b(cancel|send)\b", statement)):
             return False
     return True
 

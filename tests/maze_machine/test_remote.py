@@ -298,3 +298,11 @@ def test_whom_to_tell_is_a_robot_and_an_endpoint(other):
     result = CliRunner().invoke(app, ["run", "pledge", "--no-picture", "--tell", other])
     assert result.exit_code == 2
     assert "write ROBOT@ENDPOINT" in result.output
+
+
+def test_a_machine_with_members_is_not_run_on_one_robot(tmp_path):
+    (tmp_path / "talker.maze-machine").write_text(TALKER, encoding="utf-8")
+    pair = tmp_path / "pair.maze-machine"
+    pair.write_text("machine pair\nimport talker\nparallel both\n    member a1 = talker()\n    member a2 = talker()\n")
+    with pytest.raises(UsageError, match=r"machine pair has members \(a1, a2\)"):
+        prepare(str(pair), load_profile("pico"))

@@ -11,6 +11,7 @@ from hsm.dsl.lsp.actions import Edit, Fix
 from hsm.dsl.lsp.editing import Entry, OpenCall, SymbolKind
 from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import Occurrence, Role
+from hsm.dsl.lsp.refactoring import Refactoring
 from hsm.model.diagnostics import Diagnostic, Place, Severity
 from hsm.model.unparse import value_text
 
@@ -194,5 +195,22 @@ def code_action(fix: Fix, uri: str, path: str, lines: Sequence[str]) -> types.Co
         kind=types.CodeActionKind.QuickFix,
         diagnostics=[diagnostic(fix.diagnostic, path, lines)],
         is_preferred=fix.certain,
-        edit=types.WorkspaceEdit(changes={uri: [text_edit(one, lines) for one in fix.edits]}),
+        edit=types.WorkspaceEdit(
+            changes={uri_of(fix.file) if fix.file else uri: [text_edit(one, lines) for one in fix.edits]}
+        ),
     )
+
+
+def refactoring_action(found: Refactoring, uri: str, lines: Sequence[str]) -> types.CodeAction:
+    """A change of the file, perhaps with files that it makes."""
+    edits = [text_edit(one, lines) for one in found.edits]
+    if not found.created:
+        return types.CodeAction(found.title, found.kind, edit=types.WorkspaceEdit(changes={uri: edits}))
+    changes: list[types.TextDocumentEdit | types.CreateFile | types.RenameFile | types.DeleteFile] = []
+    for path, text in found.created:
+        made, begin = uri_of(str(path)), types.Position(0, 0)
+        changes.append(types.CreateFile(made, options=types.CreateFileOptions(overwrite=False)))
+        identifier = types.OptionalVersionedTextDocumentIdentifier(made)
+        changes.append(types.TextDocumentEdit(identifier, [types.TextEdit(types.Range(begin, begin), text)]))
+    changes.append(types.TextDocumentEdit(types.OptionalVersionedTextDocumentIdentifier(uri), list(edits)))
+    return types.CodeAction(found.title, found.kind, edit=types.WorkspaceEdit(document_changes=changes))

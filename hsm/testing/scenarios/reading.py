@@ -16,7 +16,7 @@ from hsm.dsl.semantics.typing import Declared, Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
 from hsm.engine.occurrences import event_text
-from hsm.model.chart import Model, On, Raise, Send
+from hsm.model.chart import Emit, Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
 from hsm.model.expressions import Literal
 from hsm.model.members import library_of_members
@@ -364,7 +364,7 @@ class _Reader:
         return ExpectationClause(InState(found[0], negated), f"{'not ' if negated else ''}{name}")
 
     def _performs(self, part: Performance) -> ExpectationClause | None:
-        if part.keyword.type == "RAISED":
+        if part.keyword.type in ("RAISED", "SENT"):
             return self._raises(part)
         action = part.keyword.type == "CALLED"
         name = name_of(part.what)
@@ -384,17 +384,21 @@ class _Reader:
         return ExpectationClause(Performs(str(name), arguments, action, part.negated), text)
 
     def _raises(self, part: Performance) -> ExpectationClause | None:
-        raised = {one.event for one in actions_of(self.model) if isinstance(one, Raise | Send)}
+        sent, word = part.keyword.type == "SENT", str(part.keyword)
+        kinds = Emit if sent else Raise | Send
+        raised = {one.event for one in actions_of(self.model) if isinstance(one, kinds)}
         name = name_of(part.what)
         if isinstance(part.what, ast.CallSyntax):
-            message = f"`raised {name}` needs the data that the event carries"
+            message = f"`{word} {name}` takes the event's name alone, without the data that it carries"
             self.report.add("E0213", self._span(part.what), message, "expect a variable that it was given to")
             return None
         if str(name) not in raised:
             hint = self.report.guess(name, raised).text
-            self.report.add("E0203", self._span(name), f"the machine never raises `{name}`", hint)
+            message = f"the machine never {'sends' if sent else 'raises'} `{name}`"
+            self.report.add("E0203", self._span(name), message, hint)
             return None
-        return ExpectationClause(Raises(str(name), part.negated), f"{'not ' if part.negated else ''}raised {name}")
+        text = f"{'not ' if part.negated else ''}{word} {name}"
+        return ExpectationClause(Raises(str(name), part.negated, sent), text)
 
     def _given_arguments(self, call: ast.CallSyntax, parameters: tuple[Parameter, ...]) -> dict[int, Any] | None:
         """The arguments that are given, by position; what is left out may be anything."""

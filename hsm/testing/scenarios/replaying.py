@@ -154,6 +154,7 @@ class Teller:
             if claim not in claims:
                 claims.append(claim)
         claims += map(self.writer.raises, dict.fromkeys(self.driver.raised))
+        claims += map(self.writer.sends, dict.fromkeys(self.driver.sent))
         for variable in model.variables:
             value = self.driver.variables.get(variable.name)
             known = self.seen.get(variable.name)

@@ -227,8 +227,8 @@ def _met(driver: Driver, claim: ExpectationClause) -> bool:
         case Performs() as performs:
             among = driver.calls if performs.action else driver.doing.values()
             return any(map(performs.matches, among)) != performs.negated
-        case Raises(event, negated):
-            return (event in driver.raised) != negated
+        case Raises(event, negated, sent):
+            return (event in (driver.sent if sent else driver.raised)) != negated
         case ConditionHolds(condition):
             return driver.value(condition) is True
 

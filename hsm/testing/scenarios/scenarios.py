@@ -67,10 +67,17 @@ class Performs:
 
 @dataclass(frozen=True, slots=True)
 class Raises:
-    """The machine raised an event in the last step, or did not."""
+    """The machine raised an event in the last step, or did not.
+
+    Attributes:
+        event: its name.
+        negated: it did not.
+        sent: it sent it to other machines.
+    """
 
     event: str
     negated: bool = False
+    sent: bool = False
 
 
 @dataclass(frozen=True, slots=True)

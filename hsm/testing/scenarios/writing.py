@@ -113,6 +113,10 @@ class Writer:
             content, f"{'called' if action else 'doing'} {name}({self._arguments(parameters, given)})"
         )
 
+    def sends(self, event: str) -> ExpectationClause:
+        """The claim that the machine sent an event to other machines."""
+        return ExpectationClause(Raises(event, sent=True), f"sent {event}")
+
     def raises(self, event: str) -> ExpectationClause:
         """The claim that the machine raised an event."""
         return ExpectationClause(Raises(event), f"raised {event}")

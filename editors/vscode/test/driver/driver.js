@@ -295,8 +295,10 @@ const steps = {
     assert.equal(existsSync(at("ran").fsPath), false, "code of the workspace ran");
     const heard = hearTests(api);
     await api.tests.discover();
-    await vscode.commands.executeCommand("testing.runAll").then(undefined, () => {});
+    const [profile] = api.tests.profiles;
+    await profile.runHandler(new vscode.TestRunRequest(undefined, undefined, profile), new vscode.CancellationTokenSource().token);
     assert.deepEqual(heard.passed, []);
+    assert.match(heard.failed[0][1].message, /trust/);
     assert.equal(existsSync(at("ran").fsPath), false, "code of the workspace ran");
   },
 

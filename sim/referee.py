@@ -32,7 +32,7 @@ class AttemptOutcome(StrEnum):
     REACHED = "reached the goal"
     SURVIVED = "touched nothing to the end"
     TOUCHED = "touched something"
-    STOOD_STILL = "did not move for too long"
+    STOOD_STILL = "stood still for too long"
     OUT_OF_TIME = "ran out of time"
 
 
@@ -219,7 +219,7 @@ class Referee:
         if isinstance(self._goal, Nothing):
             return self._ended_at_leisure()
         if self._time - self._anchor_time >= self._rules.still_limit - 1e-9:
-            return AttemptOutcome.STOOD_STILL, f"did not move for {self._rules.still_limit:g} s"
+            return AttemptOutcome.STOOD_STILL, f"stood still for {self._rules.still_limit:g} s"
         if self._time >= self._time_limit - 1e-9:
             return AttemptOutcome.OUT_OF_TIME, f"ran out of the {self._time_limit:g} s"
         return AttemptOutcome.RUNNING, _UNDER_WAY[type(self._goal)]

@@ -46,7 +46,7 @@ class Timeline:
             elif now - self._moved_at > self._patience:
                 self._time = expected
                 # A clock that stands still does so at every tick: that is one fault.
-                self.faults.update(["stopped"] if fresh and "stopped" not in self.faults else [])
+                self.faults.update(["stood still"] if fresh and "stood still" not in self.faults else [])
         if stamp != self._stamp:
             self._stamp, self._moved_at = stamp, now
         self._now = now

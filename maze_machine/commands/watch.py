@@ -60,7 +60,10 @@ def watch(
 
 
 def send(
-    event: Annotated[str | None, typer.Argument(help="The event; the machine must declare it.")] = None,
+    event: Annotated[
+        str | None,
+        typer.Argument(help='The event, with what it carries: go, or "floor(3)"; the machine must declare it.'),
+    ] = None,
     connect: ConnectOption = OPEN,
     robot: RobotOption = None,
     identity: IdentityOption = None,

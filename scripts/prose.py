@@ -70,8 +70,11 @@ def prose(path: Path) -> Iterator[tuple[int, str]]:
     elif path.suffix == ".md":
         yield 1, FENCE.sub(lambda fence: "\n" * fence[0].count("\n"), text)
     else:
+        listed = (
+            re.compile(COMMENT.pattern.removesuffix(r"|>[^<>{}]+<"), COMMENT.flags) if path.suffix == ".js" else COMMENT
+        )
         text = SCRIPT.sub(lambda script: "\n" * script[0].count("\n"), text)
-        yield from ((text.count("\n", 0, one.start()) + 1, one[0]) for one in COMMENT.finditer(text))
+        yield from ((text.count("\n", 0, one.start()) + 1, one[0]) for one in listed.finditer(text))
 
 
 def problems(path: Path, listed: list[Rule]) -> Iterator[tuple[int, str, Rule]]:

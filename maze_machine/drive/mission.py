@@ -88,7 +88,7 @@ class Ending:
         return bool(self.report["solved"]) if self.report else self.outcome is not None
 
     def as_json(self) -> dict[str, Any]:
-        """How it ended, for whoever shows it: ``line`` says it in a sentence, ``lines`` in full."""
+        """How it ended, for display: ``line`` says it in a sentence, ``lines`` in full."""
         ended = f"ended in {self.outcome}" if self.outcome else self.reason
         words = str(self.report["line"]) if "line" in self.report else ended
         lines = [words, self.reason, *self.violations]

@@ -39,7 +39,8 @@ CODE = re.compile(
 FENCE = re.compile(r"^( *)```.*?^\1```$", re.DOTALL | re.MULTILINE)
 TEXTS = {tokenize.STRING, tokenize.COMMENT, getattr(tokenize, "FSTRING_MIDDLE", -1)}
 SCRIPT = re.compile(r"<(script|style)\b.*?</\1>", re.DOTALL)
-COMMENT = re.compile(r"(?<!\S)#.*$|//.*$|/\*.*?\*/|<!--.*?-->|>[^<>{}]+<", re.MULTILINE | re.DOTALL)
+COMMENT = re.compile(r"(?<!\S)#[^\n]*|(?<!:)//[^\n]*|/\*.*?\*/|<!--.*?-->", re.DOTALL)
+SHOWN = re.compile(rf"{COMMENT.pattern}|>[^<>{{}}]+<", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -70,9 +71,7 @@ def prose(path: Path) -> Iterator[tuple[int, str]]:
     elif path.suffix == ".md":
         yield 1, FENCE.sub(lambda fence: "\n" * fence[0].count("\n"), text)
     else:
-        listed = (
-            re.compile(COMMENT.pattern.removesuffix(r"|>[^<>{}]+<"), COMMENT.flags) if path.suffix == ".js" else COMMENT
-        )
+        listed = SHOWN if path.suffix == ".html" else COMMENT
         text = SCRIPT.sub(lambda script: "\n" * script[0].count("\n"), text)
         yield from ((text.count("\n", 0, one.start()) + 1, one[0]) for one in listed.finditer(text))
 

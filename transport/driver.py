@@ -20,7 +20,8 @@ from transport.codec import (
 )
 from transport.hearing import heard_instead
 from transport.keys import RobotKeys
-from transport.messages import STOP, Command, DoorReply, Odometry, Scan, Twist
+from transport.messages import STOP, Command, DoorReply, Navigation, Odometry, Scan, Twist
+from transport.navigation import Navigator
 from transport.ros_graph import RosGraph, RosPublisher, RosSender
 
 T = TypeVar("T")
@@ -36,6 +37,7 @@ class Sensed:
     scan: Scan | None = None
     odometry: Odometry | None = None
     door: DoorReply | None = None
+    navigation: Navigation | None = None
 
 
 class RobotDriver(Protocol):
@@ -93,6 +95,7 @@ class RosDriver:
             graph.subscriber(keys.odometry)
             self._publisher = RosPublisher(self._publisher, graph.publisher(keys.command))
         self._bell = _bell(bus, keys, graph)
+        self._navigator = Navigator(bus, keys, graph)
         self._keys, self._answered = keys, 0
         self._unread = ""
         self._closed = False
@@ -100,13 +103,18 @@ class RosDriver:
     def sense(self) -> Sensed:
         """The newest scan and odometry that came since the last call."""
         return Sensed(
-            self._take(self._scan, decode_scan), self._take(self._odometry, decode_odometry), self._bell.answer()
+            self._take(self._scan, decode_scan),
+            self._take(self._odometry, decode_odometry),
+            self._bell.answer(),
+            self._navigator.news(),
         )
 
     def drive(self, command: Command) -> None:
-        """Send the velocity, and ring where the command says so."""
+        """Send the velocity, or leave it to the robot's navigation, and ring where the command says so."""
         self._answered = command.answers
-        self.move(command.twist)
+        self._navigator.pursue(command.goal)
+        if command.goal is None:
+            self.move(command.twist)
         if command.ring:
             self.ring()
 
@@ -132,6 +140,7 @@ class RosDriver:
         if not self._closed:
             self._closed = True
             try:
+                self._navigator.close()
                 self.move(STOP)
             finally:
                 self._bus.close()

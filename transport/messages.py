@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,6 +158,21 @@ class DoorReply:
 
 
 @dataclass(frozen=True, slots=True)
+class Navigation:
+    """How the robot's own navigation does with a goal.
+
+    Attributes:
+        goal: the pose to be reached, in the navigation's map.
+        state: ``asked``, ``driving``, ``arrived``, ``failed``, or ``missing`` where nobody navigates.
+        reason: why it failed or is missing.
+    """
+
+    goal: Pose
+    state: Literal["asked", "driving", "arrived", "failed", "missing"] = "asked"
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class LinkStatus:
     """How the link is doing, as the machine may want to know.
 
@@ -187,6 +203,8 @@ class Observation:
         odometry: the newest odometry.
         door: the answer to a ring since the last observation, if one came.
         link: state of the link.
+        navigation: how the robot's own navigation does with the goal of the last command; None without a goal, and of
+            a robot that has no navigation.
     """
 
     stamp: int
@@ -194,6 +212,7 @@ class Observation:
     odometry: Odometry
     door: DoorReply | None = None
     link: LinkStatus = field(default=LinkStatus())
+    navigation: Navigation | None = None
 
     @property
     def time(self) -> float:
@@ -209,8 +228,10 @@ class Command:
         twist: the velocity to drive with.
         ring: ring the door bell, once.
         answers: stamp of the observation that led to this command, ns.
+        goal: a pose that the robot's own navigation is to reach; while there is one, it drives instead of the twist.
     """
 
     twist: Twist = STOP
     ring: bool = False
     answers: int = 0
+    goal: Pose | None = None

@@ -33,6 +33,10 @@ class LinkSettings(Settings):
     door_call: Literal["service", "message"] = "service"
     """Whether the door is asked for with a service call (std_srvs/Trigger) that is answered, or with a plain message
     (std_msgs/Empty)."""
+    navigation: str = "navigate_to_pose"
+    """Name of the action by which a bare driver's own navigation is given a goal (nav2_msgs/NavigateToPose)."""
+    navigation_frame: str = "map"
+    """The frame in which that goal is given."""
     dead_man: Positive = 0.25
     """The robot's side stops the base when it has accepted no command for this long, s."""
     answer_age: Positive = 0.35

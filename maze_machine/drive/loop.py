@@ -100,10 +100,11 @@ def merged(commands: Iterable[Command]) -> Command:
     At most one of them holds the base, which the checker sees to; the others ask for no motion, so twists add up.
     """
     forward = left = turn = 0.0
-    ring = False
+    ring, goal = False, None
     for command in commands:
         forward += command.twist.forward
         left += command.twist.left
         turn += command.twist.turn
         ring = ring or command.ring
-    return Command(Twist(forward, left, turn), ring)
+        goal = goal or command.goal
+    return Command(Twist(forward, left, turn), ring, goal=goal)

@@ -119,6 +119,8 @@ class Tick:
             "twist": [twist.forward, twist.left, twist.turn],
             "ring": self.command.ring,
         }
+        if (goal := self.command.goal) is not None:
+            line["goal"] = [goal.x, goal.y, goal.heading]
         if self.events:
             line["events"] = list(self.events)
         if report.sent:

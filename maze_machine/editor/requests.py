@@ -12,6 +12,7 @@ from lsprotocol import types
 from hsm.dsl.loading import SUFFIX
 from hsm.dsl.lsp.server import MachineServer
 from maze_machine.editor.libraries import EditorLibraries
+from maze_machine.editor.pages import code_pages
 from maze_machine.editor.settings import SECTION, read_settings, too_old
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ def add_requests(server: MachineServer, libraries: EditorLibraries, version: str
     server.forget_libraries = libraries.refresh
     server.other_language = scenarios
     server.ignored = libraries.ignored
+    server.pages = code_pages()
 
     @cache
     def tested() -> TestedStates:

@@ -98,15 +98,17 @@ class Rotate(Skill):
 
     def _to_the_spot(self, facts: Facts, pose: Pose) -> tuple[float, float]:
         """Where the spot is, in the robot's frame, m; a robot that can only go there first goes there once."""
+        if not self.steering(facts).sideways and not self._there:
+            self._spot = self._roomy_spot(facts, pose)  # what is ahead may come nearer meanwhile
         here = self._spot.local(pose)
         distance = norm(here.x, here.y)
-        if self._pushed_off(distance):
-            self._spot, self._away, self._nearest = Frame(pose), 0.0, 0.0
-            return 0.0, 0.0
         if not self.steering(facts).sideways:
             self._there = self._there or distance < self.settings.motion.dead_zone
             if self._there:
                 return 0.0, 0.0
+        elif self._pushed_off(distance):
+            self._spot, self._away, self._nearest = Frame(pose), 0.0, 0.0
+            return 0.0, 0.0
         return rotated(-here.x, -here.y, -here.heading)
 
     def _pushed_off(self, distance: float) -> bool:

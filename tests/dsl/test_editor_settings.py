@@ -193,3 +193,17 @@ def test_a_line_is_laid_out_when_it_is_ended(tmp_path):
             assert client.errors == []
 
     served(work)
+
+
+def test_each_code_of_a_diagnostic_leads_to_its_page(tmp_path):
+    path = tmp_path / "ring.maze-machine"
+
+    async def work():
+        async with configured([tmp_path], None) as client:
+            document = opened(client, path, MACHINE.replace("-> ringing", "-> rining"))
+            report = await client.text_document_diagnostic_async(types.DocumentDiagnosticParams(document))
+            page, _, line = report.items[0].code_description.href.partition("#L")
+            explained = Path(page.removeprefix("file://")).read_text(encoding="utf-8").splitlines()[int(line) - 1]
+            assert explained.startswith(f"### {report.items[0].code}: ")
+
+    served(work)

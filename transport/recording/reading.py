@@ -23,8 +23,10 @@ from transport.messages import (
     Command,
     DoorReply,
     LinkStatus,
+    Navigation,
     Observation,
     Odometry,
+    Pose,
     Scan,
     ScanGeometry,
     Twist,
@@ -60,6 +62,8 @@ class _Told:
     answers: Annotated[int, Field(ge=0, lt=2**63)]
     step: dict[str, Any]
     door: DoorReply | None = None
+    goal: Pose | None = None
+    navigation: Navigation | None = None
 
 
 _TOLD = TypeAdapter(_Told)
@@ -160,8 +164,8 @@ def _own_ticks(wanted: _Wanted, prefix: str) -> Iterator[RecordedTick]:
                     # A recording that begins at the time of day has all its stamps later by the same time.
                     later = message.stamp - told.stamp
                     seen = replace(scan, stamp=scan.stamp - later), replace(odometry, stamp=odometry.stamp - later)
-                    observation = Observation(told.stamp, *seen, told.door, told.link)
-                    yield RecordedTick(observation, Command(twist, told.ring, told.answers), told.step)
+                    observation = Observation(told.stamp, *seen, told.door, told.link, told.navigation)
+                    yield RecordedTick(observation, Command(twist, told.ring, told.answers, told.goal), told.step)
         except codec.CodecError as error:
             raise RecordingError(f"is spoilt: {error}") from None
 

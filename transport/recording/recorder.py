@@ -243,6 +243,12 @@ class _TickWriter:
             "answers": command.answers,
             "step": step,
         }
+        # Only where there is one: few robots have a navigation of their own.
+        told |= {
+            key: asdict(one)
+            for key, one in (("goal", command.goal), ("navigation", observation.navigation))
+            if one is not None
+        }
         self._add(f"/{name}/tick", codec.STRING, at, codec.encode_text(json.dumps(told, separators=(",", ":"))))
 
     def finish(self, ending: dict[str, str]) -> None:

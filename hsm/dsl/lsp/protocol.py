@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from lsprotocol import types
 from pygls import uris
@@ -103,8 +103,11 @@ def text_edit(edit: Edit, lines: Sequence[str]) -> types.TextEdit:
     return types.TextEdit(where, edit.text)
 
 
-def diagnostic(found: Diagnostic, path: str, lines: Sequence[str]) -> types.Diagnostic:
-    """A diagnostic of a file, with the places that belong to it."""
+def diagnostic(
+    found: Diagnostic, path: str, lines: Sequence[str], pages: Mapping[str, str] | None = None
+) -> types.Diagnostic:
+    """A diagnostic of a file, with the places that belong to it and, where ``pages`` has one, a link to its code."""
+    link = (pages or {}).get(found.code)
     place = found.place or Place(path, 1, 1, 1, 1)
     hint = f"\n{found.suggestion}" if found.suggestion else ""
     related = [
@@ -119,6 +122,7 @@ def diagnostic(found: Diagnostic, path: str, lines: Sequence[str]) -> types.Diag
         message=found.message + hint,
         severity=SEVERITIES[found.severity],
         code=found.code,
+        code_description=None if link is None else types.CodeDescription(link),
         source="maze-machine",
         tags=[types.DiagnosticTag.Unnecessary] if found.code.startswith(UNUSED) else None,
         related_information=related,

@@ -77,6 +77,7 @@ class MachineServer(LanguageServer):
         run_tests: called with a file that was opened or saved.
         started: called when the editor is ready, and when its settings have changed.
         hints: whether defaults of arguments are shown beside calls.
+        pages: where each code of a diagnostic is explained.
     """
 
     def __init__(self, library_of: LibraryOf, version: str) -> None:
@@ -93,6 +94,7 @@ class MachineServer(LanguageServer):
         self.run_tests: Callable[[str], object] = lambda _file: None
         self.started: Callable[[], Awaitable[None]] | None = None
         self.hints = True
+        self.pages: Mapping[str, str] = {}
         self.other_language: OtherLanguage = lambda _file, _text, _opened: None
         self._others: dict[str, tuple[object, OtherDocument | None]] = {}
         self.pulls = False
@@ -131,11 +133,11 @@ class MachineServer(LanguageServer):
         """What is wrong with a document."""
         other = self.other(uri)
         if other is not None:
-            return [protocol.diagnostic(one, other.file, other.lines) for one in other.diagnostics()]
+            return [protocol.diagnostic(one, other.file, other.lines, self.pages) for one in other.diagnostics()]
         document = self.document(uri)
         unwanted = self.ignored(document.file)
         return [
-            protocol.diagnostic(one, document.file, document.tree.lines)
+            protocol.diagnostic(one, document.file, document.tree.lines, self.pages)
             for one in self.documents.diagnostics(document.file)
             if one.severity is Severity.ERROR or not one.code.startswith(unwanted)
         ]

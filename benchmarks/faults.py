@@ -3,7 +3,7 @@
 Four families, each with its promise, which is checked after every fault:
 
 - in real time, behind the gate, on a clock turned by hand: the base moves only by whole answers of the lease's holder
-  to fresh observations, and stands within the dead man's time of the last one; after the fault it is driven again;
+  to fresh observations, and stops within the command time-out after the last one; after the fault it is driven again;
 - in lockstep, over a bad network, with threads and real timers: the run is the undisturbed one, bit for bit;
 - the recorder on a bad disk: the run goes on, what the recording holds is as it was, what was there before is kept;
 - a campaign with workers that are killed, stopped or cut off: its results file is the undisturbed one, byte for byte.
@@ -65,7 +65,7 @@ STEP = 0.005
 
 
 class Hand:
-    """A clock that is turned by whoever waits on it; meanwhile all actors act."""
+    """A clock that its waiters turn; meanwhile all actors act."""
 
     def __init__(self) -> None:
         self.time = 1000.0
@@ -443,7 +443,7 @@ def killed(path: Path, rows: list[object], after: int) -> None:
 
 
 def campaign_faults(seed: int, count: int, folder: Path) -> Outcomes:
-    """A campaign whose workers are killed or stopped at random moments, and which is itself broken off and taken up."""
+    """A campaign whose workers are killed or stopped at random moments, and which is itself interrupted and resumed."""
     chance, setup = random.Random(seed), Setup(time_limit=1.5)
     jobs = jobs_of(["right_hand"], ["corridor"], max(40, 8 * count))
     plain, path = folder / "plain.jsonl", folder / "broken.jsonl"

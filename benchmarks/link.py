@@ -228,7 +228,7 @@ def in_rounds(times: list[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Figures:
-    """What became of one fault: until the robot stood, if it did, and until it went on or somebody knew, s."""
+    """What became of one fault: until the robot stopped, if it did, and until it went on or somebody knew, s."""
 
     stopped: float | None
     resumed: float
@@ -388,7 +388,7 @@ def bad_network(bench: Bench) -> Figures:
 
 
 def bad_network_in_real_time(bench: Bench) -> Figures:
-    """In real time, likewise: nothing but valid commands in their order reach the base; the longest time it stood."""
+    """In real time, likewise: nothing but valid commands in their order reach the base; the longest stop."""
     robot = bench.robot("realtime", inside=True)
     bench.ready(toy("faulty_relay", bench.inside, bench.endpoint, str(bench.chance.randrange(10**6))))
     bench.controller()
@@ -476,7 +476,7 @@ FAULTS: dict[str, Scenario] = {
     "a second controller: refused (its start included), the robot drives on": turned_away(
         Bench.controller, "driven by"
     ),
-    "a busy port: told (start included), the robot drives on": turned_away(
+    "a busy port: refused (start included), the robot drives on": turned_away(
         lambda bench: bench.enter_context(command("router", "--listen", bench.endpoint)), "is taken"
     ),
     "another authority's certificate: turned away after `link.connect`, the robot drives on": turned_away(
@@ -495,7 +495,7 @@ FAULTS: dict[str, Scenario] = {
 def faults(count: int) -> None:
     """Print the times of all faults."""
     print(f"Faults at random moments, {count} times each, runs in lockstep of {STEPS} steps; ms, median and largest\n")
-    print("| fault | until the robot stands | until it goes on, or somebody knows |\n|---|---|---|")
+    print("| fault | until the robot stops | until it goes on, or somebody knows |\n|---|---|---|")
     chance = random.Random(1)
     for name, scenario in FAULTS.items():
         figures = []

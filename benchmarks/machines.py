@@ -296,7 +296,7 @@ def main() -> None:
     parser.add_argument("sets", nargs="*", default=list(SETS), metavar="SET", help=", ".join(SETS))
     parser.add_argument("--count", type=int, help="only the first N")
     parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--skip", type=int, default=0, help="leave out so many of the first mazes")
+    parser.add_argument("--skip", type=int, default=0, help="leave out this many of the first mazes")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--size", type=float, default=1.0, help="the drawn mazes' size as a multiple of PICO's")
     parser.add_argument("--cell", type=float, default=1.0, help="the edge of a contest maze's cell, m")

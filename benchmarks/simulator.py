@@ -269,7 +269,7 @@ def start_up() -> None:
     with tempfile.TemporaryDirectory() as empty:
         for name, kernel, cache in (
             ("plain numpy", "numpy", None),
-            ("numba, compiled anew", "numba", empty),
+            ("numba, compiled again", "numba", empty),
             ("numba, machine code kept", "numba", empty),
         ):
             environment = dict(os.environ, PYTHONPATH=str(ROOT))

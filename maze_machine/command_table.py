@@ -85,7 +85,7 @@ _SUBCOMMANDS = (
         "check",
         WRITE,
         "check:check",
-        "Check machines and all that they import: errors, likely mistakes, and notes on overlaps and gaps.",
+        "Check machines and all that they import: errors, likely mistakes, nondeterminism and incompleteness.",
     ),
     Subcommand(
         "fmt",
@@ -113,7 +113,7 @@ _SUBCOMMANDS = (
         "list",
         WRITE,
         "list:listing",
-        "List what a machine may name, with types, units and a line of documentation; or the codes of findings.",
+        "List what a machine may name, with types, units and a line of documentation; or the codes of diagnostics.",
     ),
     Subcommand(
         "lsp", WRITE, "lsp:lsp", "Serve an editor over standard input and output, by the Language Server Protocol."

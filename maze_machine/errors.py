@@ -38,7 +38,7 @@ STATUS_OF = {
     ("transport.endpoints", "EndpointError"): ExitStatus.USAGE,
     ("transport.robot", "LinkError"): ExitStatus.UNREACHABLE,
 }
-"""The errors of the other rooms that a user can act on, by module and name."""
+"""The errors of the other packages that a user can act on, by module and name."""
 
 
 class CommandError(Exception):
@@ -103,12 +103,12 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
     if isinstance(error, CommandError):
         return error.status, _readable(f"{error}; {error.way_out}" if error.way_out else str(error))
     for (module, name), status in STATUS_OF.items():
-        # An error's module has been imported by whoever raised it; nothing heavy is imported here.
+        # An error's module has been imported by the code that raised it; nothing heavy is imported here.
         loaded = sys.modules.get(module)
         if loaded is not None and isinstance(error, getattr(loaded, name)):
             return status, _underlined(error) if name == "MachineError" else _readable(str(error))
     if isinstance(error, BrokenPipeError):
-        return None  # whoever reads the output has seen enough, which the command line's library knows
+        return None  # the reader of the output has seen enough, which the command line's library knows
     if isinstance(error, OSError):
         if error.filename is not None:
             return ExitStatus.BAD_FILE, _readable(f"{error.filename}: {error.strerror}")
@@ -157,7 +157,7 @@ def _written_out() -> Iterator[None]:
 
 
 def _tell(message: str) -> None:
-    with suppress(OSError):  # nobody can be told on a full disk
+    with suppress(OSError):  # a full disk takes no message
         print(f"maze-machine: {message}", file=sys.stderr)
 
 

@@ -2,7 +2,7 @@
 
 The lane is the strip between what is beside the robot, along the walls. As long as it has walls, their end is
 measured; once nothing is seen in it any more, the end moves back as the robot moves on. The robot is outside when its
-rearmost corner has passed the end and the lane is empty as far as the sensor sees. Other parts of the maze may stand
+rearmost corner has passed the end and the lane is empty as far as the sensor sees. Other parts of the maze may be
 beside the lane; a scan that failed does not end the walls. A hall deeper than the sensor's range, entered by a gate,
 looks the same as the outside; so a sensor that does not see as far as the largest open space is long must first have
 been carried on by the rest of that length, with nothing in the lane all the way.
@@ -93,7 +93,7 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
     if len(stands) > STRAY:
         if not found or _last(stands, math.inf) > settings.beside:
             return found or replace(moved_on, end=_last(stands, math.inf))
-        # The walls end beside the robot: what stands farther to the sides is no wall of this lane.
+        # The walls end beside the robot: what is farther to the sides is no wall of this lane.
         narrowed = Lane(min(found.left, before.left), min(found.right, before.right))
         return replace(narrowed, end=_last(x[_within(y, narrowed, settings)], moved_on.end))
     if found and found.end > settings.beside:

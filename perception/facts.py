@@ -189,7 +189,7 @@ class Facts:
 
     @cached_property
     def door_open_share(self) -> float:
-        """How far the door tried last stands open, 0 to 1: the share of the beams to it that go through."""
+        """How far the door tried last is open, 0 to 1: the share of the beams to it that go through."""
         door = self.rung_door
         return open_share(self.sweep, door.right, door.left, self.settings.door) if door else 0.0
 

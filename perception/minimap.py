@@ -37,7 +37,7 @@ class Minimap:
 
     @property
     def binary(self) -> Mask:
-        """Where something stands, as the map of 2015 had it; unknown cells count as if nothing stood there."""
+        """Where something is, as the map of 2015 had it; unknown cells count as free."""
         occupied: Mask = self.cells == Cell.OCCUPIED
         return occupied
 

@@ -160,7 +160,7 @@ class CentreSettings(Settings):
     behind: LengthOrZero = 0.1
     """The walls are sought from so far behind the robot's origin, m."""
     ahead: Length = 1.0
-    """To so far ahead of it, m: a limited depth, so that a bend behind an opening does not pull."""
+    """To this far ahead of it, m: a limited depth, so that a bend behind an opening does not pull."""
     min_overlap: Length = 0.15
     """This much of a wall must lie within that stretch, m."""
     parallel: Positive = math.radians(12)
@@ -206,13 +206,13 @@ class DoorSettings(Settings):
     ahead: Positive = math.radians(30)
     """A door is ahead when its direction is within this angle of straight on, rad."""
     depth_margin: Length = 0.15
-    """On the minimap the way to a door ends at most so far before or behind it, m."""
+    """On the minimap the way to a door ends at most this far before or after it, m."""
     same_place: Length = 0.5
     """Two doors nearer than this are the same one, m; more than dead reckoning drifts in a run."""
     passage_margin: LengthOrZero = 0.05
     """Free space wanted at each side of the robot for passing an open door, m."""
     inner_share: Share = 0.8
-    """The inner share of a door's width is looked at for its opening; beams at its edges meet the walls behind it."""
+    """The inner share of a door's width is looked at for its opening; beams at its edges meet the walls beyond it."""
     seen_depth: Length = 0.08
     """A beam that goes so far beyond the door's place goes through it, m."""
     opened_depth: Length = 0.3
@@ -247,7 +247,7 @@ class JunctionSettings(Settings):
     recess: Length = 0.6
     """A way that ends within this depth is a recess, m."""
     max_recess_width: Length = 1.7
-    """A recess wider than this is no way but a wall that stands back, m: wider than any door."""
+    """A recess wider than this is not a way but a recessed wall, m: wider than any door."""
     open_half_angle: Positive = math.radians(40)
     """Half of the angle ahead that is empty in an open space, rad."""
     open_range: Length = 3.0

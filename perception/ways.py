@@ -389,7 +389,7 @@ class Fitting:
         return level
 
     def _way(self, gap: Gap, free: Gap, level: float, edges: Way) -> Way:
-        """The way behind a gap into which the box fits, unless it may only be a wall that stands back."""
+        """The way behind a gap into which the box fits, unless it may only be a recessed wall."""
         view, settings = self.view, self.settings
         inside = slice(free.first, free.last + 1)
         depths = view.y[inside] - level

@@ -80,7 +80,7 @@ class WorldModel:
         marks: the junctions that the robot has marked.
         surveyor: keeps the map; None before one is begun.
         dead_ends: those seen since then that may be doors, in order.
-        dismissed: those of them that the robot has stood before.
+        dismissed: those of them that the robot has been at.
         way_out: a place outside, straight on from where an earlier attempt has left the maze, m; None where none has.
     """
 
@@ -106,7 +106,7 @@ class WorldModel:
         self.marks = Marks(self.settings.marks.same_place)
 
     def from_the_start(self) -> WorldModel:
-        """The world model of a robot that begins again where the run began, roughly as it stood there.
+        """The world model of a robot that begins again where the run began, roughly as it was there.
 
         It knows the junctions of this run, and where there is a map, that and where the way out is; all else is as new,
         for doors have shut again.
@@ -210,11 +210,11 @@ class WorldModel:
                 self.dead_ends.append(place)
 
     def dismiss_door(self, place: DoorPlace) -> None:
-        """Note that the robot has stood before a dead end."""
+        """Note that the robot has been at a dead end."""
         self.dismissed.append(place)
 
     def untried_doors(self) -> list[DoorPlace]:
-        """The dead ends that may be doors, have not been tried, and before which the robot has not stood."""
+        """The dead ends that may be doors, have not been tried, and at which the robot has not been."""
         done = [*self.doors, *self.dismissed]
         return [place for place in self.dead_ends if not any(self._same(other, place) for other in done)]
 

@@ -73,5 +73,5 @@ class SlidingDoor:
         return moved
 
     def doorway(self) -> Segments:
-        """Where the leaf stands when it is shut, shape (1, 4)."""
+        """Where the leaf is when it is shut, shape (1, 4)."""
         return self._leaf

@@ -89,7 +89,7 @@ class CommandLate(_Fault):
 
 
 class DoorStuck(_Fault):
-    """A door stays where it is, whoever rings."""
+    """A door stays where it is when it is rung at."""
 
     kind: Literal["door_stuck"] = "door_stuck"
     door: str = ""

@@ -19,7 +19,7 @@ from transport.section import Settings
 
 Count = Annotated[int, Field(ge=0)]
 Posts = NDArray[np.float64]
-"""Where the corners of the cells stand: x and y in metres, shape (columns + 1, rows + 1, 2)."""
+"""Where the corners of the cells are: x and y in metres, shape (columns + 1, rows + 1, 2)."""
 DRAWINGS = 50
 """This many are tried for one seed before it is given up."""
 DOOR_WIDTHS = (0.5, 1.5)
@@ -44,7 +44,7 @@ class Recipe(Settings):
     islands: Count = 0
     """Solid blocks of one cell with a way all around."""
     open_spaces: Count = 0
-    """Rooms of two by two to three by three cells."""
+    """Open spaces of two by two to three by three cells."""
     dead_ends: Annotated[float, Field(ge=0, le=1)] = 1.0
     """Share of the dead ends that stay; the others get a second way where there is one."""
     doors: Count = 0

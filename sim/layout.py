@@ -1,4 +1,4 @@
-"""The plan of a generated maze: which cells are joined, where doors stand, where the robot starts and gets out."""
+"""The plan of a generated maze: which cells are joined, where doors are, where the robot starts and gets out."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from transport.messages import STOP, Odometry, Pose, Twist, wrap_angle
 Floats = NDArray[np.float64]
 
 WHEEL_DIRECTIONS = (0.0, math.tau / 3, 2 * math.tau / 3)
-"""Where the wheels stand about the robot's origin, rad."""
+"""Where the wheels are about the robot's origin, rad."""
 
 
 @dataclass(frozen=True, slots=True)

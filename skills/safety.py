@@ -20,7 +20,7 @@ from transport.messages import STOP, Pose, Twist
 SOFT = 0.02
 """Depth within the margin at which the robot moves away with the usual push, m."""
 HARDEST = 4.0
-"""The push grows with the depth, up to this many times the usual one: what comes on shall not overtake the robot."""
+"""The push grows with the depth, up to this many times the usual one: retreat faster than an approaching obstacle."""
 OPPOSITE = 0.9
 """Cosine of the angle within which a point is opposite to another; the other wall of a corner is not."""
 
@@ -43,7 +43,7 @@ class CollisionGuard:
     never nearer to a wall than it says. What is within the box, as the end of a thin wall in the robot's hollow front,
     the robot backs away from.
 
-    A round robot turns on the spot wherever it stands, for a turn brings it nearer to nothing. One that cannot move
+    A round robot turns on the spot anywhere, for a turn brings it nearer to nothing. One that cannot move
     sideways gets away from a wall beside it only by a turn, in which its rear corner comes nearer to that wall; nor can
     it first make room for a turn on the spot. So it may spend a little of its margin on these two, and on nothing else.
     """

@@ -1,4 +1,4 @@
-"""A robot as ROS 2 shows it: topics for scan, odometry and velocity, a door bell; no lease, no dead man."""
+"""A robot as ROS 2 shows it: topics for scan, odometry and velocity, a door bell; no lease, no command time-out."""
 
 from __future__ import annotations
 

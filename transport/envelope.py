@@ -91,7 +91,7 @@ class ObservationTag(NamedTuple):
         rejected: how many commands the robot's side has rejected (it stops counting at 2^32 - 1).
         rings: how many rings have been answered.
         finished: the episode is over; the referee's verdict can be asked for.
-        stopped: the dead man has stopped the robot, which waits for a new lease.
+        stopped: the command time-out has stopped the robot, which waits for a new lease.
         door: the last answer to a ring; in lockstep only where it is new.
     """
 

@@ -1,6 +1,6 @@
 """The robot's side of a lease in real time: it shows what the robot senses and guards its base.
 
-It is in front of a simulator, or, as ``maze-machine gate``, in front of a driver that has no dead man of its own.
+It is in front of a simulator, or, as ``maze-machine gate``, in front of a driver without a command time-out.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class GatedBase(Protocol):
         ...
 
     def move(self, twist: Twist) -> None:
-        """Drive so until told otherwise."""
+        """Drive so until the next command."""
         ...
 
     def ring(self) -> None:
@@ -112,7 +112,7 @@ class Gate:
     ) -> Iterator[Mapping[str, object]]:
         """Work; yields the referee's verdict on each episode that was given back or given up.
 
-        However it ends, the base is left standing.
+        However it ends, the base is left stopped.
 
         Args:
             stop: says when to end; asked at least every ``heartbeat`` seconds.
@@ -191,7 +191,7 @@ class Gate:
         return SessionState(held=False, reason="given back")
 
     def state(self, question: Ask) -> SessionState:
-        """A controller asks how things stand."""
+        """A controller asks for the state."""
         if not self.lease.proves(question.secret):
             return SessionState(
                 held=False, reason="the robot's side was restarted, or another controller took the robot"

@@ -124,7 +124,7 @@ class LockstepServer:
         return SessionState(held=False, reason="given back")
 
     def state(self, question: Ask) -> SessionState:
-        """How the episode of a controller stands."""
+        """The state of a controller's episode."""
         if not self.lease.proves(question.secret) or self._world is None:
             return self._not_held()
         self.lease.heard()
@@ -217,7 +217,7 @@ class RemoteLockstep:
         self._last: tuple[bytes, ObservationTag] | None = None
         self._scan: tuple[ObservationTag, Scan] | None = None
         self._odometry: tuple[ObservationTag, Odometry] | None = None
-        # Scan and odometry wake whoever waits only together: a thread that wakes for half an answer costs as much.
+        # Scan and odometry wake a waiting thread only together: a thread that wakes for half an answer costs as much.
         self._inbox: Mailbox[tuple[ObservationTag, Scan, Odometry]] = Mailbox()
         keys = RobotKeys(granted.robot)
         self._publisher = bus.publisher(keys.command, urgent=True)

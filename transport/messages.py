@@ -180,9 +180,9 @@ class LinkStatus:
         scan_age: age of the newest scan when it was handed out, s; zero in lockstep.
         odometry_age: the same for odometry, s.
         reconnects: how often the link was lost and found again in this run.
-        stopped: the robot's dead man has stopped it and waits for a new lease.
+        stopped: the robot's command time-out has stopped it and waits for a new lease.
         refused: why the newest scan or odometry cannot be believed; empty where both can.
-        blind: why the controller keeps the base standing; empty where it may drive by what is sensed.
+        blind: why the controller keeps the base stopped; empty where it may drive by what is sensed.
     """
 
     scan_age: float = 0.0

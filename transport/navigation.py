@@ -192,7 +192,7 @@ class _Pursuit(Thread):
 
 
 def _served(heard: set[str], domain: int) -> dict[str, str]:
-    """The keys of the services that liveliness tokens tell of, by the services' names without the leading slash."""
+    """The keys of the services that liveliness tokens show of, by the services' names without the leading slash."""
     found = {}
     for token in heard:
         parts = token.split("/")

@@ -1,6 +1,6 @@
 """How a program becomes known in the ROS graph of rmw_zenoh: liveliness tokens under ``@ros2_lv/``.
 
-A token is a key that is there for as long as the session of whoever declared it. It reads
+A token is a key that is there for as long as the session that declared it. It reads
 ``@ros2_lv/DOMAIN/SESSION/NODE/ENTITY/KIND/ENCLAVE/NAMESPACE/NAME``, and for a publisher, subscriber or client further
 ``/TOPIC/TYPE/HASH/QUALITY``; ROS names have ``%`` for ``/`` in it. ``docs/reference/link.md`` says more.
 """

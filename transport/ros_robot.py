@@ -1,4 +1,4 @@
-"""A base shown as a bare ROS 2 robot: topics and a door, without leases; whoever commands it is obeyed."""
+"""A base shown as a bare ROS 2 robot: topics and a door, without leases; it obeys every sender."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class RosRobot:
     ) -> Iterator[Mapping[str, object]]:
         """Work; yields the referee's verdict on each episode in which the base was commanded to move.
 
-        However it ends, the base is left standing.
+        However it ends, the base is left stopped.
 
         Args:
             stop: says when to end; asked at least every ``heartbeat`` seconds.

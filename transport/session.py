@@ -149,7 +149,7 @@ class Refused(_Part):
 
 
 class SessionState(_Part):
-    """How the lease and the episode stand."""
+    """The state of the lease and the episode."""
 
     kind: Literal["state"] = "state"
     protocol: Count = PROTOCOL
@@ -322,7 +322,7 @@ class SessionHandler(Protocol):
         ...
 
     def state(self, question: Ask) -> SessionState:
-        """Somebody asks how things stand."""
+        """Somebody asks for the state."""
         ...
 
     def again(self, question: Retry) -> SessionState:
@@ -417,7 +417,7 @@ def open_session(bus: Bus, robot: str, question: Open, timeout: float, clock: Cl
 
 
 def ask_state(bus: Bus, robot: str, secret: str, timeout: float, clock: Clock = _MONOTONIC) -> SessionState:
-    """How a lease and its episode stand.
+    """The state of a lease and its episode.
 
     Raises:
         LinkError: nobody answers within ``timeout`` seconds, or the robot's side cannot answer.

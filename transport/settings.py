@@ -13,7 +13,7 @@ class LinkSettings(Settings):
     """How a robot is reached, and when either side of the link loses patience with the other."""
 
     gate: bool = True
-    """Whether a simulator or `maze-machine gate` answers at the other end, with leases and a dead man; if not,
+    """Whether a simulator or `maze-machine gate` answers at the other end, with leases and a command time-out; if not,
     it is a bare ROS 2 driver, whose own command time-out must stop it."""
     keys: Literal["bridge", "rmw_zenoh"] = "bridge"
     """How ROS names become keys: as zenoh-bridge-ros2dds lays them out, or as rmw_zenoh does."""

@@ -1,6 +1,6 @@
 """Shows two robots that take turns: the follower's machine gets the event `go` once the leader is on its way.
 
-Each robot has a controller process of its own. The leader's is told where the follower's machine is open, and hands it
+Each robot has a controller process of its own. The leader's knows where the follower's machine is open, and hands it
 over Zenoh what its machine sends.
 
 $ python two_robots.py

@@ -137,7 +137,7 @@ class Supervisor(Generic[F, E]):
                 carries something else than declared.
             TypeError: the time is no number, the events are no list of events, or one carries a value of another type.
         """
-        # A step in which nothing happens but moving is a few generated functions, in a twentieth of the time that the
+        # A step in which only moves is a few generated functions, in a twentieth of the time that the
         # full way takes with its queues and its copy of the state. Whatever else comes up, the step is done in full,
         # with the signals that were evaluated; nothing was changed before. A property test holds the two together.
         state = self._state

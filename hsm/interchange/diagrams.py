@@ -37,7 +37,7 @@ WIDTH = 32
 """Longer lines at transitions are broken, before `if`, `and`, `or` and `/` rather than elsewhere."""
 
 BRIEF, BRIEF_LINES = 24, 3
-"""In brief, a transition has so many characters, and several on one line so many lines."""
+"""In brief, a transition has that many characters, and several on one line that many lines."""
 
 WIDTH_IN_STATES = 36
 """Longer lines in states are broken likewise."""
@@ -329,7 +329,7 @@ def _wrapped(text: str, width: int) -> list[str]:
 
 
 def _paragraph(text: str) -> str:
-    """A transition's text in a label; what goes on in another line is indented."""
+    """A transition's text in a label; continuation lines are indented."""
     first, *rest = _wrapped(text, WIDTH) or [""]
     return "".join(rf"{line}\l" for line in (first, *(f"   {line}" for line in rest)))
 

@@ -16,7 +16,7 @@ class Excerpt:
     """What is shown of a machine.
 
     Attributes:
-        model: the states and transitions that are shown, numbered anew.
+        model: the states and transitions that are shown, numbered again.
         states: for each state of it, its index in the whole machine.
         transitions: for each transition of it, its index in the whole machine.
         folded: for each state of it that hides states, how many.

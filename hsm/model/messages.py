@@ -69,7 +69,7 @@ class Store:
         event: the event that is handled, or was last.
         results: what the completion of each state carries, by index.
         begun: the states whose data was set on their first entry.
-        given: data that whoever invoked the chart has given a value, in place of its own first value.
+        given: data that the invoking chart has given a value, in place of its own first value.
         session: the identifier of the session; None where it is the chart's name.
         reachable: the targets of other sessions that events can be sent to.
     """

@@ -10,9 +10,9 @@ import typer
 from maze_machine.arguments.completion import complete_machine, complete_maze, complete_profile
 
 LISTEN = "tcp/127.0.0.1:7447"
-"""Where whoever listens does so unless told otherwise: this machine only."""
+"""The default endpoint of listeners: this machine only."""
 OPEN = "tcp/127.0.0.1:7448"
-"""Where a running machine is open to viewers and operators unless told otherwise."""
+"""Where a running machine is open to viewers and operators by default."""
 
 ChartArgument = Annotated[
     str,
@@ -102,7 +102,7 @@ SettingsOption = Annotated[
 ]
 TimeLimitOption = Annotated[
     float | None,
-    typer.Option(min=0, max=1e9, metavar="SECONDS", help="Give up a run after so much of the robot's time."),
+    typer.Option(min=0, max=1e9, metavar="SECONDS", help="Give up a run after this much of the robot's time."),
 ]
 TraceOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write states, poses and commands as JSON lines.")

@@ -41,7 +41,7 @@ def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Ite
         try:
             yield _records(clients, setup, list(jobs), address)
         finally:
-            with suppress(Exception):  # a scheduler that is gone need not be told
+            with suppress(Exception):  # a scheduler that is gone needs no message
                 clients[-1].close(timeout=2)
 
 

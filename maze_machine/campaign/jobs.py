@@ -1,4 +1,4 @@
-"""Campaigns: machines driven through mazes with many seeds, the same results whoever does the work.
+"""Campaigns: machines driven through mazes with many seeds, the same results whichever process does the work.
 
 A campaign is a list of jobs, each of which depends on nothing but itself.
 """

@@ -64,7 +64,7 @@ def _row(machine: str, runs: Sequence[Record]) -> Row:
 
 
 LONGEST_NAME = 22
-"""So much of a machine's name is always shown, characters."""
+"""That much of a machine's name is always shown, characters."""
 
 
 def table(rows: Iterable[Row]) -> Table:

@@ -33,7 +33,7 @@ class WorkerError(CommandError):
 def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Generator[Iterator[Record]]:
     """Do jobs in that many processes: a context in which the results come as they are ready.
 
-    A process that dies is replaced; a job whose process has died twice has the outcome ``crashed``. Whoever leaves the
+    A process that dies is replaced; a job whose process has died twice has the outcome ``crashed``. Leaving the
     context before the last result, by Ctrl-C too, throws away what has been begun: no process stays, nor does one where
     this process is killed.
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from maze_machine.view.live import LivePage
 
 GRACE = 3.0
-"""A page that was closed for so long is not being reloaded, s."""
+"""A page that was closed for that long is not being reloaded, s."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SCHEMES = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")
 """What an endpoint begins with."""
 SILENCE = 10.0
-"""A machine elsewhere of which nothing has come for so long has ended, s."""
+"""A machine elsewhere of which nothing has come for that long has ended, s."""
 
 
 def view(
@@ -46,7 +46,7 @@ def view(
     ] = None,
     no_sights: Annotated[
         bool,
-        typer.Option("--no-sights", help="Do not work out again what perception found, which takes the longest."),
+        typer.Option("--no-sights", help="Do not compute again what perception found, which takes the longest."),
     ] = False,
     robot: RecordedRobotOption = None,
     settings: SettingsOption = None,
@@ -98,7 +98,7 @@ def view(
 
 
 def _told(recorded: Recording, profile: Profile, *, sights: bool) -> tuple[Frame, list[Frame], Frame | None]:
-    """What the page is told of a recording: what does not change, the ticks, how it ended."""
+    """What the page gets of a recording: what does not change, the ticks, how it ended."""
     from maze_machine.report.pages import recorded_frames, recorded_head, recorded_verdict
     from perception import Perception
 

@@ -21,7 +21,7 @@ class RefereedRobot(Robot, Refereed, Protocol):
 
 
 class KeptRobot:
-    """A robot for several attempts: on release it is left to whoever took hold of it."""
+    """A robot for several attempts: on release it is left to its owner."""
 
     def __init__(self, robot: RefereedRobot) -> None:
         self._robot = robot

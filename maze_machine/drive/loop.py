@@ -42,7 +42,7 @@ def ticks(
     wait; the machine goes on, and hears of it by the event ``blinded``. Once both have been good for a while, the
     activities go on where they were.
 
-    The last phase, log, is what the caller does with a tick. Whoever calls closes the robot, which stops it, in every
+    The last phase, log, is what the caller does with a tick. The caller closes the robot, which stops it, in every
     case: at the end, on a fault, and when a run is given up by closing the iterator.
 
     Args:

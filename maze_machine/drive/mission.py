@@ -88,7 +88,7 @@ class Ending:
         return bool(self.report["solved"]) if self.report else self.outcome is not None
 
     def as_json(self) -> dict[str, Any]:
-        """How it ended, for whoever shows it: ``line`` says it in a sentence, ``lines`` in full."""
+        """How it ended, for display: ``line`` says it in a sentence, ``lines`` in full."""
         ended = f"ended in {self.outcome}" if self.outcome else self.reason
         words = str(self.report["line"]) if "line" in self.report else ended
         lines = [words, self.reason, *self.violations]
@@ -135,7 +135,7 @@ def mission_ticks(
     operator: Operator = NOBODY,
     truth: Callable[[int], Pose] | None = None,
 ) -> Iterator[Tick]:
-    """The ticks of a mission, as ``drive.loop.ticks`` gives them; whoever takes them closes the robot.
+    """The ticks of a mission, as ``drive.loop.ticks`` gives them; the caller closes the robot.
 
     Args:
         mission: what to do; its time limit is the caller's to keep.

@@ -14,7 +14,7 @@ from perception.ways import Way
 from transport.messages import Pose
 
 MAP_POINTS = 4000
-"""The map is shown by at most so many of its points."""
+"""The map is shown by at most that many of its points."""
 
 
 def sights(facts: Facts) -> dict[str, Any]:
@@ -23,7 +23,7 @@ def sights(facts: Facts) -> dict[str, Any]:
     Returns:
         ``landmarks`` (x1, y1, x2, y2), ``nodes`` (x, y, kind), ``ways`` (outlines), ``door`` (x1, y1, x2, y2) where one
         may be rung, ``minimap`` (``size`` cells of ``cell`` m a side, turned by ``turn``, rows ahead, columns to the
-        left, ``2`` where something stands), ``pose`` of the robot in the frame of the ``map``: its keyframes'
+        left, ``2`` where something is), ``pose`` of the robot in the frame of the ``map``: its keyframes'
         ``poses``, ``points`` on walls, and the ``ellipse`` of the robot's place (two standard deviations along two
         axes, direction of the first).
     """

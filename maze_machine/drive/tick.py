@@ -42,7 +42,7 @@ class Tick:
         observation: what the robot sensed.
         report: what the machine did about it.
         leading: name of the first state whose activity asked for something; empty where none did.
-        command: what the robot was told.
+        command: what the robot was commanded.
         phases: where the time went.
         events: the events that somebody outside has sent for this tick.
         truth: where the robot really was, in the frame of the maze; None where nobody knows.
@@ -86,7 +86,7 @@ class Tick:
 
     @property
     def blind(self) -> str:
-        """Why the loop keeps the base standing; empty where scan and odometry are fresh and credible."""
+        """Why the loop keeps the base stopped; empty where scan and odometry are fresh and credible."""
         return self.observation.link.blind
 
     @property

@@ -7,7 +7,7 @@ The first line names the machine and its parameters, each further one shows a ti
 
 ``stamp`` is the observation's time in ns; ``pose`` is odometry, in metres and radians; ``twist`` is the command, in m/s
 and rad/s. Floats are written so that reading them back gives the same bits. ``events`` are those that somebody outside
-sent for this tick. Where the loop keeps the base standing, ``blind`` says why. Where the machine has ended, ``outcome``
+sent for this tick. Where the loop keeps the base stopped, ``blind`` says why. Where the machine has ended, ``outcome``
 names its final state; ``violated`` names properties of the machine that do not hold from this tick on.
 """
 

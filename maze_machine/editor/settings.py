@@ -53,7 +53,7 @@ def read_settings(options: object, configuration: object) -> EditorSettings:
         ignore=tuple(dict.fromkeys(listed)),
         hints=_of_type(both.get("inlayHints"), bool) is not False,
         coverage=_of_type(both.get("coverage"), bool) is not False,
-        trusted=_of_type(started.get("trusted"), bool),  # only whoever starts the server knows
+        trusted=_of_type(started.get("trusted"), bool),  # only the program that starts the server knows
         requires=_of_type(started.get("requires"), str) or "",
     )
 

@@ -64,7 +64,7 @@ class RemoteMachine:
         Raises:
             NoMachineError: nobody answers.
         """
-        self.model()  # whoever is not discovered yet hears nothing: this question may be repeated
+        self.model()  # a program that is not discovered yet hears nothing: this question may be repeated
         answer = self._bus.ask(self._keys.operate, operation.model_dump_json().encode(), self._patience)
         if answer is None:
             raise self._nobody()

@@ -67,7 +67,7 @@ class OpenRun:
                 self._change.notify_all()
 
     def end(self, ending: Ending) -> None:
-        """Publish how the run ended, with the last tick once more; the base stands by then."""
+        """Publish how the run ended, with the last tick once more; the base stands still by then."""
         with self._change:
             self._ended, self._unsent = ending, True
             self._change.notify_all()

@@ -27,7 +27,7 @@ from transport.wording import printable
 KEEP = 0.5
 """How often the robot hears of a run that stands still, s."""
 BACKLOG = 100
-"""So many events may wait for a tick; more are refused."""
+"""That many events may wait for a tick; more are refused."""
 
 
 class OperatedRun:

@@ -16,9 +16,9 @@ from transport.bus import Bus
 from transport.robot import LinkError
 
 BACKLOG = 1000
-"""So many events may wait to be handed on; more are lost."""
+"""This many events may wait to be handed on; more are lost."""
 _PATIENCE = 10.0
-"""So long the end of a run waits for what was not handed on yet, s."""
+"""This long the end of a run waits for what was not handed on yet, s."""
 
 
 class Teller:
@@ -42,7 +42,7 @@ class Teller:
         self._reason = ""
         self._closed = False
         self._change = Condition()
-        self._thread = Thread(target=self._hand_on, name=f"telling {robot}", daemon=True)
+        self._thread = Thread(target=self._hand_on, name=f"sending to {robot}", daemon=True)
 
     def __enter__(self) -> Teller:
         self._thread.start()

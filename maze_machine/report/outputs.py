@@ -1,4 +1,4 @@
-"""What a run shows and leaves behind while it goes on: progress, a trace, a recording."""
+"""What a run shows and writes while it goes on: progress, a trace, a recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run on a page: what the page is told about it before, while and after it goes on."""
+"""A run on a page: what the page gets about it before, while and after it goes on."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from transport.messages import Command, Observation, Pose
 from transport.recording import Recording
 
 LOOKED_AT = 5
-"""Every so many ticks it is shown what perception found."""
+"""Every that many ticks it is shown what perception found."""
 LONGEST = 400_000
 """A longer file is not shown, characters."""
 
@@ -61,7 +61,7 @@ def said_of(mission: Mission, world: SimulatedWorld | None) -> dict[str, str]:
 
 
 def run_head(mission: Mission, world: SimulatedWorld | None) -> dict[str, Any]:
-    """What the page is told of a run once."""
+    """What the page gets of a run once."""
     machine = mission.machine
     return head(
         machine.model.name,
@@ -80,7 +80,7 @@ def network_head(told: Mapping[str, Any], drawings: Drawings) -> dict[str, Any]:
 
 
 def remote_head(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """What the page is told of a machine elsewhere, by what that answers; of its pictures only shapes are believed."""
+    """What the page gets of a machine elsewhere, by what that answers; of its pictures only shapes are believed."""
     told = dict(answer.get("page") or {})
     drawn = {str(name): cleaned(str(one)) for name, one in dict(told.get("drawings") or {}).items()}
     return {**told, "drawings": drawn, "model": {name: one for name, one in answer.items() if name != "page"}}
@@ -113,7 +113,7 @@ class ShownRun:
 
 
 def recorded_head(recording: Recording, profile: Profile) -> dict[str, Any]:
-    """What the page is told of a recorded run once."""
+    """What the page gets of a recorded run once."""
     said = recording.run
     title = f"{Path(said.get('machine', recording.robot)).stem}, {len(recording.ticks)} ticks"
     kept = {name: _kept(said.get(name)) for name in ("scene", "model", "sources")}
@@ -177,7 +177,7 @@ def recorded_frames(recording: Recording, perception: Perception | None) -> Iter
 
 
 def _sensed(index: int, observation: Observation, command: Command) -> dict[str, Any]:
-    """What is known of any tick, whoever recorded it."""
+    """What is known of any tick, from any recorder."""
     pose, twist = observation.odometry.pose, command.twist
     return {
         "tick": index,

@@ -16,7 +16,7 @@ REFRESH = 0.1
 
 
 NAME = 28
-"""So much of a state's name is shown that the line has less than 80 characters."""
+"""That much of a state's name is shown that the line has less than 80 characters."""
 
 
 def cut(name: str, longest: int) -> str:

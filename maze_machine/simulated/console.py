@@ -39,7 +39,7 @@ class Console:
     session: Session
 
     def do(self, line: str) -> Moment | str:
-        """Do what a line says: where the run then stands, or what is answered.
+        """Do what a line says: the run's state after it, or the answer.
 
         Raises:
             SessionError: it cannot be done.
@@ -94,7 +94,7 @@ class Console:
 
 
 def moment_text(moment: Moment) -> str:
-    """Where a run stands, for a person."""
+    """The state of a run, for a person."""
     lines = [f"{moment.time:8.3f} s  {', '.join(moment.states) or 'no state'}"]
     for head, parts in (
         ("took", moment.taken),

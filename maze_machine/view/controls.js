@@ -16,7 +16,7 @@ const controls = (() => {
     socket.onclose = () => {
       waiting = [];
       if (over) return;
-      status(stopping ? "Connection lost: it is not confirmed that the base stands. Use the robot's own stop." : "Connection lost", "bad");
+      status(stopping ? "Connection lost: it is not confirmed that the base has stopped. Use the robot's own stop." : "Connection lost", "bad");
     };
     status("Waiting for the first tick");
   }
@@ -30,8 +30,8 @@ const controls = (() => {
   function verdict(said) {
     over = true;
     element("simulation").hidden = element("sending").hidden = element("stop").hidden = true;
-    const stands = said.stands ? " The base stands." : "";
-    status(`${said.line || "The run is over."}${stands}`, said.solved === false ? "bad" : "good");
+    const stopped = said.stands ? " The base has stopped." : "";
+    status(`${said.line || "The run is over."}${stopped}`, said.solved === false ? "bad" : "good");
     element("status").title = (said.lines || EMPTY).join("\n");
     app.dirty();
   }
@@ -50,7 +50,7 @@ const controls = (() => {
       element("stop").hidden = false;
       element("stop").addEventListener("click", () => {
         stopping = true;
-        status("Stopping: waiting for the word that the base stands", "bad");
+        status("Stopping: waiting until the base has stopped", "bad");
         ask({ kind: "end" }, (done) => { if (done) element("stop").disabled = true; });
       });
       hold(false);

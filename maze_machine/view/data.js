@@ -30,7 +30,7 @@ const store = {
   begin() { return this.frames.length ? this.frames[0].time : 0; },
   time(index) { return this.frames[index].time - this.origin(); },
   origin() { return this.start === undefined ? (this.start = this.begin()) : this.start; },
-  index(seconds) {  // the last frame that is not after so many seconds of the run
+  index(seconds) {  // the last frame that is not after this many seconds of the run
     let low = 0, high = this.frames.length - 1;
     const wanted = seconds + this.origin() + 1e-6;
     while (low < high) {

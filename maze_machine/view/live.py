@@ -1,6 +1,6 @@
 """The server of the page: shows a run while it goes on, and takes what its operator wants.
 
-It answers on the loopback unless another address is asked for, and only to whoever has the token in its address;
+It answers on the loopback unless another address is asked for, and only to clients that have the token in its address;
 requests that a browser sends for another page (by their ``Host`` or ``Origin``) are refused. The loop that publishes
 frames never waits for a browser: frames are kept, and each browser is sent them at its own pace.
 """
@@ -32,9 +32,9 @@ from maze_machine.view.page import Frame, FrameEncoder, live_page
 
 LOOPBACK = "127.0.0.1"
 KEPT = 18_000
-"""So many of the newest frames are kept for browsers that come late: half an hour at 10 Hz."""
+"""That many of the newest frames are kept for browsers that come late: half an hour at 10 Hz."""
 BATCH = 500
-"""A browser is sent at most so many frames at once."""
+"""A browser is sent at most that many frames at once."""
 BEAT = 0.03
 """Between two looks for new frames, s."""
 LARGEST = 4096
@@ -147,7 +147,7 @@ class LivePage:
         self._feed.publish(frame)
 
     def end(self, verdict: Frame) -> None:
-        """Show how the run has ended; the base stands by then."""
+        """Show how the run has ended; the base stands still by then."""
         self._ending = {"end": {**verdict, "stands": True}}
 
     def wait_until_closed(self, grace: float) -> None:

@@ -30,9 +30,9 @@ LIBRARIES = (
     "d3-zoom", "uPlot.iife",
 )  # fmt: skip
 KEYFRAME = 50
-"""Every so many frames one is whole."""
+"""Every that many frames one is whole."""
 STRIDE = 8
-"""The frames' ``ranges`` are every so many beams."""
+"""The frames' ``ranges`` are every that many beams."""
 KEPT = frozenset(("tick", "stamp", "pose"))
 """What every frame says."""
 

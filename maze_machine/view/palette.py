@@ -1,4 +1,4 @@
-"""The colours that tell states apart, on the page and in pictures.
+"""The colours that show states apart, on the page and in pictures.
 
 Any two of a ground differ in CIELAB by more than 20 for normal sight and under simulated deuteranopia (Machado,
 Oliveira and Fernandes, IEEE TVCG 15(6), 2009), and each by a contrast of 3:1 or more from its ground. A dash pattern

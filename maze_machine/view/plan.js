@@ -213,7 +213,7 @@ const plan = (() => {
     stroke(nose, COLOURS.paper, 3);
   }
 
-  let told = "", listed = 0;
+  let shown = "", listed = 0;
   function legend(frame) {
     if (order.size !== listed) {
       listed = order.size;
@@ -225,7 +225,7 @@ const plan = (() => {
       }));
     }
     const text = `Robot at x ${frame.at[0].toFixed(2)} m, y ${frame.at[1].toFixed(2)} m, heading ${(frame.at[2] * 180 / Math.PI).toFixed(0)} degrees, in ${frame.doing || "no state"}`;
-    if (text !== told && (!told || !app.playing)) element("scene-text").textContent = told = text;
+    if (text !== shown && (!shown || !app.playing)) element("scene-text").textContent = shown = text;
   }
 
   function fit() { element("follow").checked = false; base = null; d3.select(canvas).call(zoom.transform, d3.zoomIdentity); app.dirty(); }

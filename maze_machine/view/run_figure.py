@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LINES_OF_LEGEND = 24
-"""So many states are told apart by colour and dashes; with more of them the trail shows time instead."""
+"""That many states are distinguished by colour and dashes; with more of them the trail shows time instead."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -29,8 +29,8 @@ class Course:
 
     Attributes:
         times: s from its beginning, shape (n,).
-        speeds: how fast the robot was told to drive, m/s, shape (n,).
-        turns: how fast it was told to turn, rad/s, shape (n,).
+        speeds: how fast the robot was commanded to drive, m/s, shape (n,).
+        turns: how fast it was commanded to turn, rad/s, shape (n,).
         clearances: distance from its outline to the nearest hit, m, shape (n,); NaN where nothing was hit.
         lanes: for each region its state at each time, n names.
     """

@@ -79,7 +79,7 @@ const why = (() => {
     if (frame.events) lines.push(["heard", frame.events.map((one) => typeof one === "string" ? one : JSON.stringify(one)).join(", ")]);
     for (const one of frame.taken) lines.push(["took", one]);
     for (const [name, value] of Object.entries(frame.variables)) lines.push([name, quantity(name, value)]);
-    if (frame.blind) lines.push(["standing", frame.blind, true]);
+    if (frame.blind) lines.push(["stopped", frame.blind, true]);
     for (const one of frame.violated || EMPTY) lines.push(["violated", `${one}: ${(model && model.properties[one]) || ""}`, true]);
     if (frame.outcome) lines.push(["ended in", frame.outcome]);
     const text = JSON.stringify(lines);

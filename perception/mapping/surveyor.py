@@ -81,7 +81,7 @@ class Surveyor:
         return bool(self.mapper.clouds) and (self.fits or self.deviation < self.settings.track.lost)
 
     def from_the_start(self) -> Surveyor:
-        """What keeps the same map for a robot that stands where the map was begun, once more."""
+        """What keeps the same map for a robot that is back where the map was begun."""
         again = Surveyor(self.settings, self.start)
         again.mapper, again.free_space, again._resumes = self.mapper, self.free_space, True
         return again

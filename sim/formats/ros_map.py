@@ -39,7 +39,7 @@ MOST_BRACKETS = 50
 SAVED_WALL, SAVED_UNKNOWN, SAVED_FREE = 0, 205, 254
 """The grey values that mapping tools save."""
 SAVED_RESOLUTION = 0.05
-"""What they save a pixel as, unless told otherwise, m."""
+"""Their default size of a pixel, m."""
 ROOM = 0.3
 """The robot is put down at the map's origin, or else at its middle, where nothing is nearer than this, m."""
 

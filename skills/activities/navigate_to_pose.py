@@ -10,7 +10,7 @@ from skills.motion import BLOCKED, DONE, Headway, Skill, Stopwatch, above_zero, 
 from transport.messages import Command, Pose
 
 ANSWER = 5.0
-"""A navigation that has not taken the goal after so long is none, s."""
+"""A navigation that has not taken the goal after this long counts as absent, s."""
 
 
 @LIBRARY.activity("navigate_to_pose", outcomes=("done", "blocked", "unavailable"), holds=("base",))
@@ -18,7 +18,7 @@ class NavigateToPose(Skill):
     """Have the robot's own navigation (the ROS 2 action of Nav2) drive it to a pose in its map.
 
     Who drives then is the navigation, with its planner, costmaps and recoveries; the guard of this library is not
-    asked. The goal is given up when the state is left, and when the base has to stand because it does not see.
+    asked. The goal is given up when the state is left, and when the base has to stop because it does not see.
     Outcomes: `done` when the navigation says so; `blocked` when it refuses the goal, fails, or gets nowhere for the
     patience; `unavailable` when nobody serves the action, as with a simulated robot and behind a gate.
     """

@@ -121,7 +121,7 @@ class Recorder:
 
         Args:
             observation: what the robot sensed.
-            command: what it was told.
+            command: what it was commanded.
             step: says what the supervisor did and why, of JSON values; called in the recorder's thread. What it says of
                 ``regions``, the machine's active state in each of its regions, is written for viewers, too.
             pose: where the robot really was in the frame of the map, if anybody knows.
@@ -174,7 +174,7 @@ class Recorder:
         except BaseException as error:
             self._failure = error
             self._stream.abandon()
-            # Whoever records must not be held up by a full queue that nobody reads.
+            # The recording thread must not be held up by a full queue that nobody reads.
             while not ended and self._ticks.get() is not None:
                 self.lost += 1
 

@@ -19,7 +19,7 @@ class RecordedTick:
 
     Attributes:
         observation: what the robot sensed.
-        command: what it was told.
+        command: what it was commanded.
         step: what the supervisor did, of JSON values; empty where there was none.
     """
 

@@ -1,4 +1,4 @@
-"""Conditions that never hold, transitions that earlier ones hide, and overlaps and gaps in a state's table."""
+"""Conditions that never hold, transitions that earlier ones hide, nondeterminism and incompleteness."""
 
 from __future__ import annotations
 

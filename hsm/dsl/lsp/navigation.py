@@ -191,7 +191,7 @@ def definition(document: Document, line: int, column: int) -> Span | None:
 
 
 def declaration(document: Document, name: str) -> Span | None:
-    """Where a name of a machine is declared, for whoever names it in another file: a state by its own name too."""
+    """Where a name of a machine is declared, for the files that name it: a state by its own name too."""
     states = [one for one in document.table.states if one == name or one.rpartition(".")[2] == name]
     if states:
         return _declared(document, states[0], (Role.STATE,))

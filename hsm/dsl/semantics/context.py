@@ -38,7 +38,7 @@ class Context:
         return place_of(self.tree.name, first, last)
 
     def add(self, code: str, token: Token, message: str, suggestion: str | None = None) -> None:
-        """Report a finding at a token."""
+        """Report a diagnostic at a token."""
         self.report.add(code, self.place(token), message, suggestion)
 
     def add_once(self, code: str, token: Token, message: str, suggestion: str | None = None) -> None:

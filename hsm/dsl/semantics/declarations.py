@@ -137,7 +137,7 @@ class Declarations:
             self._declare_data(event, place)
 
     def _declare_data(self, event: ast.EventSyntax, place: Place) -> None:
-        """What an event of the file carries; whoever declares it, too, must say the same."""
+        """What an event of the file carries; all declarations must agree."""
         fields: dict[str, EventField] = {}
         for one in event.fields:
             name = str(one.name)

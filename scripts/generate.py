@@ -167,7 +167,7 @@ def examples() -> str:
         "command in them; run it in the example's folder. A line `>` is part of what the command prints.",
         "",
     ]
-    folders = sorted(path for path in (ROOT / "examples").iterdir() if path.is_dir())
+    folders = sorted(path for path in (ROOT / "examples").iterdir() if path.is_dir() and path.name[:2].isdigit())
     return "\n".join([*head, *(line for folder in folders for line in _example(folder))]).rstrip() + "\n"
 
 

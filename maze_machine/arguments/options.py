@@ -90,7 +90,11 @@ OdometryTopicOption = Annotated[
 ]
 
 RobotOption = Annotated[
-    str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
+    str | None,
+    typer.Option(
+        help="Profile: a TOML file or a shipped one. Default: that of the project, or pico.",
+        autocompletion=complete_profile,
+    ),
 ]
 SettingsOption = Annotated[
     list[str] | None,

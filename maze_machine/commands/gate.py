@@ -17,7 +17,7 @@ def gate(
         str, typer.Option(metavar="NAME", help="The driver's namespace; controllers must not know it.")
     ] = "base",
     listen: ListenOption = LISTEN,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     settings: SettingsOption = None,
     identity: IdentityOption = None,
 ) -> None:
@@ -29,7 +29,7 @@ def gate(
     Example: `maze-machine gate tcp/127.0.0.1:7448 --inside base --listen tcp/0.0.0.0:7447`
     """
     from maze_machine.arguments.network import joined
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from transport.connect import dialling
     from transport.driver import RosDriver
     from transport.endpoints import check_endpoint
@@ -37,7 +37,7 @@ def gate(
     from transport.keys import RobotKeys
 
     check_endpoint(driver)
-    profile = load_profile(robot, settings or ())
+    profile = chosen_profile(robot, None, settings or ())
     outside = profile.link.model_copy(update={"gate": True, "keys": "bridge"})
     with (
         joined(listen, None, identity, outside) as net,

@@ -61,7 +61,7 @@ def run(
         str | None,
         typer.Option(
             help="Maze of the embedded simulator: a file of any format, or the name of a shipped maze. "
-            "Default: final_2015.",
+            "Default: that of the project, or final_2015.",
             autocompletion=complete_maze,
         ),
     ] = None,
@@ -83,7 +83,7 @@ def run(
         ),
     ] = None,
     identity: IdentityOption = None,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     settings: SettingsOption = None,
     parameters: Annotated[
         list[str] | None,
@@ -160,7 +160,7 @@ def run(
 
     from maze_machine.arguments.files import check_outputs
     from maze_machine.arguments.parameters import split_setting
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.drive.attempts import KeptRobot
     from maze_machine.drive.attempts import attempts as attempts_of
     from maze_machine.drive.mission import prepare
@@ -175,17 +175,17 @@ def run(
         given = {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
         refuse_with_connect({**given, "what is said of the maze (--start, --goal, ...)": words != MazeWords()})
     refuse_files(record, picture, practice=practice)
-    profile = load_profile(robot, settings or ())
+    profile = chosen_profile(robot, machine, settings or ())
     mission = prepare(machine, profile, map(split_setting, parameters or ()), time_limit, library)
     world = None
     if connect is None:
         rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
-        world = embedded(maze or DEFAULT_MAZE, words, profile, seed or 0, rules, fault or (), speed)
+        world = embedded(maze or maze_near(machine), words, profile, seed or 0, rules, fault or (), speed)
     script = scheduled(event_at or (), mission.machine)
     outputs, most = Outputs(trace, record, live, dated), 2 if practice else attempts
     check_outputs(
         {"--trace": trace, "--record": record, "--picture": picture},
-        [robot, maze or "", objects or "", *mission.machine.model.files],
+        [robot or "", maze or "", objects or "", *mission.machine.model.files],
     )
     files: dict[str, Path] = {}
     losses: list[str] = []
@@ -240,6 +240,17 @@ def end(result: Result, losses: Sequence[str], json: bool) -> NoReturn:
     if losses:
         raise FileError("; ".join(losses))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
+
+
+def maze_near(machine: str) -> str:
+    """The maze of a machine's project, else the one where nobody says anything.
+
+    Raises:
+        FileError: the project's settings are wrong.
+    """
+    from maze_machine.catalogue.project import default_maze
+
+    return default_maze(DEFAULT_MAZE, machine)
 
 
 def embedded(

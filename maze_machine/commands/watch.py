@@ -16,7 +16,7 @@ ConnectOption = Annotated[
 
 def watch(
     connect: ConnectOption = OPEN,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     identity: IdentityOption = None,
     why: Annotated[
         str | None, typer.Option(metavar="STATE", help="Say once why this state's transitions fire or not, and end.")
@@ -62,7 +62,7 @@ def watch(
 def send(
     event: Annotated[str | None, typer.Argument(help="The event; the machine must declare it.")] = None,
     connect: ConnectOption = OPEN,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     identity: IdentityOption = None,
     pause: Annotated[bool, typer.Option("--pause", help="Have a simulation stand still.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Have it go on.")] = False,

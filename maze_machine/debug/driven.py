@@ -8,7 +8,7 @@ from pathlib import Path
 
 from hsm.model.faults import MachineFault
 from maze_machine.catalogue.library import chosen_library
-from maze_machine.catalogue.profile import load_profile
+from maze_machine.catalogue.profile import chosen_profile
 from maze_machine.debug.asked import Asked
 from maze_machine.debug.chart import Chart
 from maze_machine.debug.runs import Run, RunError
@@ -84,7 +84,7 @@ class DrivenRun:
 
 def in_a_maze(asked: Asked, maze: str) -> Run:
     """A machine on the simulated robot."""
-    profile = load_profile(asked.robot or "pico")
+    profile = chosen_profile(asked.robot, asked.program)
     mission = prepare(str(asked.program), profile, (asked.parameters or {}).items(), None, asked.library)
     drawn = find_maze(maze, robot=profile.robot)
     robot = LockstepRobot(SimulatedWorld(drawn, profile.robot, asked.seed))
@@ -93,7 +93,7 @@ def in_a_maze(asked: Asked, maze: str) -> Run:
 
 def recorded(asked: Asked, file: Path) -> Run:
     """A machine in front of the sensors of a recording."""
-    profile = load_profile(asked.robot or "pico")
+    profile = chosen_profile(asked.robot, asked.program)
     recording = read_recording(file, period=profile.robot.period)
     chosen = profile if asked.robot is not None or "profile" not in recording.run else None
     mission = recorded_mission(recording, asked.program, chosen)

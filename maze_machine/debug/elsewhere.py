@@ -118,7 +118,7 @@ def attached(chart: Chart, endpoint: str, robot: str | None, identity: str | Non
     stack = ExitStack()
     with stack:
         certificate = None if identity is None else Path(identity)
-        client = stack.enter_context(reaching(endpoint, robot or "pico", certificate))
+        client = stack.enter_context(reaching(endpoint, robot, certificate))
         running = client.model().get("machine")
         if running != chart.machine.name:
             raise UsageError(f"the machine that runs there is `{running}`, and `program` is `{chart.machine.name}`")

@@ -29,6 +29,7 @@ PAGES = (
     "explanation/loop.md",
     "explanation/skills.md",
     "how-to/maps-and-recordings.md",
+    "how-to/own-robot.md",
 )
 BLOCK = re.compile(r"^```(\S+)(?: title=\"(\S+)\")?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LIMIT = 120
@@ -43,6 +44,7 @@ def test_a_page_does_what_it_says(page, tmp_path):
         "PYTHONPATH": str(ROOT),
         "MACHINES": str(SHIPPED),
         "COLUMNS": "120",
+        "XDG_CONFIG_HOME": str(tmp_path / "configuration"),
     }
     background = []
     try:
@@ -91,6 +93,14 @@ def test_the_python_of_the_readme_runs(tmp_path):
         check=True,
     )
     assert done.stdout == "['driving']\n('driving',) -> ('turning',)\n"
+
+
+def test_the_files_of_the_own_robot_are_an_example():
+    page = (ROOT / "docs" / "how-to" / "own-robot.md").read_text(encoding="utf-8")
+    shown = {name: text for _, name, text in BLOCK.findall(page) if name}
+    folder = ROOT / "examples" / "dock_robot"
+    assert shown == {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()}
+    assert len(shown["drive.py"].splitlines()) <= 20
 
 
 def alike(expected, shown):

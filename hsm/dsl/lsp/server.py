@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
+from typing import Any
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol
 
 from hsm.dsl.format.formatter import format_text
 from hsm.dsl.lsp import actions, navigation, protocol, refactoring
@@ -30,6 +33,24 @@ CODE_ACTIONS = (types.CodeActionKind.QuickFix, FIX_ALL, refactoring.ADD_STATE, r
 """The kinds of what can be done about a line."""
 
 
+class _Protocol(LanguageServerProtocol):
+    """The protocol without a flaw of pygls 2.1, which keeps what became of every notification for ever."""
+
+    def _execute_handler(
+        self,
+        msg_id: str | int,
+        handler: Callable[..., Any],
+        callback: Callable[[Future[Any]], Any],
+        args: tuple[Any, ...] | None = None,
+        kwargs: dict[str, Any] | None = None,
+    ) -> None:
+        def done(future: Future[Any]) -> None:
+            self._request_futures.pop(msg_id, None)
+            callback(future)
+
+        super()._execute_handler(msg_id, handler, done, args, kwargs)
+
+
 class MachineServer(LanguageServer):
     """A language server with the documents of its editor.
 
@@ -41,7 +62,12 @@ class MachineServer(LanguageServer):
     """
 
     def __init__(self, library_of: LibraryOf, version: str) -> None:
-        super().__init__("maze-machine", version, text_document_sync_kind=types.TextDocumentSyncKind.Incremental)
+        super().__init__(
+            "maze-machine",
+            version,
+            text_document_sync_kind=types.TextDocumentSyncKind.Incremental,
+            protocol_cls=_Protocol,
+        )
         self.documents = Documents(library_of)
         self.forget_libraries: Callable[[], object] = lambda: None
         self.pulls = False

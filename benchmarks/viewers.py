@@ -14,17 +14,21 @@ import statistics
 import subprocess
 import sys
 import time
+from pathlib import Path
 
-from maze_machine.catalogue.profile import load_profile
-from maze_machine.drive.mission import drive, prepare
-from maze_machine.drive.tick import Tick
-from maze_machine.remote.opened import OpenRun
-from maze_machine.remote.operated import OperatedRun
-from maze_machine.report.pages import network_head, run_head
-from maze_machine.simulated.world import SimulatedWorld, find_maze
-from maze_machine.view.drawings import Drawings
-from transport.connect import listening
-from transport.world import LockstepRobot
+# Not this folder, whose scripts have the names of packages.
+sys.path[0:1] = [str(Path(__file__).parents[1])]
+
+from maze_machine.catalogue.profile import load_profile  # noqa: E402
+from maze_machine.drive.mission import drive, prepare  # noqa: E402
+from maze_machine.drive.tick import Tick  # noqa: E402
+from maze_machine.remote.opened import OpenRun  # noqa: E402
+from maze_machine.remote.operated import OperatedRun  # noqa: E402
+from maze_machine.report.pages import network_head, run_head  # noqa: E402
+from maze_machine.simulated.world import SimulatedWorld, find_maze  # noqa: E402
+from maze_machine.view.drawings import Drawings  # noqa: E402
+from transport.connect import listening  # noqa: E402
+from transport.world import LockstepRobot  # noqa: E402
 
 CROWDS = {"0 viewers": (0, False), "1 viewer": (1, False), "5 viewers": (5, False), "1 stalled": (1, True)}
 SPEED = 10.0

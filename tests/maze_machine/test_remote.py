@@ -315,3 +315,32 @@ def test_a_machine_with_members_is_not_run_on_one_robot(tmp_path):
     pair.write_text("machine pair\nimport talker\nparallel both\n    member a1 = talker()\n    member a2 = talker()\n")
     with pytest.raises(UsageError, match=r"machine pair has members \(a1, a2\)"):
         prepare(str(pair), load_profile("pico"))
+
+
+def test_a_run_that_stands_still_keeps_its_robot_and_another_pace_is_kept(mission, monkeypatch):
+    monkeypatch.setattr("maze_machine.remote.operated.KEEP", 0.01)
+    kept, seen = threading.Event(), []
+    operated = OperatedRun(mission, pausable=False)
+    assert json.loads(operated.answer(b'{"kind":"pause"}'))["done"] is False
+    operated.drives(waits=True, keep=kept.set)
+    assert json.loads(operated.answer(b'{"kind":"pause"}'))["done"] is True
+    world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
+    robot = LockstepRobot(world)
+    work = threading.Thread(target=lambda: drive(mission, robot, robot, [seen.append, operated], operator=operated))
+    work.start()
+    assert kept.wait(30.0), "the robot hears of a run that stands still"
+    assert len(seen) == 1
+    assert json.loads(operated.answer(b'{"kind":"speed","factor":0.001}'))["done"] is True
+    assert json.loads(operated.answer(b'{"kind":"resume"}'))["done"] is True
+    until(lambda: len(seen) == 2)
+    threading.Event().wait(0.05)
+    assert len(seen) == 2, "a tick takes 100 s at this pace"
+    assert json.loads(operated.answer(b'{"kind":"speed","factor":null}'))["done"] is True
+    work.join(60)
+    assert not work.is_alive()
+
+
+@pytest.mark.parametrize("factor", ["0", "-1", "1e9", '"x"', "1e999"])
+def test_a_pace_that_is_none_is_refused(mission, factor):
+    operated = OperatedRun(mission, pausable=True)
+    assert json.loads(operated.answer(b'{"kind":"speed","factor":' + factor.encode() + b"}"))["done"] is False

@@ -5,7 +5,7 @@
 
 Both servers run as child processes over standard input and output. A round asks each of them once, in turn: a keystroke
 and then diagnostics (pulled here, published there), completion, document symbols. The medians are printed. With EDITS,
-our server then takes so many more edits, with diagnostics after every twentieth, and its memory is printed before, in
+our server then takes this many more edits, with diagnostics after every twentieth, and its memory is printed before, in
 the middle and at the end.
 """
 
@@ -29,14 +29,14 @@ FUNCTION = "def f{0}(left, front):\n    if left and not front:\n        return f
 
 
 def machine(lines: int) -> str:
-    """A machine of about so many lines."""
+    """A machine of about this many lines."""
     count = lines // 5
     body = "".join(STATE.format(number, (number + 1) % count) for number in range(count))
     return f"machine long\n\ninitial s0\n\n{body}"
 
 
 def module(lines: int) -> str:
-    """A Python module of about so many lines."""
+    """A Python module of about this many lines."""
     count = lines // 5
     return "".join(FUNCTION.format(number, (number + 1) % count) for number in range(count))
 
@@ -88,7 +88,7 @@ class Server(LanguageClient):
         return perf_counter() - began
 
     async def complete(self, line: int, column: int) -> float:
-        """Ask what could stand at a position; s."""
+        """Ask what could be at a position; s."""
         began = perf_counter()
         await self.text_document_completion_async(types.CompletionParams(self.item, types.Position(line, column)))
         return perf_counter() - began

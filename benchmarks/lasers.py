@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.catalogue.profile import Profile, load_profile

@@ -27,7 +27,7 @@ from statistics import median, quantiles
 
 import numpy as np
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.campaign.jobs import Record, Setup, jobs_of
@@ -110,7 +110,7 @@ def random_maze(seed: int) -> Maze:
     while True:
         try:
             maze = generate(recipe_of(generator), seed)
-        except MazeError:  # too many islands, doors or open spaces for so few cells
+        except MazeError:  # too many islands, doors or open spaces for that few cells
             continue
         if narrowest(maze) >= NARROWEST:
             return replace(maze, time_limit=math.inf)
@@ -296,7 +296,7 @@ def main() -> None:
     parser.add_argument("sets", nargs="*", default=list(SETS), metavar="SET", help=", ".join(SETS))
     parser.add_argument("--count", type=int, help="only the first N")
     parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--skip", type=int, default=0, help="leave out so many of the first mazes")
+    parser.add_argument("--skip", type=int, default=0, help="leave out this many of the first mazes")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--size", type=float, default=1.0, help="the drawn mazes' size as a multiple of PICO's")
     parser.add_argument("--cell", type=float, default=1.0, help="the edge of a contest maze's cell, m")

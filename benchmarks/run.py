@@ -20,7 +20,7 @@ from time import process_time
 from rich.console import Console
 from rich.table import Table
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.catalogue.profile import load_profile

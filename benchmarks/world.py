@@ -45,7 +45,7 @@ from time import process_time
 
 import numpy as np
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.catalogue.profile import load_profile

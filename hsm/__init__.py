@@ -111,9 +111,9 @@ def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F,
     """The machine that a text describes.
 
     Args:
-        text: what would stand in a ``.maze-machine`` file.
+        text: what would be in a ``.maze-machine`` file.
         library: what the machine may name.
-        file: the name that places in diagnostics bear; machines that it imports are looked for beside it.
+        file: the file name shown in diagnostics; machines that it imports are looked for beside it.
 
     Returns:
         The machine, ready to run.

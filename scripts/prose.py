@@ -32,10 +32,15 @@ FOLDERS = (
     "benchmarks",
 )
 KINDS = ("py", "md", "maze-machine", "maze-test", "toml", "html", "js", "sh", "yml")
-CODE = re.compile(r"``.+?``|`[^`\n]+`|:\w+:`[^`]+`|\]\([^)]*\)|https?://\S+|\{[^{}]*\}", re.DOTALL)
+CODE = re.compile(
+    r"``.+?``|`[^`\n]+`|:\w+:`[^`]+`|\]\([^)]*\)|https?://\S+|\{[^{}]*\}|^ +[a-z_]+:(?= )|--[a-z-]+",
+    re.DOTALL | re.MULTILINE,
+)
 FENCE = re.compile(r"^( *)```.*?^\1```$", re.DOTALL | re.MULTILINE)
 TEXTS = {tokenize.STRING, tokenize.COMMENT, getattr(tokenize, "FSTRING_MIDDLE", -1)}
-COMMENT = re.compile(r"(?<!\S)#.*$|//.*$|/\*.*?\*/|<!--.*?-->|>[^<>{}]+<", re.MULTILINE | re.DOTALL)
+SCRIPT = re.compile(r"<(script|style)\b.*?</\1>", re.DOTALL)
+COMMENT = re.compile(r"(?<!\S)#[^\n]*|(?<!:)//[^\n]*|/\*.*?\*/|<!--.*?-->", re.DOTALL)
+SHOWN = re.compile(rf"{COMMENT.pattern}|>[^<>{{}}]+<", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -61,12 +66,14 @@ def prose(path: Path) -> Iterator[tuple[int, str]]:
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".py":
         for token in tokenize.generate_tokens(io.StringIO(text).readline):
-            if token.type in TEXTS:
+            if token.type in TEXTS and " " in token.string:  # a single word is a key or a name
                 yield token.start[0], token.string
     elif path.suffix == ".md":
         yield 1, FENCE.sub(lambda fence: "\n" * fence[0].count("\n"), text)
     else:
-        yield from ((text.count("\n", 0, one.start()) + 1, one[0]) for one in COMMENT.finditer(text))
+        listed = SHOWN if path.suffix == ".html" else COMMENT
+        text = SCRIPT.sub(lambda script: "\n" * script[0].count("\n"), text)
+        yield from ((text.count("\n", 0, one.start()) + 1, one[0]) for one in listed.finditer(text))
 
 
 def problems(path: Path, listed: list[Rule]) -> Iterator[tuple[int, str, Rule]]:

@@ -94,10 +94,12 @@ module.exports = grammar({
         $.parameter,
         $.variable,
         $.event,
+        $.expose,
         $.enumeration,
         $.definition,
         $.property,
         $.state,
+        $.member,
         $.parallel,
         $.final,
         $.initial,
@@ -109,6 +111,7 @@ module.exports = grammar({
         $.else,
         $.after,
         $.every,
+        $.defer,
         $.stay,
       ),
 
@@ -135,7 +138,11 @@ module.exports = grammar({
         field("value", $._expression),
         $._line_end,
       ),
-    event: ($) => seq("event", commaSeparated(field("name", $._name)), $._line_end),
+    event: ($) => seq("event", commaSeparated($._declared_event), $._line_end),
+    _declared_event: ($) => seq(field("name", $._name), optional($.fields)),
+    fields: ($) => seq("(", commaSeparated($.field), ")"),
+    field: ($) => seq(field("name", $._name), ":", field("type", $._type)),
+    expose: ($) => seq("expose", commaSeparated(field("name", $._name)), $._line_end),
     enumeration: ($) =>
       seq("enum", field("name", $._name), "=", commaSeparated(field("value", $._name)), $._line_end),
     definition: ($) => seq("define", field("name", $._name), "=", field("value", $._expression), $._line_end),
@@ -154,6 +161,7 @@ module.exports = grammar({
 
     state: ($) =>
       seq("state", field("name", $._name), optional(seq("=", field("instance", $.call))), $._line_end, optional($.block)),
+    member: ($) => seq("member", field("name", $._name), "=", field("instance", $.call), $._line_end, optional($.block)),
     parallel: ($) => seq("parallel", field("name", $._name), $._line_end, optional($.block)),
     block: ($) => seq($._block_begin, repeat1($._item), $._block_end),
     final: ($) => seq("final", field("name", $._name), $._line_end),
@@ -171,6 +179,8 @@ module.exports = grammar({
     else: ($) => seq("else", optional($.target), optional($.actions), $._line_end),
     after: ($) => seq("after", field("duration", $._duration), ...clauses($), $._line_end),
     every: ($) => seq("every", field("duration", $._duration), ...clauses($), $._line_end),
+    defer: ($) =>
+      seq("defer", commaSeparated(field("event", choice($._name, $.any))), optional($.guard), $._line_end),
     stay: ($) => seq("stay", optional(seq("when", field("condition", $._condition))), $._line_end),
 
     guard: ($) => seq("if", $._condition),
@@ -178,20 +188,25 @@ module.exports = grammar({
     target: ($) => seq(choice("->", "=>"), commaSeparated(field("state", $._name))),
     actions: ($) => seq("/", commaSeparated($._action)),
 
-    _action: ($) => choice($.assignment, $.call, alias($._call_of_cancel, $.call), $.raise, $.cancel),
-    _call_of_cancel: ($) => seq(field("function", alias("cancel", $.name)), field("arguments", $.arguments)),
+    _action: ($) => choice($.assignment, $.call, alias($._call_of_word, $.call), $.raise, $.send, $.cancel),
+    // `cancel` and `send` are names where no event follows.
+    _word: ($) => choice("cancel", "send"),
+    _call_of_word: ($) => seq(field("function", alias($._word, $.name)), field("arguments", $.arguments)),
     assignment: ($) =>
       seq(
-        field("variable", choice($._name, alias("cancel", $.name))),
+        field("variable", choice($._name, alias($._word, $.name))),
         field("operator", choice("=", "+=", "-=", "*=")),
         field("value", $._expression),
       ),
-    raise: ($) => seq("raise", field("event", $._name), optional(seq("after", $._duration))),
+    raise: ($) => seq("raise", $._sent_event, optional(seq("after", $._duration))),
+    send: ($) => seq("send", $._sent_event),
+    _sent_event: ($) => seq(field("event", $._name), optional(field("data", $.arguments))),
     cancel: ($) => seq("cancel", field("event", $._name)),
 
     // Expressions.
 
-    _expression: ($) => $._disjunction_divided,
+    _expression: ($) => choice($._disjunction_divided, $.choice),
+    choice: ($) => seq($._disjunction_divided, "if", $._disjunction_divided, "else", $._expression),
     _condition: ($) => $._disjunction_undivided,
     _duration: ($) => $._sum_undivided,
     ...expressions("divided", choice("*", "/")),

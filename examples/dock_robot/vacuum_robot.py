@@ -7,7 +7,7 @@ from hsm import Angle, Length, Library, Outcome, Speed
 
 
 class Floor(StrEnum):
-    """What the robot stands on."""
+    """What is below the robot."""
 
     HARD = "hard"
     CARPET = "carpet"
@@ -59,7 +59,7 @@ def bumped(facts: Facts) -> bool:
 
 @LIBRARY.signal("floor")
 def floor(facts: Facts) -> Floor:
-    """What the robot stands on."""
+    """What is below the robot."""
     return facts.floor
 
 

@@ -35,7 +35,7 @@ class Checked:
 
     Attributes:
         model: the machine; None where there are errors.
-        diagnostics: all findings, in the order of the files and of their lines.
+        diagnostics: all diagnostics, in the order of the files and of their lines.
         sources: the text of every file that was read, by name.
     """
 
@@ -48,7 +48,7 @@ def load_model(path: str | Path, library: Library) -> Model:
     """The machine in a file.
 
     Raises:
-        MachineError: it, or a machine that it imports, cannot be built; with all findings.
+        MachineError: it, or a machine that it imports, cannot be built; with all diagnostics.
     """
     return _model(check_file(path, library, remarks=False))
 
@@ -57,7 +57,7 @@ def parse_model(text: str, library: Library, file: str = "<text>") -> Model:
     """The machine in a text; imports are looked for beside ``file``.
 
     Raises:
-        MachineError: it, or a machine that it imports, cannot be built; with all findings.
+        MachineError: it, or a machine that it imports, cannot be built; with all diagnostics.
     """
     return _model(check_text(text, library, file, remarks=False))
 
@@ -87,14 +87,14 @@ def read_text(path: str | Path) -> str:
         with Path(path).open("rb") as file:  # not to its end, which a device may not have
             content = file.read(_LARGEST + 1)
         if len(content) > _LARGEST:
-            raise _unreadable(path, "it is larger than 32 MiB", "make parts of it machines that it imports")
+            raise _unreadable(path, "it is larger than 32 MiB", "move parts of it into machines that it imports")
         return content.decode("utf-8-sig")
     except FileNotFoundError as error:
         raise _unreadable(path, _reason(error), _beside(Path(path))) from None
     except UnicodeDecodeError as error:
         raise _unreadable(path, f"byte {error.start + 1} is not UTF-8", "save it as UTF-8") from None
     except (OSError, ValueError) as error:
-        raise _unreadable(path, _reason(error), "give the path of a file that may be read") from None
+        raise _unreadable(path, _reason(error), "give the path of a file that you may read") from None
 
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
@@ -188,7 +188,7 @@ def _beside(path: Path) -> str:
     """What may have been meant by a file that is not there."""
     suffix = path.suffix or SUFFIX
     close = get_close_matches(path.stem, sorted(other.stem for other in path.parent.glob(f"*{suffix}")), n=1)
-    return f"did you mean `{path.with_name(close[0] + suffix)}`?" if close else "give the path of a file that is there"
+    return f"did you mean `{path.with_name(close[0] + suffix)}`?" if close else "give the path of an existing file"
 
 
 def _reason(error: OSError | ValueError) -> str:
@@ -265,8 +265,8 @@ class _Loader:
         if key in self.units:
             return self.units[key]
         if len(self.open_files) > _DEEPEST:
-            message = f"imports are more than {_DEEPEST} deep here"
-            report.add("E0208", place, message, "import fewer machines from within imported ones")
+            message = f"imports are nested more than {_DEEPEST} levels deep here"
+            report.add("E0208", place, message, "import fewer machines from imported machines")
             return None
         known = self.imported.get(key)
         if known is not None:

@@ -41,7 +41,7 @@ NONE = -1
 """What a chain gives when no transition fires."""
 
 FEW_PATHS = 16
-"""A guard with up to so many paths is decided by nested ``if``s, one with more by adding up its path."""
+"""A guard with up to this many paths is decided by nested ``if``s, one with more by adding up its path."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +112,7 @@ _Continuation = Callable[[int, int], None]
 
 @dataclass(slots=True)
 class _Writer:
-    """Lines of Python, each with the place that it stands for.
+    """Lines of Python, each with the place that it represents.
 
     Attributes:
         lines: the lines.
@@ -172,11 +172,11 @@ class Generator:
         """The values of all slots before a run begins: what is exposed can be read from the start.
 
         Args:
-            parameters: those of the parameters, in order.
+            parameters: those of the parameters, in order; of a run that goes on, those of the variables behind them.
         """
         values = [*parameters, *[None] * (len(self.variables) - len(parameters))]
         for slot, variable in enumerate(self.model.variables, len(self.model.parameters)):
-            if variable.exposed and isinstance(variable.initial, Literal):
+            if variable.exposed and slot >= len(parameters) and isinstance(variable.initial, Literal):
                 values[slot] = variable.initial.value
         return values
 
@@ -448,7 +448,7 @@ class Generator:
         return f"{self.named(call.signal.function)}(f{arguments})"
 
     def _code(self, expression: Expression, known: set[int] | frozenset[int] = frozenset()) -> str:
-        """The expression in Python; signals that were not fetched before are fetched where they stand."""
+        """The expression in Python; signals that were not fetched before are fetched where they are."""
 
         def operand(one: Expression) -> str:
             match one:

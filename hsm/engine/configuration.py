@@ -156,7 +156,7 @@ class Leaf:
         return (one.plan for one in self.looked if one.plan is not None)
 
     def advance(self, facts: Any, values: Sequence[Any], found: Found) -> Found:
-        """Make what goes on from here, and go on."""
+        """Make the continuation from here, and continue."""
         self.go = go = self.grow(None)
         return go(facts, values, found)
 

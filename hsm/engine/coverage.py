@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from hsm.engine.configuration import Leaf, Plan
 
 FORGOTTEN_AFTER = 4096
-"""So many different microsteps are kept before what they have exercised is added up."""
+"""After this many different microsteps, what they have exercised is added up."""
 
 Guards = Mapping[int, frozenset[int]]
 

@@ -24,7 +24,7 @@ from hsm.model.expressions import (
 from hsm.model.types import BOOLEAN
 
 UNSET: Any = object()
-"""Stands for a signal that was not evaluated yet."""
+"""Represents a signal that was not evaluated yet."""
 
 UNARY: dict[str, Callable[[Any], Any]] = {"not": operator.not_, "-": operator.neg, "abs": abs}
 BINARY: dict[str, Callable[[Any, Any], Any]] = {
@@ -58,7 +58,7 @@ class Evaluation:
 
     Attributes:
         values: the variables.
-        slots: where each variable stands in ``values``.
+        slots: where each variable is in ``values``.
         active: indices of the active states.
         states: index of each state by its name.
         memo: the signals evaluated in this step, by key.

@@ -1,4 +1,4 @@
-"""Why transitions fired or did not, worked out from what a step leaves behind."""
+"""Why transitions fired or did not, computed from what a step records."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def explain(record: StepRecord) -> tuple[Considered, ...]:
     """Every transition that was looked at in a step, in the order of the selections.
 
     Args:
-        record: what the step left behind.
+        record: what the step recorded.
     """
     found = [one for selection in record.selections for one in _explain_selection(selection, record.memo)]
     if record.values is not None:

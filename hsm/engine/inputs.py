@@ -72,7 +72,7 @@ def follow(formula: Expression, parameter: Parameter, values: Mapping[str, Any])
         values: those of the parameters before it, by name.
 
     Raises:
-        ValueError: this divides by zero, or is no value of the parameter.
+        ValueError: this is a division by zero, or is no value of the parameter.
     """
     slots = {name: slot for slot, name in enumerate(values)}
     constants = Evaluation(tuple(values.values()), slots, (), {}, {}, _no_signal, _no_signal)

@@ -3,8 +3,8 @@
 A *look* is the search for transitions that one trigger, an event or the conditions, can fire. For a configuration it
 is a decision tree, a generated function (``hsm.engine.trees``). A *leaf* is where it ends
 (``hsm.engine.configuration``): it knows which guards were decided and how, what was taken, and the truth of every
-condition on the way. So a step leaves behind its leaf and the values of those signals that are no truth values; its
-record and the coverage are worked out from these when somebody asks. The next look of the step is a tree that grows at
+condition on the way. So a step records its leaf and the values of those signals that are no truth values; its
+record and the coverage are computed from these when somebody asks. The next look of the step is a tree that grows at
 the leaf where the one before ended, once steps have come that way a few times.
 
 ``SlowPath`` is raised where there is more to do; the step is then done in full (``hsm.engine.execution``).
@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 WARM = 20
-"""So many steps are done in full at a leaf before a tree grows there: to make one takes as long."""
+"""After this many full steps at a leaf a tree grows there: to make one takes as long."""
 
 Found = tuple[Any, ...]
 """A leaf, and the values of the signals that it carries, in their order."""

@@ -34,16 +34,16 @@ class Microstep:
 
 
 class Macrostep:
-    """What one step did: a value that does not change, worked out further when it is asked.
+    """What one step did: a value that does not change; details are computed on demand.
 
     Two are equal when the same was done at the same time. As a truth value: whether anything was done.
 
     Attributes:
-        raw: what the step leaves behind; everything else is worked out from it.
+        raw: what the step records; everything else is computed from it.
         sending: the events that it has sent to other machines; not set where that is none. See ``sent``.
     """
 
-    # One is made every tick, which itself takes less than a microsecond: what the step leaves behind is set from
+    # One is made every tick, which itself takes less than a microsecond: what the step records is set from
     # outside, without names, which is a quarter faster than an __init__.
     __slots__ = ("raw", "sending")
 
@@ -62,12 +62,12 @@ class Macrostep:
 
     @property
     def record(self) -> StepRecord:
-        """What the step leaves behind."""
+        """What the step records."""
         return record_of(self.raw)
 
     @property
     def selections(self) -> tuple[Selection, ...]:
-        """Which transitions were looked for and taken, but for the last selection, which took nothing."""
+        """Which transitions were looked for and taken, except for the last selection, which took nothing."""
         return tuple(self.record.selections)
 
     @property
@@ -83,12 +83,12 @@ class Macrostep:
 
     @property
     def exited(self) -> tuple[str, ...]:
-        """Full names of all states left, in order; a state that was left twice stands twice."""
+        """Full names of all states left, in order; a state that was left twice appears twice."""
         return tuple(name for one in self.microsteps for name in one.exited)
 
     @property
     def entered(self) -> tuple[str, ...]:
-        """Full names of all states entered, in order; a state that was entered twice stands twice."""
+        """Full names of all states entered, in order; a state that was entered twice appears twice."""
         return tuple(name for one in self.microsteps for name in one.entered)
 
     @property
@@ -120,7 +120,7 @@ class Macrostep:
     def considered(self) -> tuple[Considered, ...]:
         """Every transition that was looked at, with what became of it and why.
 
-        Worked out from the signals and variables of the step, so it is true of the step whenever it is asked.
+        Computed from the signals and variables of the step, so it is true of the step whenever it is asked.
         """
         return explain(self.record)
 

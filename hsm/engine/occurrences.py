@@ -76,6 +76,8 @@ def name_of(event: str) -> str:
 
 
 def _checked(model: Model, event: str | Occurrence) -> str | Occurrence:
+    if isinstance(event, str) and not model.event_data and (model.events is None or event in model.events):
+        return event
     if not isinstance(event, str | Occurrence):
         raise TypeError(f"an event is a text or an Occurrence, not {event!r:.{_WIDEST}} ({type(event).__name__})")
     name, given = (event.name, event.data) if isinstance(event, Occurrence) else _parts(model, event)
@@ -93,7 +95,7 @@ def _checked(model: Model, event: str | Occurrence) -> str | Occurrence:
 
 
 def _parts(model: Model, text: str) -> tuple[str, Mapping[str, Any]]:
-    """The name in a text and the values behind it, by name."""
+    """The name in a text and the values after it, by name."""
     written = None if len(text) > _LONGEST else _WITH_DATA.fullmatch(text)
     declared = None if written is None else model.data_of(written[1])
     if written is None:
@@ -116,7 +118,7 @@ def _value(event: str, field: EventField, text: str) -> Any:
     try:
         return value_of(text, field.type, field.enumeration)
     except ValueError as way_out:
-        message = f"`{text:.{_WIDEST}}` is no value for `{field.name}` of event `{event}`, which is a {field.type}"
+        message = f"`{text:.{_WIDEST}}` is no value for `{field.name} : {field.type}` of event `{event}`"
         raise ValueError(f"{message}: {way_out}") from None
 
 

@@ -1,4 +1,4 @@
-"""What a microstep does, worked out once for each combination of configuration, transitions and history.
+"""What a microstep does, computed once for each combination of configuration, transitions and history.
 
 SCXML's procedures ``removeConflictingTransitions``, ``computeExitSet``, ``computeEntrySet``, ``exitStates`` and
 ``enterStates``, as a value.
@@ -124,7 +124,7 @@ def _both(targets: tuple[int, ...], around: int) -> list[tuple[_Task, int, int]]
 
 
 class Planner:
-    """Works out plans for one model."""
+    """Computes plans for one model."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""What a step leaves behind: which transitions it looked for, on what grounds, and what it did."""
+"""What a step records: which transitions it looked for, on what grounds, and what it did."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Selection(NamedTuple):
 
 
 class StepRecord(NamedTuple):
-    """What a step leaves behind.
+    """What a step records.
 
     Attributes:
         time: logical time in seconds.
@@ -85,7 +85,7 @@ RawRecord = StepRecord | tuple[float, Found, Sequence[Any], Mapping[int, int]]
 
 
 def record_of(raw: RawRecord) -> StepRecord:
-    """What a step leaves behind, worked out."""
+    """What a step records, computed."""
     if isinstance(raw, StepRecord):
         return raw
     time, found, values, timers = raw

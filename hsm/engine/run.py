@@ -137,7 +137,7 @@ class Supervisor(Generic[F, E]):
                 carries something else than declared.
             TypeError: the time is no number, the events are no list of events, or one carries a value of another type.
         """
-        # A step in which nothing happens but moving is a few generated functions, in a twentieth of the time that the
+        # A step in which only moves is a few generated functions, in a twentieth of the time that the
         # full way takes with its queues and its copy of the state. Whatever else comes up, the step is done in full,
         # with the signals that were evaluated; nothing was changed before. A property test holds the two together.
         state = self._state
@@ -210,7 +210,7 @@ class Supervisor(Generic[F, E]):
     def snapshot(self) -> dict[str, Any]:
         """Where the run is, in a form that JSON can carry; ``Machine.restore`` goes on from it with the same trace.
 
-        Activities are not in it: those that run begin anew.
+        Activities are not in it: those that run begin again.
         """
         return to_json(self.machine, self._run())
 
@@ -218,7 +218,7 @@ class Supervisor(Generic[F, E]):
         """Go on with a machine that has changed.
 
         Variables, time-outs and history are kept where the new machine still has them; activities run on where their
-        state does the same as before. Coverage starts anew.
+        state does the same as before. Coverage starts again.
 
         Args:
             machine: the changed machine.

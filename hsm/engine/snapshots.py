@@ -13,10 +13,11 @@ from hsm.engine.configuration import Configuration
 from hsm.engine.execution import PendingFault, RunState
 from hsm.engine.limits import duration, within_limits
 from hsm.engine.occurrences import checked_events, event_text, name_of
+from hsm.engine.stores import message_json, message_of, store_json, store_of
 from hsm.model.chart import Held, Send, Timed
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
-from hsm.model.messages import Occurrence
+from hsm.model.messages import Message, Occurrence, Store
 from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
 from hsm.model.unparse import activity_text, expression_text, trigger_text
 
@@ -47,10 +48,16 @@ def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
 
     A time-out goes by its state and its text, and has a deadline in nanoseconds, or none where it has acted already.
     """
-    if machine.model.store is not None:
-        raise SnapshotError(f"the data of the chart {machine.name} cannot be saved")
+    if run.state.sessions:
+        raise SnapshotError(f"a chart that {machine.name} has invoked runs, and cannot be saved")
     state, names = run.state, [one.name for one in machine.model.states]
     events = [(one.event, one.reason) if isinstance(one, PendingFault) else (one, None) for one in run.pending]
+    store = state.store or machine.model.store
+    try:
+        data = {} if store is None else {"data": store_json(machine, store)}
+        sent = [[due, _sent_text(machine, one), one.delay, one.label, *_carried(one)] for due, one in state.sent]
+    except ValueError as error:
+        raise SnapshotError(f"the data of the chart {machine.name}: {error}") from error
     return {
         "machine": machine.name,
         "time": run.time,
@@ -62,11 +69,12 @@ def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
         },
         "timers": [[*key, state.timers.get(index)] for key, index in _time_outs(machine, state.configuration).items()],
         "acted": [list(key) for key, index in _time_outs(machine, state.configuration).items() if index in state.acted],
-        "sent": [[due, _sent_text(machine, send), send.delay, send.label] for due, send in state.sent],
+        "sent": sent,
         "deferred": [event_text(machine.model, one) for one in state.deferred],
         "history": {names[index]: [names[one] for one in states] for index, states in sorted(state.history.items())},
         "pending": [[list(one.names), names[one.origin], one.standard, reason] for one, reason in events],
         "finished": [[names[index], _activity(machine, index)] for index in sorted(run.finished)],
+        **data,
     }
 
 
@@ -96,7 +104,8 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
         acted = frozenset(keys[state, text, number] for state, text, number in snapshot["acted"])
         deferred = _deferred(machine, snapshot.get("deferred", ()))
         outcome = snapshot["outcome"]
-        state = RunState(configuration, values, timers, sent, history, outcome, acted, deferred=deferred)
+        store = None if machine.model.store is None else store_of(machine, snapshot["data"])
+        state = RunState(configuration, values, timers, sent, history, outcome, acted, store, deferred)
         pending = tuple(_pending(machine, *one) for one in snapshot["pending"])
         finished = frozenset(_finished(machine, name, activity) for name, activity in snapshot["finished"])
         return SavedRun(float(snapshot["time"]), state, pending, finished)
@@ -127,7 +136,7 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
     configuration = new.configuration(leaves)
     gone = sorted(run.state.configuration.names ^ configuration.names)
     if gone:
-        raise SnapshotError(f"state `{gone[0]}` does not stand where it stood")
+        raise SnapshotError(f"state `{gone[0]}` is no longer at the same place in the machine")
     kept = _kept_values(old, run, new)
     values = new.generator.first_values(parameters)
     for name, slot in new.generator.variables.items():
@@ -148,9 +157,12 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
             remembered = tuple(known[names[one]] for one in states)
             if new.topology.recalls(known[names[index]], remembered):
                 history[known[names[index]]] = remembered
-    sent = tuple((due, _sent(new, _sent_text(old, one), one.delay, one.label)) for due, one in run.state.sent)
+    sent = tuple(
+        (due, _sent(new, _sent_text(old, one), one.delay, one.label, *_carried(one))) for due, one in run.state.sent
+    )
     deferred = _deferred(new, [event_text(old.model, one) for one in run.state.deferred])
-    state = RunState(configuration, values, timers, sent, history, run.state.outcome, acted, deferred=deferred)
+    outcome, store = run.state.outcome, _kept_store(old, run, new)
+    state = RunState(configuration, values, timers, sent, history, outcome, acted, store, deferred)
     pending = tuple(_moved(one, known[names[_origin(one)]]) for one in run.pending if names[_origin(one)] in known)
     finished = frozenset(known[names[one]] for one in run.finished if names[one] in known)
     return SavedRun(run.time, state, pending, finished)
@@ -161,15 +173,37 @@ def _sent_text(machine: CompiledChart, send: Send) -> str:
     return event_text(machine.model, send.message) if isinstance(send.message, Occurrence) else send.event
 
 
-def _sent(machine: CompiledChart, event: str, delay: float, label: str | None) -> Send:
-    """The event on its way that a text stands for."""
-    if machine.model.events is None:
-        return Send(event, delay, label)
+def _carried(send: Send) -> list[dict[str, Any]]:
+    """What an event of a chart with data carries on its way, and where it goes; nothing for any other."""
+    message = send.message
+    return [{"message": message_json(message), "target": send.target}] if isinstance(message, Message) else []
+
+
+def _kept_store(old: CompiledChart, run: SavedRun, new: CompiledChart) -> Store | None:
+    """The data of a chart that has changed: it keeps its values where the chart has the same data."""
+    if new.model.store is None or run.state.store is None:
+        return None
+    if run.state.sessions:
+        raise SnapshotError(f"a chart that {old.name} has invoked runs, and cannot be carried over")
     try:
-        (message,) = checked_events(machine.model, (event,))
+        return store_of(new, store_json(old, run.state.store))
+    except (KeyError, ValueError) as error:
+        raise SnapshotError(f"the data does not fit the changed chart: {error}") from error
+
+
+def _sent(
+    machine: CompiledChart, event: str, delay: float, label: str | None, carried: Mapping[str, Any] | None = None
+) -> Send:
+    """The event on its way that a text represents; of a chart with data also what it carries."""
+    if machine.model.events is None:
+        if carried is None:
+            return Send(event, delay, label)
+        return Send(event, delay, label, message=message_of(carried["message"]), target=carried["target"])
+    try:
+        (found,) = checked_events(machine.model, (event,))
     except (TypeError, ValueError) as error:
         raise SnapshotError(f"`{event}` is on its way: {error}") from error
-    return Send(name_of(event), delay, label, message=message if isinstance(message, Occurrence) else None)
+    return Send(name_of(event), delay, label, message=found if isinstance(found, Occurrence) else None)
 
 
 def _deferred(machine: CompiledChart, events: Sequence[str]) -> tuple[str | Occurrence, ...]:

@@ -2,7 +2,7 @@
 
 A tree asks for each signal at most once, and for nothing that was decided on the way to it. It is cut where it grows
 large; the rest is written when steps come there. What trees do not decide is done in full: a transition that does
-anything but move, a second move by conditions, a signal that stands to the right of an ``and`` within a comparison, the
+anything but move, a second move by conditions, a signal that is to the right of an ``and`` within a comparison, the
 data of an SCXML chart, and guards so wide that hardly two steps go the same way through them.
 """
 
@@ -22,13 +22,13 @@ from hsm.model.expressions import Active, Expression, Literal, SignalValue, Vari
 from hsm.model.messages import Occurrence
 
 WIDEST = 16
-"""So many conditions has one function at most; beyond them another one goes on."""
+"""One function has at most this many conditions; another one continues."""
 
 DEEPEST = 40
-"""So deep its ``if``s are nested at most; Python allows 100."""
+"""Its ``if``s are nested at most this deep; Python allows 100."""
 
 LARGEST = 256
-"""So many trees grow from one configuration, before all of its steps are done in full."""
+"""At most this many trees grow from one configuration; all further steps are done in full."""
 
 
 class Undecidable(Exception):  # noqa: N818 - not an error
@@ -66,7 +66,7 @@ class Trees:
         """The next look after a leaf: for an event, for conditions, or the rest of one that was cut.
 
         Raises:
-            SlowPath: the event is none that the machine knows, or events carry something, which stands among the
+            SlowPath: the event is none that the machine knows, or events carry something, which is among the
                 variables while one is handled.
         """
         if event is not None and (not isinstance(event, str) or self._carries or not self._declared(event)):

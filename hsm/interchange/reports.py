@@ -1,6 +1,6 @@
-"""What a machine is and what one step of it did, as JSON values, for whoever shows, records or sends a run.
+"""What a machine is and what one step of it did, as JSON values, for programs that show, record or send a run.
 
-One value a step serves all of them. It is made of what the engine leaves behind; each part is worked out when it is
+One value a step serves all of them. It is made of what the engine records; each part is computed when it is
 first asked for, which may be later and in another thread.
 """
 

@@ -1,7 +1,7 @@
 """A machine as declared: immutable, flat, in document order; shared by every run of it.
 
 Readers (the language, SCXML) fill it; the engine, diagrams, coverage and exports read it. States and transitions refer
-to one another by their index, so a deep machine needs no deep recursion. State 0 is the root, which stands for the
+to one another by their index, so a deep machine needs no deep recursion. State 0 is the root, which represents the
 machine.
 """
 
@@ -152,11 +152,12 @@ class Send:
 
     Attributes:
         event: its name.
-        delay: after so many seconds of logical time.
+        delay: after that many seconds of logical time.
         label: what a ``Cancel`` calls it, or None.
         place: where it is written.
         message: the event with its data, once it was sent.
         arguments: what it carries, in the order of its declaration; evaluated when it is sent.
+        target: the session that it goes to; None for the machine itself.
     """
 
     event: str
@@ -165,6 +166,7 @@ class Send:
     place: Place | None = None
     message: Message | Occurrence | None = None
     arguments: tuple[Expression, ...] = ()
+    target: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +210,38 @@ class Execute:
 
 
 Action = Assign | Call | Raise | Send | Emit | Cancel | Execute
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Invoked:
+    """A chart that begins to run.
+
+    Attributes:
+        identifier: what the invoking chart calls it.
+        model: the chart.
+        data: values for its data, by name.
+        autoforward: it is sent all events that its invoker is sent.
+        finalize: run on each of its events before the invoker handles it, or None.
+    """
+
+    identifier: str
+    model: Model
+    data: Mapping[str, Any]
+    autoforward: bool = False
+    finalize: Callable[[dict[Any, Any], Collection[int], Any], None] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Invoke:
+    """A chart that runs while a state is active.
+
+    Attributes:
+        begin: makes it, with the signals of the step, the active states and the machine's queue; None after an error.
+        place: where it is written.
+    """
+
+    begin: Callable[[dict[Any, Any], Collection[int], Any], Invoked | None]
+    place: Place | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,6 +295,7 @@ class State:
         exit: actions on exit.
         activity: what it does while active.
         transitions: indices of its transitions, in document order.
+        invokes: the charts that run while it is active.
         instance: name of the machine that this state is an instance of, or None.
         doc: the comment above it.
         place: where its name is written.
@@ -278,6 +313,7 @@ class State:
     exit: tuple[Action, ...] = ()
     activity: ActivityCall | None = None
     transitions: tuple[int, ...] = ()
+    invokes: tuple[Invoke, ...] = ()
     instance: str | None = None
     doc: str = ""
     place: Place | None = None

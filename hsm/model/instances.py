@@ -75,7 +75,7 @@ def instantiate(
         name: the instance's name, put before the name of each state, variable and parameter.
         state_offset: the index that the machine's root becomes.
         transition_offset: the index that its first transition becomes.
-        member: its signals, activities, actions and events are its own, and bear its name as well.
+        member: its signals, activities, actions and events are its own, and have its name as well.
     """
     events = (model.events or frozenset()) if member else frozenset()
     outcomes = {one for state in model.states if state.activity for one in state.activity.activity.outcomes}
@@ -165,7 +165,7 @@ class _Copier:
                 return trigger
 
     def _heard(self, name: str) -> tuple[str, ...]:
-        """The names of what a member hears of: its events bear its name, what its own states report does not."""
+        """The names of what a member hears of: its events have its name, what its own states report does not."""
         if name == "*":
             return (f"{self.prefix}*",)
         own = (name,) if name in self.reported or name not in self.events else ()
@@ -200,7 +200,7 @@ class _Copier:
                 return action
 
     def _event(self, name: str) -> str:
-        """The name of an event: a member's bears its name."""
+        """The name of an event: a member's has its name."""
         return name if self.owned is None else self.prefix + name
 
     def expression(self, expression: Expression) -> Expression:

@@ -35,7 +35,7 @@ class MemberActivity:
         return self._inner.tick(facts[self._member])
 
     def stop(self) -> None:
-        """Tell it that its state is left, if it wants to know."""
+        """Say it that its state is left, if it wants to know."""
         if isinstance(self._inner, Stoppable):
             self._inner.stop()
 

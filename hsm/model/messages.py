@@ -49,6 +49,7 @@ class Message:
         data: what it carries; None for nothing.
         sendid: the identifier of the ``send`` that failed or made it.
         origin: where an answer would go.
+        invokeid: the invocation that it comes from.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Message:
     data: Any = None
     sendid: str | None = None
     origin: str | None = None
+    invokeid: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,9 +69,15 @@ class Store:
         event: the event that is handled, or was last.
         results: what the completion of each state carries, by index.
         begun: the states whose data was set on their first entry.
+        given: data that the invoking chart has given a value, in place of its own first value.
+        session: the identifier of the session; None where it is the chart's name.
+        reachable: the targets of other sessions that events can be sent to.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
     event: Message | None = None
     results: Mapping[int, Any] = field(default_factory=dict)
     begun: frozenset[int] = frozenset()
+    given: Mapping[str, Any] = field(default_factory=dict)
+    session: str | None = None
+    reachable: frozenset[str] = frozenset()

@@ -14,7 +14,7 @@ _WHOLE = re.compile(r"\s*[-+]?\d{1,19}\s*", re.ASCII)
 
 
 def value_of(text: str, kind: Type, enumeration: type[StrEnum] | None = None) -> Any:
-    """The value that a text stands for.
+    """The value that a text represents.
 
     Args:
         text: what is written; a number without a unit is in SI units.
@@ -49,7 +49,7 @@ def _quantity(text: str, quantity: Quantity) -> float:
         raise ValueError(way_out)
     number, unit = written.groups()
     if not isfinite(float(number)):
-        raise ValueError("no number is that large")
+        raise ValueError("this number is too large")
     if not unit:
         return float(number)
     if unit not in UNITS or UNITS[unit].quantity != quantity:

@@ -37,7 +37,7 @@ def robot_library(settings: SkillSettings | None = None, robot: RobotDescription
         settings: the gains of the robot's motion skills; by default those of PICO.
         robot: the robot; by default PICO.
     """
-    # Whoever only checks a machine needs none of this, and it takes half a second to import.
+    # Checking a machine needs none of this, and it takes half a second to import.
     import perception.signals  # noqa: PLC0415
     import skills.catalogue  # noqa: PLC0415
     from maze_machine.catalogue.constants import robot_constants  # noqa: PLC0415
@@ -111,7 +111,7 @@ def _names_for(project: Project) -> RobotLibrary:
 
 
 def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
-    """A library of one's own, by its name.
+    """A library of your own, by its name.
 
     Args:
         name: ``module:function`` for a function that gives the library, or ``module:name`` for the library itself.

@@ -1,8 +1,8 @@
 """The names of the shipped library without its code, so that checking a machine imports no perception and no skills.
 
 ``names.json`` holds what ``robot_library`` declares: names, types, defaults, documentation, and where each thing lies
-in Python. ``python -m maze_machine.catalogue`` writes it anew; a test holds it to the library. What a name
-stands for is imported when somebody asks for it.
+in Python. ``python -m maze_machine.catalogue`` writes it again; a test holds it to the library. What a name
+represents is imported when somebody asks for it.
 """
 
 from __future__ import annotations

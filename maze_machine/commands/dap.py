@@ -28,7 +28,7 @@ def dap(
 
     It stops at states, transitions and conditions, goes on by a microstep or a tick, and back. A machine is tried
     without a robot, as in `simulate`, where signals and variables can be set; driven in a maze; shown a recording; or
-    watched while it runs elsewhere. The arguments of `launch` and `attach` are in docs/how-to/editor.md.
+    watched while it runs elsewhere. The arguments of `launch` and `attach` are in docs/how-to/debugging.md.
 
     Example: `maze-machine dap`
 

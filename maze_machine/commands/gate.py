@@ -1,4 +1,4 @@
-"""``maze-machine gate``: a dead man, limits and leases in front of a robot's driver that has none."""
+"""``maze-machine gate``: a command time-out, limits and leases in front of a robot's driver that has none."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def gate(
     settings: SettingsOption = None,
     identity: IdentityOption = None,
 ) -> None:
-    """Stand between controllers and a ROS 2 driver: one controller at a time, limits, and a stop when it falls silent.
+    """Guard a ROS 2 driver: admit one controller at a time, limit its commands, and stop the base when it falls silent.
 
     It runs on the robot, next to the driver. The profile's section `[link]` names the driver's topics. It ends with
-    Ctrl-C, and leaves the robot standing.
+    Ctrl-C, and stops the robot.
 
     Example: `maze-machine gate tcp/127.0.0.1:7448 --inside base --listen tcp/0.0.0.0:7447`
     """

@@ -17,6 +17,9 @@ def lsp(library: LibraryOption = None) -> None:
     Example: `maze-machine lsp`
     """
     import gc
+    import os
+    import sys
+    from contextlib import redirect_stdout
     from importlib.metadata import version
 
     gc.disable()  # the protocol's types are many objects that never go: nothing is to be looked through while they come
@@ -35,7 +38,9 @@ def lsp(library: LibraryOption = None) -> None:
 
     libraries = EditorLibraries(library, warn)
     server = make_server(libraries, version("maze-machine"))
-    add_requests(server, libraries)
+    add_requests(server, libraries, version("maze-machine"))
     gc.freeze()
     gc.enable()
-    server.start_io()
+    # A stream of its own: a library that prints must not speak to the editor.
+    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as writing, redirect_stdout(sys.stderr):
+        server.start_io(None, writing)

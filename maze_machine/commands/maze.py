@@ -50,7 +50,7 @@ def show(
     robot: RobotOption = None,
     settings: SettingsOption = None,
 ) -> None:
-    """Tell what a maze is like and save a picture of it.
+    """Show what a maze is like and save a picture of it.
 
     Example: `maze-machine maze show final_2015 --picture final.svg`
     """
@@ -110,7 +110,7 @@ def generate(
     corridor: Annotated[float, typer.Option(metavar="METRES", help="Width of the corridors.")] = 1.0,
     loops: Annotated[int, typer.Option(min=0, help="Walls left out, so that there are two ways.")] = 1,
     islands: Annotated[int, typer.Option(min=0, help="Solid blocks with a way all around.")] = 0,
-    open_spaces: Annotated[int, typer.Option(min=0, help="Rooms of two by two to three by three cells.")] = 0,
+    open_spaces: Annotated[int, typer.Option(min=0, help="Open spaces of two by two to three by three cells.")] = 0,
     dead_ends: Annotated[float, typer.Option(min=0, max=1, help="Share of the dead ends that stay.")] = 1.0,
     doors: Annotated[int, typer.Option(min=0, help="Doors in dead ends, all of which must be passed.")] = 0,
     skew: Annotated[float, typer.Option(metavar="DEGREES", help="Walls are turned by up to this angle.")] = 0.0,

@@ -44,7 +44,7 @@ def sim(
     robot: RobotOption = None,
     settings: SettingsOption = None,
     realtime: Annotated[
-        bool, typer.Option("--realtime", help="Let time pass by the clock on the wall, with a dead man, as hardware.")
+        bool, typer.Option("--realtime", help="Run in real time, with a command time-out, like hardware.")
     ] = False,
     simulate: SimulateOption = None,
     fault: FaultOption = None,

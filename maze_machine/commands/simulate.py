@@ -110,7 +110,7 @@ def _typed(names: Any) -> Iterator[str]:
 
 
 def _show(answer: Moment | str, *, json: bool) -> None:
-    """Where the run stands, or what was asked."""
+    """The state of the run, or what was asked."""
     from dataclasses import asdict
     from json import dumps
 

@@ -117,7 +117,7 @@ def sweep(
 
 @contextmanager
 def shown(total: int) -> Iterator[Callable[[], None]]:
-    """A bar on a terminal for so many runs; what is yielded moves it on by one."""
+    """A bar on a terminal for this many runs; what is yielded moves it on by one."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

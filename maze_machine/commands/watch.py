@@ -22,7 +22,7 @@ def watch(
         str | None, typer.Option(metavar="STATE", help="Say once why this state's transitions fire or not, and end.")
     ] = None,
     silence: Annotated[
-        float, typer.Option(min=0.1, metavar="SECONDS", help="End when nothing has come for so long.")
+        float, typer.Option(min=0.1, metavar="SECONDS", help="End when nothing has come for this long.")
     ] = 5.0,
     json: JsonOption = False,
 ) -> None:
@@ -60,20 +60,21 @@ def watch(
 
 
 def send(
-    event: Annotated[str | None, typer.Argument(help="The event; the machine must declare it.")] = None,
+    event: Annotated[
+        str | None,
+        typer.Argument(help='The event, with what it carries: go, or "floor(3)"; the machine must declare it.'),
+    ] = None,
     connect: ConnectOption = OPEN,
     robot: RobotOption = None,
     identity: IdentityOption = None,
     pause: Annotated[bool, typer.Option("--pause", help="Have a simulation stand still.")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="Have it go on.")] = False,
-    advance: Annotated[
-        int | None, typer.Option(min=1, metavar="TICKS", help="Have it go on for so many ticks.")
-    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Resume it.")] = False,
+    advance: Annotated[int | None, typer.Option(min=1, metavar="TICKS", help="Advance it by this many ticks.")] = None,
     stop: Annotated[bool, typer.Option("--stop", help="End the run; the robot is stopped.")] = False,
 ) -> None:
     """Send an event to a running machine, or have its run pause, go on or end.
 
-    The event is part of the run: it stands in the trace and in the recording, and a replay gives it again.
+    The event is part of the run: it is in the trace and in the recording, and a replay gives it again.
 
     Example: `maze-machine send go --connect tcp/127.0.0.1:7448`
 
@@ -101,7 +102,7 @@ def _line(step: dict[str, Any]) -> str:
     parts += [f"sent {event}" for event in step.get("sent", ())]
     variables = ", ".join(f"{name} = {value}" for name, value in step.get("variables", {}).items())
     parts += [variables] if variables else []
-    parts += [f"standing: {step['blind']}"] if step.get("blind") else []
+    parts += [f"stopped: {step['blind']}"] if step.get("blind") else []
     parts += [f"ended in {step['outcome']}"] if step.get("outcome") else []
     return "  ".join(parts)
 

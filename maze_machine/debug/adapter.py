@@ -5,23 +5,15 @@ One thread: what an editor asks is looked at between the points of a run that go
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from hsm.model.diagnostics import MachineError
 from hsm.testing.scenarios.session import SessionError
 from maze_machine.debug.asked import Asked, read_arguments
-from maze_machine.debug.breakpoints import (
-    FAULT,
-    VIOLATION,
-    Breakpoints,
-    ConditionError,
-    LineBreakpoint,
-    NamedBreakpoint,
-    ValueBreakpoint,
-    read_condition,
-)
+from maze_machine.debug.breakpoints import FAULT, VIOLATION, ConditionError, read_condition
 from maze_machine.debug.debugger import Debugger, Goal, Stop
+from maze_machine.debug.laying import Laying
 from maze_machine.debug.messages import Channel, Message
 from maze_machine.debug.opening import open_run
 from maze_machine.debug.runs import Run, RunError
@@ -53,7 +45,7 @@ CAPABILITIES = {
 }
 THREAD = 1
 _SLICE = 200
-"""So many points are gone between two looks for requests."""
+"""This many points are gone between two looks for requests."""
 _LOOK = 0.02
 """Between two looks for a tick of a machine elsewhere, s."""
 
@@ -75,9 +67,7 @@ class Adapter:
         self._library = library
         self._asked: Asked | None = None
         self._debugger: Debugger | None = None
-        self._breakpoints = Breakpoints()
-        self._numbers = 0
-        self._wanted: dict[str, Mapping[str, Any]] = {}
+        self._laying = laying = Laying(lambda: self._here().run.chart)
         self._stop = Stop("entry")
         self._shown: Shown | None = None
         self._configured = False
@@ -88,12 +78,12 @@ class Adapter:
             "launch": self._launch,
             "attach": self._launch,
             "configurationDone": self._configuration_done,
-            "setBreakpoints": self._set_breakpoints,
-            "setFunctionBreakpoints": self._set_function_breakpoints,
-            "setDataBreakpoints": self._set_data_breakpoints,
-            "setExceptionBreakpoints": self._set_exception_breakpoints,
-            "dataBreakpointInfo": self._data_breakpoint_info,
-            "breakpointLocations": self._breakpoint_locations,
+            "setBreakpoints": laying.set_breakpoints,
+            "setFunctionBreakpoints": laying.set_function_breakpoints,
+            "setDataBreakpoints": laying.set_data_breakpoints,
+            "setExceptionBreakpoints": laying.set_exception_breakpoints,
+            "dataBreakpointInfo": laying.data_breakpoint_info,
+            "breakpointLocations": laying.breakpoint_locations,
             "threads": self._threads,
             "stackTrace": self._stack_trace,
             "scopes": self._scopes,
@@ -185,7 +175,7 @@ class Adapter:
 
     def _take(self, run: Run) -> None:
         """Debug a run; the breakpoints of the editor are laid in it."""
-        self._debugger = Debugger(run, self._breakpoints, self._say)
+        self._debugger = Debugger(run, self._laying.breakpoints, self._say)
         self._shown = Shown(run.chart)
         self._finished = False
         wait = 0
@@ -226,12 +216,7 @@ class Adapter:
         self._here().run.close()
         self._asked = asked
         self._take(run)
-        for name, handler in (
-            *((name, self._set_breakpoints) for name in self._wanted if name.startswith("file ")),
-            ("named", self._set_function_breakpoints),
-        ):
-            if name in self._wanted:
-                handler(self._wanted[name])
+        self._laying.again()
 
     def _terminate(self, _given: Mapping[str, Any]) -> None:
         self._finish()
@@ -246,83 +231,6 @@ class Adapter:
                 self._debugger.halt()
             self._channel.event("exited", exitCode=0)
             self._channel.event("terminated")
-
-    # Breakpoints.
-
-    def _set_breakpoints(self, given: Mapping[str, Any]) -> Mapping[str, object]:
-        source = given.get("source")
-        path = str(source.get("path", "")) if isinstance(source, dict) else ""
-        if not path:
-            raise RefusedError("breakpoints are set in a file")
-        self._wanted[f"file {path}"] = given
-        shown: list[Mapping[str, object]] = []
-        laid: list[LineBreakpoint] = []
-        for one in _listed(given, "breakpoints"):
-            self._numbers += 1
-            line = one.get("line")
-            try:
-                spot = self._here().run.chart.spot(path, line if isinstance(line, int) else 0)
-                if spot is None:
-                    raise ConditionError("no state and no transition of the machine is in this file")
-                condition = (
-                    read_condition(str(one["condition"]), self._here().run.chart) if one.get("condition") else None
-                )
-            except ConditionError as error:
-                shown.append({"id": self._numbers, "verified": False, "message": str(error), "line": line})
-                continue
-            hits, message = str(one.get("hitCondition") or ""), str(one.get("logMessage") or "")
-            laid.append(LineBreakpoint(self._numbers, spot, condition, hits, message))
-            shown.append({"id": self._numbers, "verified": True, "line": spot.line, "source": {"path": path}})
-        self._breakpoints.lines[path] = laid
-        return {"breakpoints": shown}
-
-    def _set_function_breakpoints(self, given: Mapping[str, Any]) -> Mapping[str, object]:
-        self._wanted["named"] = given
-        chart = self._here().run.chart
-        self._breakpoints.named = []
-        shown: list[Mapping[str, object]] = []
-        for one in _listed(given, "breakpoints"):
-            self._numbers += 1
-            name = str(one.get("name", "")).strip()
-            try:
-                condition = read_condition(name, chart)
-            except ConditionError as error:
-                shown.append({"id": self._numbers, "verified": False, "message": str(error)})
-                continue
-            self._breakpoints.named.append(NamedBreakpoint(self._numbers, chart.state(name), condition))
-            shown.append({"id": self._numbers, "verified": True})
-        return {"breakpoints": shown}
-
-    def _data_breakpoint_info(self, given: Mapping[str, Any]) -> Mapping[str, object]:
-        name = str(given.get("name", ""))
-        if not self._here().run.chart.type_text(name):
-            return {"dataId": None, "description": f"`{name}` is no variable and no signal"}
-        return {"dataId": name, "description": name, "accessTypes": ["write"], "canPersist": True}
-
-    def _set_data_breakpoints(self, given: Mapping[str, Any]) -> Mapping[str, object]:
-        self._breakpoints.values = []
-        shown: list[Mapping[str, object]] = []
-        for one in _listed(given, "breakpoints"):
-            self._numbers += 1
-            name = str(one.get("dataId", ""))
-            known = bool(self._here().run.chart.type_text(name))
-            if known:
-                self._breakpoints.values.append(ValueBreakpoint(self._numbers, name))
-            shown.append({"id": self._numbers, "verified": known})
-        return {"breakpoints": shown}
-
-    def _set_exception_breakpoints(self, given: Mapping[str, Any]) -> None:
-        filters = given.get("filters")
-        asked = filters if isinstance(filters, list) else []
-        self._breakpoints.faults, self._breakpoints.violations = FAULT in asked, VIOLATION in asked
-
-    def _breakpoint_locations(self, given: Mapping[str, Any]) -> Mapping[str, object]:
-        source, first = given.get("source"), given.get("line")
-        path = str(source.get("path", "")) if isinstance(source, dict) else ""
-        first = first if isinstance(first, int) else 1
-        last = given.get("endLine")
-        spots = self._here().run.chart.spots(path, first, last if isinstance(last, int) else first)
-        return {"breakpoints": [{"line": one.line} for one in spots]}
 
     # What is seen.
 
@@ -463,12 +371,7 @@ class Adapter:
 
 
 _PATIENCE = 10.0
-"""So long the first tick of a machine elsewhere may take, s."""
-
-
-def _listed(given: Mapping[str, Any], name: str) -> Sequence[Mapping[str, Any]]:
-    found = given.get(name)
-    return [one for one in found if isinstance(one, dict)] if isinstance(found, list) else []
+"""This long the first tick of a machine elsewhere may take, s."""
 
 
 def _number(given: Mapping[str, Any], name: str) -> int:

@@ -185,7 +185,7 @@ def _line_met(one: LineBreakpoint, step: Step, point: int) -> Iterator[Hit]:
 
 
 def _counts(hits: str, met: int) -> bool:
-    """Whether a breakpoint that was met so often stops: ``3`` from the third time on, ``% 3`` every third time."""
+    """Whether a breakpoint that was met this often stops: ``3`` from the third time on, ``% 3`` every third time."""
     found = _HITS.fullmatch(hits)
     if found is None:
         return True

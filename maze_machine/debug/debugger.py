@@ -113,10 +113,10 @@ class Debugger:
         self.run.hold()
 
     def move(self, most: int) -> Stop | None:
-        """Go on; why the debugger stands now, or None where it is still on its way.
+        """Go on; why the debugger stops now, or None where it is still on its way.
 
         Args:
-            most: after so many points it is asked again.
+            most: after that many points it is asked again.
         """
         for _ in range(most):
             motion = self._motion

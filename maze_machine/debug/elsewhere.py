@@ -18,7 +18,7 @@ from maze_machine.remote.messages import AdvanceRun, Operation, Pause, Resume, S
 from maze_machine.remote.reaching import reaching
 
 MOST = 20_000
-"""So many steps of a run elsewhere are kept."""
+"""This many steps of a run elsewhere are kept."""
 
 
 @dataclass(slots=True)

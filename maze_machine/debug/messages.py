@@ -83,7 +83,7 @@ class Channel:
         return found
 
     def wait(self, most: float) -> None:
-        """Wait until something is asked, at most for so long, s."""
+        """Wait until something is asked, at most for this long, s."""
         if self._seen is _UNSEEN:
             with suppress(Empty):
                 self._seen = self._asked.get(timeout=most)

@@ -74,7 +74,7 @@ class TriedRun:
         self._return_to(step)
         try:
             if name in self.chart.signals:
-                line = _setting(name, value.strip())
+                line = setting(name, value.strip())
                 self._session.check(f"when {line}")
                 self._changes[name] = line
             else:
@@ -104,10 +104,10 @@ class TriedRun:
         """It goes on as it is asked to."""
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Nothing to release."""
 
     def _watch(self, driver: Driver) -> None:
-        if driver is not self._driver:  # begun anew
+        if driver is not self._driver:  # begun again
             self._driver = driver
             self._violated = property_watch(self.chart.model.properties)
             self.steps.clear()
@@ -130,6 +130,6 @@ class TriedRun:
             raise RunError(str(error)) from None
 
 
-def _setting(name: str, value: str) -> str:
+def setting(name: str, value: str) -> str:
     """A signal with its new value as a scenario writes it."""
     return {"true": name, "false": f"not {name}"}.get(value, f"{name} = {value}")

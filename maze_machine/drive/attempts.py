@@ -1,4 +1,4 @@
-"""Attempts: a mission begun anew at the start after it has failed, as the challenge grants it."""
+"""Attempts: a mission begun again at the start after it has failed, as the challenge grants it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RefereedRobot(Robot, Refereed, Protocol):
 
 
 class KeptRobot:
-    """A robot for several attempts: to let go of it is left to whoever took hold of it."""
+    """A robot for several attempts: on release it is left to its owner."""
 
     def __init__(self, robot: RefereedRobot) -> None:
         self._robot = robot

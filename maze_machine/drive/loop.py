@@ -42,7 +42,7 @@ def ticks(
     wait; the machine goes on, and hears of it by the event ``blinded``. Once both have been good for a while, the
     activities go on where they were.
 
-    The last phase, log, is what the caller does with a tick. Whoever calls closes the robot, which stops it, in every
+    The last phase, log, is what the caller does with a tick. The caller closes the robot, which stops it, in every
     case: at the end, on a fault, and when a run is given up by closing the iterator.
 
     Args:
@@ -53,7 +53,7 @@ def ticks(
         chain: shapes what the activities want into what the base is sent.
         settings: when sensor data are too old.
         operator: who sends events to the machine.
-        truth: where the robot really is at a tick, if anybody knows; it is told on and decides nothing.
+        truth: where the robot really is at a tick, if known; it is passed on and decides nothing.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
@@ -100,10 +100,11 @@ def merged(commands: Iterable[Command]) -> Command:
     At most one of them holds the base, which the checker sees to; the others ask for no motion, so twists add up.
     """
     forward = left = turn = 0.0
-    ring = False
+    ring, goal = False, None
     for command in commands:
         forward += command.twist.forward
         left += command.twist.left
         turn += command.twist.turn
         ring = ring or command.ring
-    return Command(Twist(forward, left, turn), ring)
+        goal = goal or command.goal
+    return Command(Twist(forward, left, turn), ring, goal=goal)

@@ -17,7 +17,7 @@ from perception.facts import Facts
 from transport.messages import Command, Observation, Pose, Scan
 
 STRIDE = 8
-"""Every so many beams of a scan are shown."""
+"""Every this many beams of a scan are shown."""
 
 
 class Phases(NamedTuple):
@@ -35,14 +35,14 @@ class Phases(NamedTuple):
 
 @dataclass(frozen=True)
 class Tick:
-    """What happened in one tick; how it is described is worked out when it is asked for, and once.
+    """What happened in one tick; how it is described is computed when it is asked for, and once.
 
     Attributes:
         index: number of the tick, from 0.
         observation: what the robot sensed.
         report: what the machine did about it.
         leading: name of the first state whose activity asked for something; empty where none did.
-        command: what the robot was told.
+        command: what the robot was commanded.
         phases: where the time went.
         events: the events that somebody outside has sent for this tick.
         truth: where the robot really was, in the frame of the maze; None where nobody knows.
@@ -86,7 +86,7 @@ class Tick:
 
     @property
     def blind(self) -> str:
-        """Why the loop keeps the base standing; empty where scan and odometry are fresh and credible."""
+        """Why the loop keeps the base stopped; empty where scan and odometry are fresh and credible."""
         return self.observation.link.blind
 
     @property
@@ -119,6 +119,8 @@ class Tick:
             "twist": [twist.forward, twist.left, twist.turn],
             "ring": self.command.ring,
         }
+        if (goal := self.command.goal) is not None:
+            line["goal"] = [goal.x, goal.y, goal.heading]
         if self.events:
             line["events"] = list(self.events)
         if report.sent:

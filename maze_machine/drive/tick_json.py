@@ -43,9 +43,10 @@ class TickLine(TypedDict):
     pose: Annotated[Triple, Field(description="x, y, heading by odometry, m and rad")]
     twist: Annotated[Triple, Field(description="the command: forward and left, m/s, and turn, rad/s")]
     ring: Annotated[bool, Field(description="whether the door bell is rung")]
+    goal: Annotated[NotRequired[Triple], Field(description="x, y, heading for the robot's own navigation, m and rad")]
     events: Annotated[NotRequired[list[str]], Field(description="what somebody outside sent for this tick")]
     sent: Annotated[NotRequired[list[str]], Field(description="what the machine sent to other machines, in order")]
-    blind: Annotated[NotRequired[str], Field(description="why the loop keeps the base standing")]
+    blind: Annotated[NotRequired[str], Field(description="why the loop keeps the base stopped")]
     outcome: Annotated[NotRequired[str], Field(description="the final state that ended the machine")]
     violated: Annotated[NotRequired[list[str]], Field(description="properties that do not hold from this tick on")]
 

@@ -1,13 +1,13 @@
 """The trace of a run: one JSON line a tick, the same bytes for the same run, wherever the robot is.
 
-The first line names the machine and its parameters, each further one tells a tick (``tick_json.TickLine``):
+The first line names the machine and its parameters, each further one shows a tick (``tick_json.TickLine``):
 
     {"tick": 0, "stamp": 100000000, "states": ["maze", "maze.straight"], "taken": ["start -> maze (line 21)"],
      "pose": [x, y, heading], "twist": [forward, left, turn], "ring": false}
 
 ``stamp`` is the observation's time in ns; ``pose`` is odometry, in metres and radians; ``twist`` is the command, in m/s
 and rad/s. Floats are written so that reading them back gives the same bits. ``events`` are those that somebody outside
-sent for this tick. Where the loop keeps the base standing, ``blind`` says why. Where the machine has ended, ``outcome``
+sent for this tick. Where the loop keeps the base stopped, ``blind`` says why. Where the machine has ended, ``outcome``
 names its final state; ``violated`` names properties of the machine that do not hold from this tick on.
 """
 

@@ -43,7 +43,7 @@ class LiveRun:
         """Watch no more."""
         self._unwanted.set()
         if self._thread is not None:
-            self._thread.join(2 * _SILENCE)  # whoever still dials notices it later
+            self._thread.join(2 * _SILENCE)  # a program that still dials notices it later
             self._thread = None
 
     def _watch(self, endpoint: str, robot: str, unwanted: Event) -> None:

@@ -64,7 +64,7 @@ class RemoteMachine:
         Raises:
             NoMachineError: nobody answers.
         """
-        self.model()  # whoever is not discovered yet hears nothing: this question may be repeated
+        self.model()  # a program that is not discovered yet hears nothing: this question may be repeated
         answer = self._bus.ask(self._keys.operate, operation.model_dump_json().encode(), self._patience)
         if answer is None:
             raise self._nobody()
@@ -72,6 +72,11 @@ class RemoteMachine:
             return Answer.model_validate_json(answer)
         except ValidationError:
             return Answer(done=False, reason="the answer cannot be read")
+
+    def ask(self, payload: bytes) -> bytes:
+        """Pass an operation on as it is; the answer says that nobody answers where that is so."""
+        answer = self._bus.ask(self._keys.operate, payload, self._patience)
+        return answer or Answer(done=False, reason="the machine does not answer").model_dump_json().encode()
 
     def steps(self, silence: float) -> Iterator[dict[str, Any]]:
         """The ticks of the run, as they are published, until none has come for a while.

@@ -15,6 +15,15 @@ REFRESH = 0.1
 """Time between two updates, s of the wall clock."""
 
 
+NAME = 28
+"""That much of a state's name is shown that the line has less than 80 characters."""
+
+
+def cut(name: str, longest: int) -> str:
+    """A state's name, or the end of one that is too long."""
+    return name if len(name) <= longest else f"...{name[3 - longest :]}"
+
+
 class ProgressDisplay:
     """Shows simulated time, state path, position and the speed of the simulation; a watcher of ticks.
 
@@ -54,7 +63,7 @@ class ProgressDisplay:
         pose = tick.pose
         return Text.assemble(
             (f"{simulated:7.1f} s  ", "bold"),
-            (f"{tick.doing:<40}", "cyan"),
+            (f"{cut(tick.doing, NAME):<{NAME}}", "cyan"),
             f"  at {pose.x:6.2f}, {pose.y:6.2f} m  ",
             (f"{speed:5.0f} x real time", "dim"),
         )

@@ -16,7 +16,7 @@ lines of a scenario, which are kept:
   when event go                       somebody sends an event
   after 2 s                           time passes
   expect driving within 5 s           wait for it, or say that it is not so
-  given door.near                     begin anew, with this from the start
+  given door.near                     begin again, with this from the start
 and words of this program:
   set turns = 2       give a variable or a parameter a value
   tick [N]            let N ticks pass
@@ -39,7 +39,7 @@ class Console:
     session: Session
 
     def do(self, line: str) -> Moment | str:
-        """Do what a line says: where the run then stands, or what is answered.
+        """Do what a line says: the run's state after it, or the answer.
 
         Raises:
             SessionError: it cannot be done.
@@ -94,7 +94,7 @@ class Console:
 
 
 def moment_text(moment: Moment) -> str:
-    """Where a run stands, for a person."""
+    """The state of a run, for a person."""
     lines = [f"{moment.time:8.3f} s  {', '.join(moment.states) or 'no state'}"]
     for head, parts in (
         ("took", moment.taken),

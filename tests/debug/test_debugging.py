@@ -2,6 +2,36 @@
 
 import json
 
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+COMMANDS = [
+    *(
+        "setBreakpoints",
+        "setFunctionBreakpoints",
+        "setDataBreakpoints",
+        "setExceptionBreakpoints",
+        "dataBreakpointInfo",
+    ),
+    *(
+        "breakpointLocations",
+        "threads",
+        "stackTrace",
+        "scopes",
+        "variables",
+        "setVariable",
+        "setExpression",
+        "evaluate",
+    ),
+    *("completions", "exceptionInfo", "loadedSources", "next", "stepIn", "stepOut", "stepBack", "reverseContinue"),
+    *("continue", "pause", "launch", "attach", "configurationDone", "restart", "readMemory", ""),
+]
+NAMES = [
+    *("source", "path", "breakpoints", "line", "name", "condition", "hitCondition", "logMessage", "filters", "dataId"),
+    *("frameId", "variablesReference", "start", "count", "startFrame", "levels", "expression", "value", "context"),
+    *("text", "column", "threadId", "endLine", "arguments", "parameters", "seed", "stopOnEntry"),
+]
+
 
 def test_it_begins_in_the_initial_state(editor, walk):
     stopped = editor.launch(walk)
@@ -196,3 +226,25 @@ def test_names_are_completed_in_the_console(editor, walk):
     editor.launch(walk)
     found = editor.ask("completions", text="when sp", column=8)["targets"]
     assert {"label": "space.left", "start": 5, "length": 2} in found
+
+
+ANYTHING = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers(-3, 10**6)
+    | st.sampled_from(["", "turns", "space.left", "moving", "1", "when", "é"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(NAMES), inner, max_size=4),
+    max_leaves=8,
+)
+ARGUMENTS = st.dictionaries(st.sampled_from(NAMES), ANYTHING, max_size=5)
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(command=st.sampled_from(COMMANDS), arguments=ARGUMENTS)
+def test_whatever_is_asked_is_answered(editor, walk, command, arguments):
+    if not hasattr(editor, "laid"):
+        editor.launch(walk, lines=[15])
+    response = editor.channel.send_request(command, arguments)
+    response.wait_for_response(raise_if_failed=False)
+    editor.ask("pause", threadId=1)
+    assert editor.ask("threads")["threads"]

@@ -80,16 +80,16 @@ def test_a_value_that_it_cannot_hold_is_refused(loaded):
 @pytest.mark.parametrize(
     ("lines", "found"),
     [
-        ("param a : length = 2 * b\nparam b : length = a", [("E0303", "`a` is made of itself")]),
-        ("param a : length = 2 * a", [("E0303", "`a` is made of itself")]),
+        ("param a : length = 2 * b\nparam b : length = a", [("E0303", "`a` depends on itself")]),
+        ("param a : length = 2 * a", [("E0303", "`a` depends on itself")]),
         (
             "param a : length = 2 * b\nparam b : length = 1 m",
-            [("E0303", "`a` is made of `b`, which is declared below it")],
+            [("E0303", "`a` depends on `b`, which is declared below it")],
         ),
-        ("param b : length\nparam a : length = 2 * b", [("E0303", "`a` is made of `b`, which has no default itself")]),
+        ("param b : length\nparam a : length = 2 * b", [("E0303", "`a` depends on `b`, which has no default itself")]),
         ("param b : number = 0\nparam a : length = 1 m / b", [("E0306", "parameter `a` divides by zero")]),
         ("param b : length = 1 m\nparam a : speed = 2 * b", [("E0301", None)]),
-        ("param a : length = 2 * ahead", [("E0303", "`a` begins with a value made of constants and parameters")]),
+        ("param a : length = 2 * ahead", [("E0303", "`a` needs an initial value made of constants and parameters")]),
     ],
 )
 def test_what_cannot_be_is_said_once(lines, found):

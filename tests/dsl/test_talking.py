@@ -16,6 +16,7 @@ from hsm.interchange.scxml import differences
 from hsm.model.chart import Defer
 from hsm.model.unparse import action_text, trigger_text
 from hsm.testing.generation.generating import generate
+from hsm.testing.mutation.mutating import mutants
 from hsm.testing.proofs.proving import check
 from hsm.testing.proofs.verdicts import Status
 from hsm.testing.scenarios.reading import parse_suite
@@ -466,6 +467,44 @@ def test_a_machine_with_members_is_no_part_of_another(tmp_path):
         (tmp_path / f"{name}.maze-machine").write_text(text)
     found = check_file(tmp_path / "outer.maze-machine", LIBRARY).diagnostics
     assert "E0208" in [one.code for one in found]
+
+
+@pytest.mark.parametrize(
+    ("line", "passes"),
+    [
+        ("sent grant", None),
+        ("sent granted", True),
+        ("not sent claim", True),
+        ("sent claim", False),
+        ("sent claim(3)", None),
+    ],
+)
+def test_scenarios_expect_what_is_sent(tmp_path, line, passes):
+    machine = machine_of(tmp_path, "walker", walker=WALKER)
+    text = f"test walker\nscenario one\n    given key = 1\n    when event claim(2)\n    expect {line}\n"
+    if passes is None:
+        with pytest.raises(hsm.MachineError):
+            parse_suite(text, machine.model, LIBRARY)
+        return
+    (scenario,) = parse_suite(text, machine.model, LIBRARY).scenarios
+    assert run_scenario(scenario, machine, 0.1).passed is passes
+
+
+def test_generated_tests_expect_what_is_sent(tmp_path):
+    machine = machine_of(tmp_path, "walker", walker=WALKER.replace("param key : int", "param key : int = 5"))
+    text = Writer(machine.model).suite(generate(machine).scenarios)
+    assert "sent claim" in text
+    assert "sent granted" in text
+    for scenario in parse_suite(text, machine.model, LIBRARY).scenarios:
+        assert run_scenario(scenario, machine, 0.1).passed
+
+
+def test_generated_tests_notice_what_is_not_deferred():
+    machine = start(OVEN.replace(" if served < 9", "")).machine
+    scenarios = generate(machine).scenarios
+    (dropped,) = [one for one in mutants(machine.model) if one.kind == "dropped defer"]
+    mutated = hsm.build(dropped.model)
+    assert not all(run_scenario(one, mutated, 0.1).passed for one in scenarios)
 
 
 @pytest.mark.parametrize(

@@ -71,6 +71,9 @@ class _Writer:
         if depth > 3 or self.chance(0.35):
             return self.draw.choice((self.name, lambda: self.draw.choice(_NUMBERS), self.name))()
         below = depth + 1
+        if divided and self.chance(0.05):
+            inner = [self.operand(depth + 1, divided=True) for _ in range(3)]
+            return f"({inner[0]} if {inner[1]} else {inner[2]})"
         kind = self.draw.randrange(9)
         first = self.operand(below, divided=divided)
         if kind == 0:
@@ -112,9 +115,13 @@ class _Writer:
         return self.one("5 s", "patience", "(near / 0.5 m/s)", "2 * dwell", "1 s + 2 s")
 
     def action(self) -> str:
-        kind = self.draw.randrange(5)
+        kind = self.draw.randrange(6)
+        if kind == 5:
+            return f"send {self.draw.choice((self.name, lambda: self.call(2)))()}"
         if kind == 0:
-            return f"raise {self.name()}" + (f" after {self.duration()}" if self.chance(0.4) else "")
+            return f"raise {self.draw.choice((self.name, lambda: self.call(2)))()}" + (
+                f" after {self.duration()}" if self.chance(0.4) else ""
+            )
         if kind == 1:
             return f"cancel {self.name()}"
         if kind == 2:
@@ -141,6 +148,10 @@ class _Writer:
             f"after {first}, {second} within {self.duration()}", f"after {first}, {second} before {first}",
         )  # fmt: skip
 
+    def declared_event(self) -> str:
+        fields = f"({self.listed(lambda: f'{self.name()} : {self.name()}')})"
+        return f"{self.name()}{fields if self.chance(0.3) else ''}"
+
     def declaration(self) -> str:
         value = f"{self.gap()}={self.gap()}{self.expression(2, divided=True)}"
         kind = self.name()
@@ -150,7 +161,8 @@ class _Writer:
                 lambda: f"import {self.name()}",
                 lambda: f"param {self.name()}{self.gap()}:{self.gap()}{kind}" + (value if self.chance(0.5) else ""),
                 lambda: f"var {self.name()} : {kind}{value}",
-                lambda: f"event {self.listed(self.name)}",
+                lambda: f"event {self.listed(self.declared_event)}",
+                lambda: f"expose {self.listed(self.name)}",
                 lambda: f"enum {self.name()} = {self.listed(self.name)}",
                 lambda: f"define {self.name()}{value}",
                 lambda: f"property p : {self.claim()}",
@@ -166,6 +178,7 @@ class _Writer:
                 lambda: f"else{self.clauses(guarded=False)}",
                 lambda: f"after {self.duration()}{self.clauses()}",
                 lambda: f"every {self.duration()}{self.clauses()}",
+                lambda: f"defer {self.listed(lambda: self.one('*', 'done', self.name()))}",
                 lambda: "stay" + (f" when {self.condition()}" if self.chance(0.5) else ""),
                 lambda: f"do {self.call()}",
                 lambda: f"entry {self.actions()}",
@@ -181,7 +194,7 @@ class _Writer:
             pad, tail = " " * width, self.one("", "", "", "  # a remark", " #", " ")
             if depth < 5 and self.chance(0.4):
                 instance = self.chance(0.2)
-                keyword = "state" if instance else self.one("state", "parallel")
+                keyword = self.one("state", "state", "member") if instance else self.one("state", "parallel")
                 lines.append(f"{pad}{keyword} {self.name()}{f' = {self.call()}' if instance else ''}{tail}")
                 if self.chance(0.8):
                     self.block(lines, width + self.draw.choice(_WIDTHS), depth + 1)

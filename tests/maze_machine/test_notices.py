@@ -43,7 +43,7 @@ def test_a_stop_and_its_end_are_told_once_each():
 @pytest.mark.parametrize("twist", [Twist(0.5), Twist(0.0, -0.1), Twist(0.0, 0.0, 0.5)])
 def test_a_robot_that_does_not_hear_is_told_of_once_with_the_settings_to_look_at(twist):
     (line,) = said([STILL] * 5 + [(twist, Pose(), "")] * 60)
-    assert line.startswith("2.6 s: the robot is told to move and its odometry stands still")
+    assert line.startswith("2.6 s: the robot is commanded to move, but its odometry does not change")
     assert "link.command_type" in line
 
 

@@ -1,5 +1,6 @@
 [
   (state)
   (parallel)
+  (member)
   (comment)+
 ] @fold

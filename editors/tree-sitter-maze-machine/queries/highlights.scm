@@ -3,8 +3,8 @@
 (comment) @comment @spell
 
 ["machine" "import"] @keyword.import @keyword.control.import
-["param" "var" "event" "enum" "define" "property" "state" "parallel" "final"] @keyword.type @keyword.storage
-["do" "initial" "entry" "exit" "raise" "cancel"] @keyword
+["param" "var" "event" "enum" "define" "property" "expose" "state" "member" "parallel" "final"] @keyword.type @keyword.storage
+["do" "initial" "entry" "exit" "raise" "send" "cancel" "defer"] @keyword
 ["on" "when" "if" "else" "after" "every" "for" "within" "before" "stay"] @keyword.conditional @keyword.control.conditional
 ["never" "always" "eventually"] @keyword
 ["and" "or" "not"] @keyword.operator
@@ -34,7 +34,11 @@
 (enumeration value: (name) @constant)
 (event name: (name) @label)
 (on event: (name) @label)
+(defer event: (name) @label)
 (raise event: (name) @label)
+(send event: (name) @label)
+(field name: (name) @variable.parameter)
+(member name: (name) @type)
 (cancel event: (name) @label)
 (definition name: (name) @function)
 (property name: (name) @label)

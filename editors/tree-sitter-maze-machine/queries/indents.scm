@@ -2,6 +2,7 @@
 [
   (state)
   (parallel)
+  (member)
 ] @indent.begin
 (arguments) @indent.begin
 (group) @indent.begin

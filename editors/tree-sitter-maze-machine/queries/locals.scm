@@ -8,6 +8,7 @@
 (import name: (name) @local.definition.import)
 (state name: (name) @local.definition.type)
 (parallel name: (name) @local.definition.type)
+(member name: (name) @local.definition.type)
 (final name: (name) @local.definition.type)
 
 (name) @local.reference

@@ -100,7 +100,7 @@ static void scan_divisor(TSLexer *lexer) {
 
 // A unit, where `letter` is its first one and was already taken (0: none was).
 static void scan_unit(TSLexer *lexer, int32_t letter) {
-    static const char *const EXCLUDED[] = {"and", "or", "if", "for", "within", "before"};
+    static const char *const EXCLUDED[] = {"and", "or", "if", "else", "for", "within", "before"};
     char word[8] = {0};
     unsigned length = 0;
     if (letter) word[length++] = (char)letter;
@@ -148,9 +148,8 @@ static bool scan_number(TSLexer *lexer) {
 }
 
 static const char *const STATEMENTS[] = {
-    "machine", "import", "param", "var",   "event", "state", "parallel", "final", "initial", "do",
-    "entry",   "exit",   "on",    "when",  "else",  "after", "every",    "stay",  "property", "enum",
-    "define",
+    "machine", "import", "param", "var",   "event", "state", "parallel", "final",    "initial", "do",    "entry",  "exit",
+    "on",      "when",   "else",  "after", "every", "stay",  "property", "enum",     "define",  "defer", "expose", "member",
 };
 
 // Whether the word that comes next begins statements. It is looked at and not taken.

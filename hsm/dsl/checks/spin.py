@@ -1,4 +1,4 @@
-"""Loops of ``when`` transitions that could go round within one tick, because nothing on the way changes a condition."""
+"""Loops of ``when`` transitions that could repeat within one tick, because nothing on the way changes a condition."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class LoopStep:
 
 
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
-    """One finding for each loop, at its first transition."""
+    """One diagnostic for each loop, at its first transition."""
     model = subject.model
     atomic = (state for state in model.states if state.kind is StateKind.ATOMIC)
     steps = {state.index: _steps(model, state, subject.uncertain) for state in atomic}
@@ -49,9 +49,9 @@ def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
             if key in told or not places or places[0].file != subject.file:
                 continue
             told.add(key)
-            message = f"these transitions can go round within one tick, without end: {case}"
+            message = f"these transitions can repeat within one tick without end: {case}"
             related = tuple(Related(place, "then this one") for place in places[1:])
-            yield finding("W0505", places[0], message, "let the conditions exclude one another", related)
+            yield finding("W0505", places[0], message, "change the conditions so that they exclude each other", related)
 
 
 def _steps(model: Model, state: State, uncertain: Set[int]) -> list[LoopStep]:
@@ -133,7 +133,7 @@ def _ways_back(steps: dict[int, list[LoopStep]], start: int) -> dict[int, int]:
 
 
 def _loops(steps: dict[int, list[LoopStep]], start: int) -> Iterator[tuple[list[LoopStep], str]]:
-    """Loops through a state and states behind it, with a case in which they go round."""
+    """Loops through a state and states after it, with a case in which they repeat."""
     far = _ways_back(steps, start)
     pending: list[tuple[int, list[LoopStep], Formula]] = [(start, [], True)]
     tried = 0

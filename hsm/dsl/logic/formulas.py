@@ -3,7 +3,7 @@
 A formula is a truth value, an atom, or a combination of formulas. ``models`` lists the ways in which a formula can
 hold, by trying each atom both ways in the order in which they are written and leaving out what arithmetic or an
 enumeration excludes. What is not linear (a product of two signals, ``min``, ``max``) is an unknown of its own, and
-whole numbers are held to be whole only where they stand alone: there a formula may be said to hold although it cannot,
+whole numbers are held to be whole only where they are alone: there a formula may be said to hold although it cannot,
 never the other way round.
 """
 
@@ -18,14 +18,14 @@ from hsm.dsl.logic.linear import Constraint, Form, LinearAtom, feasible, form_of
 from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.rewriting import parts_of
 from hsm.model.types import BOOLEAN, Enumeration
-from hsm.model.unparse import expression_text, value_text
+from hsm.model.unparse import expression_text, shown_text
 
 Values: TypeAlias = Mapping[str, bool | float | int]
 """Parameters by name, where their values are taken as given."""
 
 
 class UndecidedError(Exception):
-    """A formula with so many cases that they were not all tried."""
+    """A formula with too many cases to try them all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +147,7 @@ def _of_choice(choice: Choice, compare: Callable[[Expression], Expression], valu
 
 
 def _plain(choice: Choice) -> bool:
-    """Whether the condition of a choice makes none itself: it stands twice in the formula."""
+    """Whether the condition of a choice makes none itself: it occurs twice in the formula."""
     return not any(isinstance(one, Choice) for one in parts_of(choice.condition))
 
 
@@ -302,14 +302,14 @@ def _range_texts(form: Form, lower: list[LinearAtom], upper: list[LinearAtom]) -
             return
     if low is not None:
         above = ">=" if low.strict else ">"
-        yield f"{form.text} {above} {value_text(_number(low.bound, form), kind)}"
+        yield f"{form.text} {above} {shown_text(_number(low.bound, form), kind)}"
     if high is not None:
         below = "<" if high.strict else "<="
-        yield f"{form.text} {below} {value_text(_number(high.bound, form), kind)}"
+        yield f"{form.text} {below} {shown_text(_number(high.bound, form), kind)}"
 
 
 def _bound_text(bound: Fraction, form: Form) -> str:
-    return value_text(_number(bound, form), form.kind)
+    return shown_text(_number(bound, form), form.kind)
 
 
 def _number(bound: Fraction, form: Form) -> int | float:

@@ -1,4 +1,4 @@
-"""What an editor asks while a machine is written: what could stand here, what is this, what does a call take.
+"""What an editor asks while a machine is written: what could be here, what is this, what does a call take.
 
 Lines and columns count from 0, columns in characters; ``hsm.dsl.lsp.server`` turns them into what the protocol counts.
 """
@@ -6,7 +6,7 @@ Lines and columns count from 0, columns in characters; ``hsm.dsl.lsp.server`` tu
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
@@ -134,6 +134,11 @@ class Document:
         self.unread = tuple(findings)
         self.table: SymbolTable = collect_symbols(self.tree, Report(file, findings))
 
+    @property
+    def lines(self) -> Sequence[str]:
+        """The text, line by line."""
+        return self.tree.lines
+
     @cached_property
     def occurrences(self) -> list[Occurrence]:
         """All names of the file with their roles, in the order of the text."""
@@ -158,24 +163,23 @@ class Document:
     # Completion.
 
     def typed(self, line: int, column: int) -> str:
-        """The part of a name that stands before a position."""
+        """The part of a name that is before a position."""
         found = re.search(r"[A-Za-z_][\w.]*$", self._before(line, column))
         return found.group() if found else ""
 
     def completions(self, line: int, column: int) -> list[Entry]:
-        """What could stand at a position: all that has the letters typed so far, in their order."""
+        """What could be at a position: all that has the letters typed so far, in their order."""
         text = self._before(line, column)
         if "#" in text:
             return []
         typed = self.typed(line, column)
-        found = dict.fromkeys(self._possible(text.removesuffix(typed)))
-        return [one for one in found if _fits(typed, one.label)]
+        return fitting(typed, self._possible(text.removesuffix(typed)))
 
     def _before(self, line: int, column: int) -> str:
         return self.tree.lines[line][:column] if line < len(self.tree.lines) else ""
 
     def _possible(self, before: str) -> Iterator[Entry]:
-        """What could stand after the beginning of a line."""
+        """What could be after the beginning of a line."""
         words = before.split()
         if not words:
             yield from (Entry(word, SymbolKind.KEYWORD, snippet=_SNIPPETS.get(word, "")) for word in sorted(STATEMENTS))
@@ -198,7 +202,7 @@ class Document:
         elif first == "state":
             yield from (self._instance(name) for name in self.table.imports)
         elif re.search(r"\d\s*$", before):
-            yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
+            yield from self.units()
         elif (
             last in ("raise", "cancel", "send")
             or first == "defer"
@@ -218,7 +222,7 @@ class Document:
             yield Entry(f"{event}.{one.name}", SymbolKind.VARIABLE, type_text(one.type))
 
     def _inside_call(self, called: str, written: str) -> Iterator[Entry]:
-        """What could stand in the brackets of a call: its arguments by name, and values of the type that is due."""
+        """What could be in the brackets of a call: its arguments by name, and values of the type that is due."""
         if called == "in":
             yield from self._states()
             return
@@ -239,6 +243,16 @@ class Document:
             return
         yield from (Entry(member, SymbolKind.VALUE, str(due.type)) for member in due.type.members)
         yield from (one for one in self._variables() if one.detail.partition(" ")[0] == str(due.type))
+
+    def units(self) -> Iterator[Entry]:
+        """The units of numbers."""
+        yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
+
+    def named(self, name: str) -> Entry | None:
+        """What a name of the machine means wherever it is written: a state by its own name too."""
+        full = [one for one in self.table.states if one == name or one.rpartition(".")[2] == name]
+        found = next((one for one in self.everything() if one.label == name and one.kind is not SymbolKind.STATE), None)
+        return self._state_entry(full[0]) if full else found
 
     def parameters_of(self, called: str) -> tuple[Parameter, ...]:
         """What a signal, an activity or an action takes, or an event carries."""
@@ -270,7 +284,7 @@ class Document:
     # Hovering and calls.
 
     def hover(self, line: int, column: int) -> Entry | None:
-        """What stands at a position."""
+        """What is at a position."""
         here = self.occurrence(line, column)
         if here is None:
             word = self._word(line, column)
@@ -285,14 +299,14 @@ class Document:
             return self._machine_entry(here.name)
         kinds = _KINDS_OF[here.role]
         name = f"{here.owner}.{here.name}" if here.owner in self.table.states else here.name
-        return next((one for one in self._everything() if one.label == name and one.kind in kinds), None)
+        return next((one for one in self.everything() if one.label == name and one.kind in kinds), None)
 
     def call(self, line: int, column: int) -> OpenCall | None:
         """The call around a position, while its brackets are open."""
         called = _OPEN_CALL.search(self._before(line, column))
         if called is None:
             return None
-        entry = next((one for one in self._everything() if one.label == called[1]), None)
+        entry = next((one for one in self.everything() if one.label == called[1]), None)
         parameters = self.parameters_of(called[1])
         if not parameters:
             return None
@@ -339,7 +353,8 @@ class Document:
 
     # What there is.
 
-    def _everything(self) -> Iterator[Entry]:
+    def everything(self) -> Iterator[Entry]:
+        """All that can be named in the file."""
         yield from self._values()
         yield from self._activities()
         yield from self._actions()
@@ -478,8 +493,13 @@ class Document:
                 yield Entry(str(line.name), SymbolKind.FUNCTION, text, self.tree.comment_above(line.name.line or 1))
 
 
+def fitting(typed: str, possible: Iterable[Entry]) -> list[Entry]:
+    """Those of what is possible that have the letters typed so far, each once."""
+    return [one for one in dict.fromkeys(possible) if _fits(typed, one.label)]
+
+
 def _fits(typed: str, label: str) -> bool:
-    """Whether the letters that were typed stand in a label in this order, as editors match them; dots part words."""
+    """Whether the letters that were typed are in a label in this order, as editors match them; dots part words."""
     if "." in typed:
         return label.lower().startswith(typed.lower())
     letters = iter(label.lower())

@@ -19,7 +19,7 @@ from hsm.model.registry import Library
 
 
 class Role(Enum):
-    """What a name stands for; the values are the protocol's names of token types."""
+    """What a name represents; the values are the protocol's names of token types."""
 
     MACHINE = "namespace"
     STATE = "class"
@@ -42,7 +42,7 @@ class Occurrence:
 
     Attributes:
         name: the name; of a state's history, the state's.
-        role: what it stands for.
+        role: what it represents.
         line: counted from 0.
         column: in characters, from 0.
         declares: whether it is declared here.
@@ -58,7 +58,7 @@ class Occurrence:
 
     @property
     def end(self) -> int:
-        """The column behind its last character."""
+        """The column after its last character."""
         return self.column + len(self.name)
 
 

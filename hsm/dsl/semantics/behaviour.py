@@ -59,7 +59,7 @@ class Behaviour:
     performed: Names = field(default_factory=Names)
 
     def activity(self, symbol: StateSymbol) -> ActivityCall | None:
-        """What a state does; None where that is nothing, or at fault."""
+        """What a state does; None where that is nothing, or invalid."""
         if symbol.activity is None:
             return None
         found = self._activity(symbol.activity.call)
@@ -112,7 +112,7 @@ class Behaviour:
         return Stay(condition, self.context.place(line.keyword, last), always=line.condition is None)
 
     def transition(self, symbol: StateSymbol, line: ast.TransitionLine) -> Transition:
-        """A transition, the next in document order; its trigger is on nothing where it is at fault."""
+        """A transition, the next in document order; its trigger is on nothing where it is invalid."""
         uncertain = line.keyword == "else" and None in self._tables.get(symbol.index, ())
         trigger = self._trigger(symbol, line)
         scope = self.context.scope
@@ -170,8 +170,8 @@ class Behaviour:
         if line.keyword == "after":
             return After(duration)
         if isinstance(duration, Literal) and duration.value == 0:
-            hint = "write how long it is from one time to the next"
-            self.context.report.add("E0307", duration.place, "what is done every 0 s would be done without end", hint)
+            hint = "write the time from one repetition to the next"
+            self.context.report.add("E0307", duration.place, "`every` needs a duration above 0 s", hint)
             return None
         return Every(duration)
 
@@ -196,7 +196,7 @@ class Behaviour:
                 continue
             clash = next((other for other in known if not _orthogonal(symbol, other)), None)
             if clash is not None:
-                hint = "several targets lie in different regions of a parallel state"
+                hint = "several targets must be in different regions of a parallel state"
                 self.context.add("E0406", name, f"`{clash.name}` and `{symbol.name}` cannot be active together", hint)
                 continue
             known.append(symbol)
@@ -216,15 +216,11 @@ class Behaviour:
             return None
         if dot and owner in self.context.symbols.states:
             hint = f"go to `{owner}`, or to `{owner}.history`"
-            self.context.add("E0201", name, f"a state inside `{owner}` cannot be entered by this name", hint)
+            self.context.add("E0201", name, f"a state inside the instance `{owner}` cannot be a target", hint)
             return self.context.symbols.states[owner]
         wanted = owner if dot and suffix in HISTORY else str(name)
         close = self.context.report.guess(wanted, self.context.symbols.states)
-        hint = (
-            f"say of which state: `state.{name}`"
-            if name in HISTORY
-            else close.text or "declare it, or correct the name"
-        )
+        hint = f"name the state: `state.{name}`" if name in HISTORY else close.text or "declare it, or correct the name"
         place = self.context.place(name)
         self.context.report.add_once(
             "E0201", place, f"there is no state `{wanted}`", hint or "declare it, or correct the name"
@@ -234,7 +230,7 @@ class Behaviour:
         return self.context.symbols.states.get(close.name or "")
 
     def actions(self, lines: tuple[ast.ActionSyntax, ...]) -> tuple[Action, ...]:
-        """Actions in order, without those at fault."""
+        """Actions in order, without the invalid ones."""
         actions = [self._action(line) for line in lines]
         return tuple(one for one in actions if one is not None)
 
@@ -260,15 +256,15 @@ class Behaviour:
         if found is None:
             return Raise(str(event), self.context.place(event), arguments)
         if not isinstance(found, Literal):
-            message = "the delay of an event is constant"
+            message = "the delay of an event must be constant"
             self.context.report.add(
-                "E0303", found.place, message, "let a state wait `after` a duration, and raise then"
+                "E0303", found.place, message, "use a state with an `after` transition that raises the event"
             )
             return None
         return Send(str(event), float(found.value), str(event), self.context.place(event), arguments=arguments)
 
     def _data(self, line: ast.RaiseSyntax | ast.SendSyntax) -> tuple[Expression, ...] | None:
-        """What an event carries that is raised or sent; None where it is at fault."""
+        """What an event carries that is raised or sent; None where it is invalid."""
         data = self.declarations.data.get(str(line.event))
         fields = [Parameter(one.name, one.type) for one in (data.fields if data is not None else ())]
         return self.context.scope.arguments(line.data, fields, f"event `{line.event}`")
@@ -287,7 +283,7 @@ class Behaviour:
     def _cancel(self, event: Token) -> Cancel | None:
         if event not in self.declarations.delayed:
             guess = self.context.report.guess(event, self.declarations.delayed)
-            hint = guess.text or "only what is raised `after` a duration can be cancelled"
+            hint = guess.text or "only an event that is raised `after` a duration can be cancelled"
             self.context.add_once("E0203", event, f"nothing raises `{event}` after a duration", hint)
             return None
         return Cancel(str(event), self.context.place(event))
@@ -329,7 +325,7 @@ class Behaviour:
             self.context.scope.expression(line.value)
             return None
         if declared.constant:
-            message, hint = f"`{name}` is a parameter: it keeps its value", f"declare it with `var {name}`"
+            message, hint = f"`{name}` is a parameter and cannot change", f"declare it with `var {name}`"
             related = Related(declared.place, "declared here")
             self.context.report.add("E0304", self.context.place(name), message, hint, (related,))
             return None

@@ -263,7 +263,7 @@ class _Compiler:
         if name in self.machines:
             return
         self.instantiated.add_unknown()
-        # Where an import is at fault, it is most likely the one that is meant.
+        # Where an import is invalid, it is most likely the one that is meant.
         if None in self.machines.values() or name in self.context.symbols.doubtful:
             return
         hint = (
@@ -282,7 +282,7 @@ class _Compiler:
                     continue
                 if owner.kind in (StateKind.ATOMIC, StateKind.FINAL):
                     if not (owner.erroneous or owner.reported.unknown or self.context.symbols.unread):
-                        message = f"`{owner_name}` has no states inside, so it has no history"
+                        message = f"`{owner_name}` has no states inside it, so it has no history"
                         self.context.add_once("E0407", target, message, f"go to `{owner_name}`")
                     self.context.symbols.entered.add_unknown()
                 elif HISTORY[suffix] not in owner.histories:
@@ -314,7 +314,7 @@ class _Compiler:
         return frozenset(names)
 
     def _states(self, symbol: StateSymbol) -> list[State]:
-        """A state; with its copied states behind it where it is an instance."""
+        """A state; with its copied states after it where it is an instance."""
         if symbol.model is None:
             if symbol.instance is not None:
                 self.behaviour.look_at(symbol.instance)
@@ -384,8 +384,8 @@ class _Compiler:
         target = self.behaviour.named_state(symbol.initial.target)
         actions = self.behaviour.actions(symbol.initial.actions)
         if target is not None and not symbol.erroneous and (target is symbol or symbol not in target.ancestors()):
-            hint = "name one of the states inside"
-            self.context.add("E0405", symbol.initial.target, f"`{target.name}` does not lie in `{symbol.name}`", hint)
+            hint = "name one of the states inside it"
+            self.context.add("E0405", symbol.initial.target, f"`{target.name}` is not inside `{symbol.name}`", hint)
             target = None
         return (target.index,) if target is not None else (), actions
 

@@ -1,4 +1,4 @@
-"""What stands at the top of a file, and which events its states may hear of."""
+"""What is at the top of a file, and which events its states may hear of."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Declarations:
         context: what all stages share.
         parameters: the machine's parameters.
         derived: what those are made of that are made of others, by name.
-        variables: its variables; those of instances are put behind them.
+        variables: its variables; those of instances are put after them.
         events: events that are declared (with their places) or raised.
         heard: events that some transition is on, or may be.
         data: what events carry, by name: those of the registry, of the file and of what it imports.
@@ -101,7 +101,7 @@ class Declarations:
         """Whether a name means something else already; reported."""
         taken = name in self.context.library.signals or name in FUNCTIONS or name in ("true", "false") or "." in name
         if taken:
-            self.context.add("E0211", name, f"`{name}` cannot name {what}: it means something else already")
+            self.context.add("E0211", name, f"`{name}` cannot name {what}: the name already has another meaning")
         return taken
 
     def _declare_enumeration(self, line: ast.EnumerationLine) -> None:
@@ -110,13 +110,15 @@ class Declarations:
         if self.context.symbols.declared.get(str(name)) is not name:
             return
         if name in scope.enumerations or "." in name:
-            self.context.add("E0211", name, f"`{name}` cannot name an enumeration: it means something else already")
+            self.context.add(
+                "E0211", name, f"`{name}` cannot name an enumeration: the name already has another meaning"
+            )
             return
         members: dict[str, Token] = {}
         for member in line.members:
             if str(member) in members:
                 related = Related(self.context.place(members[str(member)]), "first here")
-                message = f"`{member}` is a value of `{name}` twice"
+                message = f"`{member}` is listed twice in `{name}`"
                 self.context.report.add("E0209", self.context.place(member), message, related=(related,))
             elif not self._taken(member, "a value"):
                 members[str(member)] = member
@@ -135,14 +137,16 @@ class Declarations:
             self._declare_data(event, place)
 
     def _declare_data(self, event: ast.EventSyntax, place: Place) -> None:
-        """What an event of the file carries; whoever declares it, too, must say the same."""
+        """What an event of the file carries; all declarations must agree."""
         fields: dict[str, EventField] = {}
         for one in event.fields:
             name = str(one.name)
             kind = self.context.scope.type_named(one.type)
             taken = f"{event.name}.{name}" in self.context.library.signals
             if taken or "." in name:
-                self.context.add("E0211", one.name, f"`{name}` cannot name a part of an event: it means something else")
+                self.context.add(
+                    "E0211", one.name, f"`{name}` cannot name a part of an event: the name already has another meaning"
+                )
             elif name in fields:
                 self.context.add("E0209", one.name, f"event `{event.name}` carries `{name}` twice")
             elif kind is not None:
@@ -159,7 +163,7 @@ class Declarations:
         ]:
             related = () if known.place is None else (Related(known.place, "declared otherwise here"),)
             form = ", ".join(f"{one.name} : {one.type}" for one in known.fields)
-            message = f"event `{event.name}` carries something else where it is declared, too"
+            message = f"event `{event.name}` is declared elsewhere with other data"
             self.context.report.add("E0209", place, message, f"write `{event.name}({form})`", related)
         elif fields:
             self.data[found.event] = found
@@ -175,7 +179,7 @@ class Declarations:
         initial = self.context.scope.value(value, kind) if kind is not None and value is not None else None
         if initial is not None and not isinstance(initial, Literal) and not self.context.scope.is_constant(initial):
             self.context.report.add(
-                "E0303", initial.place, f"`{name}` begins with a value made of constants and parameters"
+                "E0303", initial.place, f"`{name}` needs an initial value made of constants and parameters"
             )
             initial = None
         if value is not None and initial is None:
@@ -203,9 +207,9 @@ class Declarations:
             self.context.symbols.doubtful.add(name)
             self.parameters.append(Parameter(name, kind))
         elif required:
-            message = f"`{name}` is made of `{required[0]}`, which has no default itself"
+            message = f"`{name}` depends on `{required[0]}`, which has no default itself"
             self.context.report.add("E0303", initial.place, message, f"give `{required[0]}` a default")
-        elif needed <= {one.name for one in self.parameters}:  # else one of them is at fault itself, and reported
+        elif needed <= {one.name for one in self.parameters}:  # else one of them is invalid itself, and reported
             try:
                 default = follow(initial, Parameter(name, kind), {one.name: one.default for one in self.parameters})
             except ValueError as error:
@@ -227,9 +231,9 @@ class Declarations:
             seen |= more
             pending += more
         if str(name) in seen:
-            message, hint = f"`{name}` is made of itself", "give one of them a value of its own"
+            message, hint = f"`{name}` depends on itself", "give one of them a value that does not depend on the others"
         else:
-            message, hint = f"`{name}` is made of `{used}`, which is declared below it", f"put `{used}` above `{name}`"
+            message, hint = f"`{name}` depends on `{used}`, which is declared below it", f"put `{used}` above `{name}`"
         self.context.report.add("E0303", self.context.place(name), message, hint)
         return True
 
@@ -342,7 +346,7 @@ class Declarations:
             self.heard.add(guess.name)
             self.context.add_once("E0203", token, message, guess.text)
             return guess.name
-        # What a state hears of may be missing as a whole: one finding for all that it waits for in vain.
+        # What a state hears of may be missing as a whole: one diagnostic for all that it waits for in vain.
         subject = self._unsent.setdefault(name, symbol.index)
         place, again = self.context.place(token), f"nor `{name}`" if subject == symbol.index else "and here"
         hint = guess.text or self._reporter(name) or _heard(symbol)
@@ -396,7 +400,7 @@ class Declarations:
 def _heard(symbol: StateSymbol) -> str | None:
     """What a state hears of, as a way out."""
     names = sorted(symbol.completions | symbol.reported.known)
-    return f"what `{symbol.name}` hears of: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None
+    return f"events of `{symbol.name}`: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None
 
 
 def _made_of(lines: Iterable[object]) -> Mapping[str, frozenset[str]]:

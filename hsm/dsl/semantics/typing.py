@@ -131,7 +131,7 @@ class Scope:
 
     Attributes:
         library: the registry.
-        report: where findings go.
+        report: where diagnostics go.
         variables: variables and parameters by name.
         definitions: named expressions.
         enumerations: those of the registry and of the file.
@@ -181,10 +181,10 @@ class Scope:
         return None if found is None else self._fit(found, expected, self._span(node))
 
     def duration(self, node: ast.Expression) -> Expression | None:
-        """A typed expression that is a time and, where its value is known, not negative; None where it is at fault."""
+        """A typed expression that is a time and, where its value is known, not negative; None where it is invalid."""
         found = self.value(node, _DURATION)
         if isinstance(found, Literal) and found.value < 0:
-            hint = "write how long it is, without the sign"
+            hint = "write the duration without the minus sign"
             self.report.add(
                 "E0307", self._span(node), f"a duration cannot be {value_text(found.value, _DURATION)}", hint
             )
@@ -199,7 +199,7 @@ class Scope:
         """A typed expression; ``expected`` only helps to find the enumeration that a bare name belongs to."""
         if depth_of(node) > DEEPEST_EXPRESSION:
             message = f"this expression is nested more than {DEEPEST_EXPRESSION} deep"
-            hint = "put parts of it into variables, or into a signal of the registry"
+            hint = "move parts of it into variables, or into a signal of the library"
             self.report.add("E0106", place_of(self.report.file, first_token(node)), message, hint)
             self.used.update(ast.names_in(node))
             return None
@@ -212,7 +212,7 @@ class Scope:
         subject: str,
         derived: Mapping[str, Expression] = MappingProxyType({}),
     ) -> tuple[Expression, ...] | None:
-        """The arguments of a call in the order of the parameters, defaults filled in; None where one is at fault.
+        """The arguments of a call in the order of the parameters, defaults filled in; None where one is invalid.
 
         Args:
             call: the call.
@@ -276,7 +276,7 @@ class Scope:
             case ast.ChoiceSyntax():
                 return self._choice(node, expected)
             case ast.Named():
-                self.report.add("E0101", self._place(node.name), "an argument with a name stands only in a call")
+                self.report.add("E0101", self._place(node.name), "a named argument is allowed only in a call")
                 return None
 
     def _number(self, token: Token) -> Literal | None:
@@ -297,7 +297,7 @@ class Scope:
 
     def _finite(self, value: float, kind: Type, token: Token) -> Literal | None:
         if math.isinf(value):
-            self.report.add("E0306", self._place(token), "no number is that large")
+            self.report.add("E0306", self._place(token), "this number is too large")
             return None
         return Literal(value, kind, self._place(token))
 
@@ -329,7 +329,7 @@ class Scope:
         if [str(one) for one in self.heard] == [event]:
             return EventValue(token.value, kind, self._place(token))
         listed = len(self.heard) > 1 and event in self.heard
-        hint = f"write a line for `on {event}` alone" if listed else f"only a transition `on {event}` knows it"
+        hint = f"write a line for `on {event}` alone" if listed else f"only a transition `on {event}` can use it"
         message = f"`{token}` is known only while the event `{event}` is handled"
         self.report.add_once("E0202", self._place(token), message, hint, subject=f"{token} on {len(self.heard)}")
         return None
@@ -354,7 +354,7 @@ class Scope:
         return Choice(condition, then, other, kind, place)
 
     def _defined(self, token: Token) -> Expression | None:
-        """The expression that a name stands for, at the place where it is used."""
+        """The expression that a name represents, at the place where it is used."""
         definition = self.definitions[token.value]
         self.used.add(token.value)
         if definition.state is Visit.OPEN:
@@ -367,8 +367,8 @@ class Scope:
             self.heard = heard
             definition.state = Visit.DONE
             if definition.value is not None and _size(definition.value) > _LARGEST_DEFINITION:
-                message = f"`{token}` stands for an expression with more than {_LARGEST_DEFINITION} parts"
-                self.report.add("E0106", definition.place, message, "put a part of it into a signal of the registry")
+                message = f"`{token}` expands to an expression with more than {_LARGEST_DEFINITION} parts"
+                self.report.add("E0106", definition.place, message, "move a part of it into a signal of the library")
                 definition.value = None
         return None if definition.value is None else replace(definition.value, place=self._place(token))
 
@@ -386,7 +386,9 @@ class Scope:
         if owners:
             names = " and ".join(one.__name__ for one in owners)
             self.report.add_once(
-                "E0202", self._place(token), f"`{token}` may be of {names}; compare it with one of them"
+                "E0202",
+                self._place(token),
+                f"`{token}` is a value of {names}; compare it with a variable or signal of one of these types",
             )
             return None
         hint: str | None
@@ -419,9 +421,9 @@ class Scope:
         if name.lower() in ("true", "false"):
             return f"write `{name.lower()}`"
         if name in library.events or any(name in one.outcomes for one in library.activities.values()):
-            return f"`{name}` is waited for: `on {name}`"
+            return f"`{name}` is an event: write `on {name}`"
         if name in self.states:
-            return f"whether a state is active: `in({name})`"
+            return f"to ask whether a state is active, write `in({name})`"
         return None
 
     def _chain(self, node: ast.ChainSyntax) -> Expression | None:
@@ -467,7 +469,7 @@ class Scope:
         kind: Type
         if operator in ("*", "/"):
             if operator == "/" and isinstance(right, Literal) and right.value == 0:
-                self.report.add("E0305", right.place or place, "this divides by zero", "divide by another value")
+                self.report.add("E0305", right.place or place, "this is a division by zero", "divide by another value")
                 return None
             first, second = _as_quantity(left_type), _as_quantity(right_type)
             kind = first * second if operator == "*" else first / second
@@ -487,7 +489,7 @@ class Scope:
     def _folded(self, operator: str, left: Literal, right: Literal, kind: Type, place: Place) -> Literal | None:
         value = _ARITHMETIC[operator](left.value, right.value)
         if abs(value) > (LARGEST_INTEGER if kind == INTEGER else _LARGEST):
-            self.report.add("E0306", place, "no number is that large")
+            self.report.add("E0306", place, "this number is too large")
             return None
         return Literal(value, kind, place)
 
@@ -539,7 +541,7 @@ class Scope:
             return None
         for argument in arguments:
             if not self.is_constant(argument):
-                message = "an argument of a signal is made of constants and parameters only"
+                message = "an argument of a signal can contain only constants and parameters"
                 self.report.add("E0303", argument.place, message)
                 return None
         return SignalValue(signal, arguments, place)
@@ -581,7 +583,7 @@ class Scope:
     def _numeric(self, node: ast.Expression | ast.Named) -> Expression | None:
         found = self._expression(node, None)
         if found is not None and not isinstance(found.type, (Integer, Quantity)):
-            self.report.add("E0302", self._span(node), f"a number is wanted here, and this is {_a(found.type)}")
+            self.report.add("E0302", self._span(node), f"expected a number here, but this is {_a(found.type)}")
             return None
         return found
 
@@ -604,15 +606,16 @@ class Scope:
                 return False
 
     def _fit(self, found: Expression, expected: Type, place: Place) -> Expression | None:
-        """The expression as one of the expected type: a whole number may stand for a number."""
+        """The expression as one of the expected type: a whole number may represent a number."""
         if found.type == expected:
             return found
         if found.type == INTEGER and expected == NUMBER:
             return Literal(float(found.value), NUMBER, found.place) if isinstance(found, Literal) else found
         hint = None
         if isinstance(expected, Quantity) and found.type in (INTEGER, NUMBER):
-            hint = f"write it with a unit, such as `1 {expected.si_unit}`"
-        message = f"{_a(expected)} is wanted here, and this is {_a(found.type)}"
+            units = [f"`{unit.name}`" for unit in UNITS.values() if unit.quantity == expected]
+            hint = f"write a unit after the number: {' or '.join(units) or f'`{expected.si_unit}`'}"
+        message = f"expected {_a(expected)} here, but this is {_a(found.type)}"
         self.report.add("E0301", place, message, hint)
         return None
 

@@ -1,4 +1,4 @@
-"""The syntax tree of one file: what stands there, before any name has a meaning.
+"""The syntax tree of one file: what is there, before any name has a meaning.
 
 Leaves are lark's tokens, which carry line and column; so do the first and last tokens of whatever spans more than one.
 """
@@ -336,7 +336,7 @@ class BadLine:
     """A line that could not be read, or lines that are indented under one that has no block.
 
     Attributes:
-        names: the names that stand on it: they may be declarations.
+        names: the names that are on it: they may be declarations.
         items: what is indented below it.
         nameless: it declares something, and it is not known what.
     """

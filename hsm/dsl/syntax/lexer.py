@@ -22,7 +22,7 @@ STATEMENTS = frozenset(
 """The words that a line may begin with."""
 
 RESERVED = frozenset({"and", "if", "not", "or", "raise"})
-"""The words that are keywords anywhere behind the beginning of a line."""
+"""The words that are keywords anywhere after the beginning of a line."""
 
 _INNER = {
     "stay": RESERVED | {"when"},
@@ -66,7 +66,7 @@ class Lexer:
     Attributes:
         terminals: what a token can be.
         unclosed: brackets that are never closed, by the line on which that is noticed.
-        misfits: ends of lines behind which the indentation fits no block; of neighbours that agree, the first.
+        misfits: ends of lines after which the indentation fits no block; of neighbours that agree, the first.
     """
 
     terminals: Terminals
@@ -110,11 +110,11 @@ class Lexer:
             yield _block_token("_DEDENT", end)
 
     def _words(self, text: str, first: int) -> Iterator[Token]:
-        """The tokens of a text as they stand there; what looks blank at its end is no line of its own."""
+        """The tokens of a text as they are there; what looks blank at its end is no line of its own."""
         symbols = self.terminals.symbols
         line, line_start = first, 0
         opening = ""
-        earlier, previous = "_NL", "_NL"  # the text begins like a line behind a line break
+        earlier, previous = "_NL", "_NL"  # the text begins like a line after a line break
         for match in self.terminals.pattern.finditer(text):
             kind = match.lastgroup or "UNKNOWN"
             start, end = match.span(kind)
@@ -147,7 +147,7 @@ class Lexer:
         yield from self._indentation(end, levels)
 
     def _indentation(self, newline: Token, levels: list[int]) -> Iterator[Token]:
-        """The beginning of a block or the ends of some, as the blanks behind a line break tell.
+        """The beginning of a block or the ends of some, as the blanks after a line break say.
 
         A line that begins where no block begins is taken to belong to the nearest.
         """
@@ -187,7 +187,7 @@ def _block_token(kind: str, newline: Token) -> Token:
 
 
 def _in_place(word: str, opening: str, earlier: str, previous: str, following: str) -> bool:
-    """Whether a word is a keyword behind these two tokens on a line with this beginning."""
+    """Whether a word is a keyword after these two tokens on a line with this beginning."""
     match word:
         case "for":
             return opening == "when" and previous in ("NAME", "NUMBER", "RPAR")

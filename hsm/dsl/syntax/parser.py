@@ -23,9 +23,9 @@ from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Diagnostic, Place
 
 _INDENTED = "this is indented under a line that has no block"
-_MISFIT = "this begins where no block begins"
-_SHIFT = "let it begin below the line that it belongs with; only `state` and `parallel` have a block"
-_TAB = "here is a tab"
+_MISFIT = "this indentation matches no block"
+_SHIFT = "align it with the lines of its block; only `state` and `parallel` open a block"
+_TAB = "a tab cannot be used here"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
 _NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import|expose|member)\b(?! *[A-Za-z_])")
@@ -247,7 +247,7 @@ def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.Fil
     """Read a file.
 
     Args:
-        text: what stands in it.
+        text: what is in it.
         file: its name, for diagnostics.
         grammar: by default the language's, read once.
 
@@ -281,9 +281,9 @@ def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.Fil
 
 
 class BlockParser:
-    """Reads one text again and again while it is edited; what did not change since the last time is not read anew.
+    """Reads one text again and again while it is edited; what did not change since the last time is not read again.
 
-    A file is a list of items, and an item that begins at the left edge is read on its own: what stands in it does not
+    A file is a list of items, and an item that begins at the left edge is read on its own: what is in it does not
     depend on those before it. Where anything in the text cannot be read, all of it is read together, as by ``parse``.
     """
 
@@ -348,7 +348,7 @@ def tokens_of(text: str) -> Iterator[Token]:
 
 
 def _skip_line(parser: TableParser | LarkParser, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
-    """Puts ``BAD`` in place of the line that a token cannot stand on, and goes on behind that line."""
+    """Puts ``BAD`` in place of the line that a token cannot be on, and goes on after that line."""
     parser.back_to("BAD")
     first = token.line or 1
     while token.type != "_NL":
@@ -369,7 +369,7 @@ def _without_tabs(text: str, report: Report) -> str:
         place = Place(report.file, number, column, number, column + 1)
         more = len(found) - 1
         message = f"{_TAB}, as in {more} more line{'s' * (more != 1)}" if more else _TAB
-        report.add("E0102", place, message, "four spaces do instead")
+        report.add("E0102", place, message, "use four spaces instead")
     return "\n".join(line.replace("\t", "    ") for line in lines)
 
 

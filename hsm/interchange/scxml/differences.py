@@ -64,7 +64,7 @@ def _timing(transition: Transition) -> Iterator[Diagnostic]:
     """What a condition or a time-out means otherwise."""
     match transition.trigger:
         case When():
-            yield _difference(transition, _SOONER, "let an event tell when the condition has become true")
+            yield _difference(transition, _SOONER, "send an event when the condition becomes true")
         case After(duration):
             if transition.guard is not None:
                 yield _difference(transition, _WAITS, "let the guarded state be entered only when the guard holds")
@@ -126,7 +126,7 @@ def _sent(model: Model) -> Iterator[Diagnostic]:
 
 
 def _same_tick(model: Model) -> Iterator[Diagnostic]:
-    """One finding for a machine in which a time-out and something else could come in one tick."""
+    """One diagnostic for a machine in which a time-out and something else could come in one tick."""
     timed = [one for one in model.transitions if isinstance(one.trigger, After | Every)]
     if timed and len(model.transitions) > 1:
         yield _difference(timed[0], _ORDER, "none is needed where the order within a tick does not matter")

@@ -218,7 +218,7 @@ def _may_report(model: Model, state: State, outcome: str) -> bool:
 def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, list[str]]]:
     """What SCXML calls the outcomes that a trigger waits for: the state's completion, in one of its final states."""
     if trigger.prefix:
-        return  # it was read from SCXML and bears its names already
+        return  # it was read from SCXML and has its names already
     if "done" in trigger.names and (_finals(model, state) or state.kind is StateKind.PARALLEL):
         yield f"done.state.{state.name}", []
     for around in model.states[max(state.index, 1) : state.last + 1]:

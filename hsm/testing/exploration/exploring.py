@@ -35,7 +35,7 @@ from hsm.testing.scenarios.script import FAULT, ScriptedFault, SignalKey
 
 _DIGITS = 6
 _MOST_DATA = 64
-"""So many combinations of what an event carries are tried at most."""
+"""At most this many combinations of what an event carries are tried at most."""
 
 
 def _coarse(nanoseconds: int) -> float:
@@ -64,7 +64,7 @@ class ExploredMoment:
     signals: Mapping[SignalKey, Any]
 
     def key(self) -> tuple[Any, ...]:
-        """What tells this moment from those from which the same can follow."""
+        """What distinguishes this moment from others with another future."""
         state, now = self.state, nanoseconds(self.time)
         return (
             state.configuration.leaves,

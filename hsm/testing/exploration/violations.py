@@ -24,7 +24,7 @@ from hsm.testing.scenarios.watching import property_watch
 from hsm.testing.scenarios.writing import Writer
 
 MOST_STEPS = 20_000
-"""So many steps are tried."""
+"""At most this many steps are tried."""
 
 _DIGITS = 6
 
@@ -63,7 +63,7 @@ class Searched:
         violations: a run for each property that one violates, by the property's name.
         fault: a run with a step that fails; None where none was found.
         steps: how many steps were tried.
-        depth: all that is tried was tried in so many steps from the start.
+        depth: all that is tried was tried in that many steps from the start.
         states: how many different moments were met.
         complete: whether every one of them was left in all ways that are tried.
     """

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from hsm.model.chart import ActivityCall, After, Model, On, State, StateKind, Transition
+from hsm.model.chart import ActivityCall, After, Defer, Model, On, State, StateKind, Transition
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Binary, Choice, EventValue, Expression, Literal, Unary
 from hsm.model.rewriting import Rewriter
@@ -109,6 +109,8 @@ def _transition_changes(model: Model, transition: Transition) -> Iterator[tuple[
     if transition.guard is not None:
         yield "dropped guard", replace(transition, guard=None)
     match transition.trigger:
+        case Defer():
+            yield "dropped defer", replace(transition, trigger=On(()))
         case On(names):
             listed = [model.transitions[index].trigger for index in model.states[transition.source].transitions]
             others = [one.names for one in listed if isinstance(one, On) and one.names != names]

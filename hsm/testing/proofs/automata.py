@@ -30,9 +30,9 @@ class Branch:
         memory: what is remembered then.
         among: the signals for which it goes so.
         violated: whether the property is violated.
-        least: the time of the property is at least so many nanoseconds; None where that does not matter.
+        least: the time of the property is at least that many nanoseconds; None where that does not matter.
         most: at most.
-        restarts: whether the time begins anew.
+        restarts: whether the time begins again.
     """
 
     memory: Memory

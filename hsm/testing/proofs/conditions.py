@@ -20,12 +20,12 @@ class Evaluator:
     """Evaluates expressions at one moment within a step.
 
     Attributes:
-        symbols: stand for what is not known.
-        slots: where each variable stands.
+        symbols: represent what is not known.
+        slots: where each variable is.
         states: index of each state by its name.
         values: the variables.
         active: the active states.
-        compared: is told of each symbol that is compared with a known value.
+        compared: receives each symbol that is compared with a known value.
     """
 
     symbols: Symbols

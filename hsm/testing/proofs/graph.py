@@ -85,7 +85,7 @@ class Budget:
 
     Attributes:
         seconds: of the processor, from ``begin`` on.
-        locations: so many at most.
+        locations: that many at most.
         begin: when it began.
     """
 

@@ -24,7 +24,7 @@ class Microsteps:
         machine: the machine.
         evaluator: evaluates its expressions.
         scopes: states of which it matters whether they were entered.
-        duration: the least and the greatest duration that a value stands for, in nanoseconds.
+        duration: the least and the greatest duration that a value represents, in nanoseconds.
     """
 
     def __init__(

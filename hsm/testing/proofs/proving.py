@@ -20,7 +20,7 @@ from hsm.testing.proofs.witness import Replayer
 from hsm.testing.scenarios.script import scripted_machine
 
 SECONDS = 60.0
-"""So much time of the processor a machine's graph may take, and as much again all its properties."""
+"""At most this much time of the processor a machine's graph may take, and as much again all its properties."""
 
 LOCATIONS = 20_000
 
@@ -51,9 +51,9 @@ def check(
     Args:
         machine: the machine.
         assumptions: what is taken for granted; by default as ``Assumptions`` has it.
-        depth: look at runs of so many steps only; by default at all.
+        depth: look at runs of that many steps only; by default at all.
         only: names of properties, ``NO_FAULT`` among them; by default all.
-        seconds: so much time of the processor for the graph, and again for the properties.
+        seconds: that much time of the processor for the graph, and again for the properties.
     """
     return examine(machine, assumptions, depth=depth, only=only, seconds=seconds).verdicts
 

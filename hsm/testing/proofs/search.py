@@ -60,7 +60,7 @@ class Search:
         longest_tick: in nanoseconds.
         rounding: in nanoseconds: so far around a deadline it is left open on which side of it a time falls.
         visits: all places, in the order in which they were found.
-        depth: after so many steps no violation was found.
+        depth: after that many steps no violation was found.
         complete: whether all places were looked at.
     """
 
@@ -145,8 +145,8 @@ class Search:
         return Visit(edge.target, branch.memory, zone, number, edge, branch)
 
     def _again(self, visit: Visit, number: int, edge: Edge, branch: Branch) -> Visit:
-        """A step in which only the time of the property begins anew, any number of times."""
-        assert visit.zone is not None, "only what is timed begins anew"
+        """A step in which only the time of the property begins again, any number of times."""
+        assert visit.zone is not None, "only what is timed begins again"
         later = self._at(visit.zone.later(), visit.location, frozenset())
         assert later is not None, "no time at all is some time"
         zone = later.reset({PROMISE}, self._clocks(edge.target, branch.memory))

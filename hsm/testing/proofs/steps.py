@@ -23,7 +23,7 @@ from hsm.testing.proofs.values import TooMany, Value
 from hsm.testing.scenarios.script import FAULT
 
 MOST_POINTS = 4_000
-"""So many points are looked at within one step at most."""
+"""At most this many points are looked at within one step at most."""
 
 Ways = dict[int, dict[int, Diagram]]
 """From one place to others, by their numbers, each with the signals."""

@@ -11,7 +11,7 @@ from hsm.engine.inputs import follow
 from hsm.model.chart import Model
 from hsm.model.expressions import VariableValue
 from hsm.model.rewriting import parts_of
-from hsm.model.unparse import value_text
+from hsm.model.unparse import shown_text
 from hsm.testing.proofs.graph import FREE
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.scenarios import Scenario
@@ -21,7 +21,7 @@ NO_FAULT = "no step fails"
 
 
 class Status(Enum):
-    """How a property stands."""
+    """The verdict about a property."""
 
     PROVED = "proved"
     BOUNDED = "no violation"
@@ -41,7 +41,7 @@ class Assumptions:
     """What a proof takes for granted.
 
     Attributes:
-        longest_tick: at most so many seconds pass between two steps.
+        longest_tick: at most that many seconds pass between two steps.
         parameters: of the machine, by name, in SI units; of others the defaults.
         free: parameters that may have any value, but NaN; those without a default and a value always may.
         not_a_number: whether signals may be NaN.
@@ -76,7 +76,7 @@ class Assumptions:
         """All that is assumed of a machine, for a person."""
         types = {one.name: one.type for one in model.parameters}
         given = ", ".join(
-            f"any {name}" if value is FREE else f"{name} = {value_text(value, types[name])}"
+            f"any {name}" if value is FREE else f"{name} = {shown_text(value, types[name])}"
             for name, value in self.values(model).items()
         )
         return [
@@ -96,11 +96,11 @@ class PropertyVerdict:
     Attributes:
         name: the property's name, or ``NO_FAULT``.
         text: the property.
-        status: how it stands.
+        status: the verdict.
         method: how it was proved; None where it was not.
-        reason: what stands in the way of a decision; empty where nothing does.
+        reason: what is in the way of a decision; empty where nothing does.
         counterexample: a shortest run to a violation, which was replayed on the engine; None where there is none.
-        depth: in no run of so many steps it is violated.
+        depth: in no run of that many steps it is violated.
         states: how many places between two steps were looked at.
     """
 

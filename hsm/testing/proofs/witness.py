@@ -32,7 +32,7 @@ from hsm.testing.scenarios.watching import property_watch
 from hsm.testing.scenarios.writing import Writer
 
 ATTEMPTS = 6
-"""So many choices of signals and free parameters are tried for one way."""
+"""At most this many choices of signals and free parameters are tried for one way."""
 
 _NANOSECONDS = 1_000_000_000
 
@@ -78,7 +78,7 @@ class Replayer:
         self._free = {one.name: one.type for one in self._machine.model.parameters if parameters[one.name] is FREE}
 
     def violation(self, way: Sequence[Visit], name: str) -> Scenario | None:
-        """A run on the engine that violates a property, told as a scenario; None where none was found.
+        """A run on the engine that violates a property, reported as a scenario; None where none was found.
 
         Args:
             way: from the first step to the one that violates the property.

@@ -70,14 +70,14 @@ class Zone:
         )
 
     def later_by(self, most: int) -> Zone:
-        """After some time, at most so many nanoseconds."""
+        """After some time, at most this many nanoseconds."""
         extended = self._with(-2).later()
         limited = extended.limited(-2, None, at_most(most))
         assert limited is not None, "no time at all is some time"
         return limited.only(self.clocks)
 
     def limited(self, clock: Clock, least: int | None, most: int | None) -> Zone | None:
-        """Where a clock is at least so much (as a bound on its negative), and at most; None where it never is."""
+        """Where a clock is at least this much (as a bound on its negative), and at most; None where it never is."""
         at = self.clocks.index(clock) + 1
         found: Zone | None = self
         if most is not None:

@@ -1,4 +1,4 @@
-"""Drives a scripted machine, step by step, on a clock that only moves when it is told to."""
+"""Drives a scripted machine, step by step, on a clock that moves only on command."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ class Driver:
         doing: what the activities of the active states are asked to do, by the state's full name.
         calls: the actions called in the last ``step`` or ``wait``.
         raised: the events that the machine raised meanwhile.
+        sent: the events that it sent to other machines meanwhile.
         script: what the signals were in the last step.
     """
 
@@ -51,6 +52,7 @@ class Driver:
         self.doing: dict[str, Performed] = {}
         self.calls: list[Performed] = []
         self.raised: list[str] = []
+        self.sent: list[str] = []
         self.last = self.supervisor.step(0.0, (), script)
         self._took(script)
 
@@ -135,17 +137,19 @@ class Driver:
         """Let time pass, tick by tick, with all as it is; then one step with what changes, as for ``step``."""
         end = self.time + duration
         ticks = math.ceil(duration / self.tick - 1e-6) if self.tick > 0 else 1
-        begin, calls, raised = self.time, list[Performed](), list[str]()
+        begin, calls, raised, sent = self.time, list[Performed](), list[str](), list[str]()
         for count in range(1, ticks):
             if self.outcome is not None:
                 break
             self.step(after=begin + count * self.tick - self.time)
             calls += self.calls
             raised += self.raised
+            sent += self.sent
         if self.outcome is None:
             self.step(signals, reports, events, after=max(0.0, end - self.time))
         self.calls[:0] = calls
         self.raised[:0] = raised
+        self.sent[:0] = sent
         return self.last
 
     def running(self, name: str) -> tuple[str, ...]:
@@ -174,6 +178,7 @@ class Driver:
         self.doing = {state: effect for state, effect in effects if isinstance(effect, Performed)}
         self.calls = script.calls
         self.raised = [one.event for one in self.last.actions if isinstance(one, Raise | Send)]
+        self.sent = [str(one) for one in self.last.sent]
         self.script = script
         self._watch(self)
 

@@ -1,6 +1,6 @@
-"""The lines of a .maze-test file: what stands there, before any name has a meaning.
+"""The lines of a .maze-test file: what is there, before any name has a meaning.
 
-The file is read line by line, so that one line at fault hides no other.
+The file is read line by line, so that one invalid line hides no other.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class ScenarioLine:
 
     Attributes:
         kind: name of its rule.
-        parts: what stands in it.
+        parts: what is in it.
         place: its first to its last character.
     """
 
@@ -175,7 +175,7 @@ def _explain(error: UnexpectedInput, text: str, place: Place, report: Report) ->
 
 
 def name_of(subject: Token | ast.CallSyntax) -> Token:
-    """The name in what stands alone or is a call."""
+    """The name in what is alone or is a call."""
     return subject if isinstance(subject, Token) else subject.name
 
 

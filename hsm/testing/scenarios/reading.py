@@ -16,7 +16,7 @@ from hsm.dsl.semantics.typing import Declared, Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
 from hsm.engine.occurrences import event_text
-from hsm.model.chart import Model, On, Raise, Send
+from hsm.model.chart import Emit, Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
 from hsm.model.expressions import Literal
 from hsm.model.members import library_of_members
@@ -63,7 +63,7 @@ def read_suite(path: str | Path, model: Model, library: Library) -> Suite:
         library: what the machine was checked against.
 
     Raises:
-        MachineError: the file cannot be read, or there is something wrong with it; with all findings.
+        MachineError: the file cannot be read, or there is something wrong with it; with all diagnostics.
     """
     return parse_suite(read_text(path), model, library, str(path))
 
@@ -88,7 +88,7 @@ def parse_suite(text: str, model: Model, library: Library, file: str = "<text>")
     """The scenarios in a text.
 
     Raises:
-        MachineError: there is something wrong with it; with all findings.
+        MachineError: there is something wrong with it; with all diagnostics.
     """
     report = Report(file)
     reader = _Reader(model, library, report)
@@ -129,6 +129,23 @@ def parse_assignment(text: str, model: Model, library: Library, file: str = "<te
     if report.found:
         raise MachineError(report.found)
     return found[0]
+
+
+def parse_signal(text: str, model: Model, library: Library, file: str = "<text>") -> tuple[str | SignalKey, Any]:
+    """A signal, by name or by name and arguments, with the value that ``NAME``, ``not NAME``, ``NAME = VALUE`` gives.
+
+    Raises:
+        MachineError: it cannot be read, there is no such signal, or the value is not of its type.
+    """
+    report = Report(file)
+    reader = _Reader(model, library, report)
+    lines = [line for line in read_lines(f"    when {text}", report) if line.kind == "step"]
+    signals = [found for line in lines for found in reader.stimulus(line).signals.items()]
+    if not report.found and len(signals) != 1:
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not give one signal a value")
+    if report.found:
+        raise MachineError(report.found)
+    return signals[0]
 
 
 @dataclass(slots=True)
@@ -188,7 +205,7 @@ class _Reader:
                     titles.add(name)
                     scenarios.append(Scenario(name, place=line.place))
                 case _ if not scenarios:
-                    self.report.add("E0402", line.place, "this line stands before any `scenario`")
+                    self.report.add("E0402", line.place, "this line must follow a `scenario` line")
                 case _:
                     scenarios[-1] = self._extended(scenarios[-1], line)
         for one in scenarios:
@@ -204,10 +221,11 @@ class _Reader:
             for setting in line.parts:
                 self._set(setting, signals, parameters)
             return replace(scenario, parameters=parameters, given=signals)
-        step = self.expectation(line) if line.kind == "expect" else self._stimulus(line)
+        step = self.expectation(line) if line.kind == "expect" else self.stimulus(line)
         return replace(scenario, steps=(*scenario.steps, step))
 
-    def _stimulus(self, line: ScenarioLine) -> Stimulus:
+    def stimulus(self, line: ScenarioLine) -> Stimulus:
+        """What a line lets happen."""
         after = None if line.kind == "step" else self._seconds(line.parts[1], 0.0)
         signals: dict[str | SignalKey, Any] = {}
         reports: dict[str, str] = {}
@@ -364,7 +382,7 @@ class _Reader:
         return ExpectationClause(InState(found[0], negated), f"{'not ' if negated else ''}{name}")
 
     def _performs(self, part: Performance) -> ExpectationClause | None:
-        if part.keyword.type == "RAISED":
+        if part.keyword.type in ("RAISED", "SENT"):
             return self._raises(part)
         action = part.keyword.type == "CALLED"
         name = name_of(part.what)
@@ -384,17 +402,21 @@ class _Reader:
         return ExpectationClause(Performs(str(name), arguments, action, part.negated), text)
 
     def _raises(self, part: Performance) -> ExpectationClause | None:
-        raised = {one.event for one in actions_of(self.model) if isinstance(one, Raise | Send)}
+        sent, word = part.keyword.type == "SENT", str(part.keyword)
+        kinds = Emit if sent else Raise | Send
+        raised = {one.event for one in actions_of(self.model) if isinstance(one, kinds)}
         name = name_of(part.what)
         if isinstance(part.what, ast.CallSyntax):
-            message = f"`raised {name}` stands without what the event carries"
+            message = f"`{word} {name}` takes the event's name alone, without the data that it carries"
             self.report.add("E0213", self._span(part.what), message, "expect a variable that it was given to")
             return None
         if str(name) not in raised:
             hint = self.report.guess(name, raised).text
-            self.report.add("E0203", self._span(name), f"the machine never raises `{name}`", hint)
+            message = f"the machine never {'sends' if sent else 'raises'} `{name}`"
+            self.report.add("E0203", self._span(name), message, hint)
             return None
-        return ExpectationClause(Raises(str(name), part.negated), f"{'not ' if part.negated else ''}raised {name}")
+        text = f"{'not ' if part.negated else ''}{word} {name}"
+        return ExpectationClause(Raises(str(name), part.negated, sent), text)
 
     def _given_arguments(self, call: ast.CallSyntax, parameters: tuple[Parameter, ...]) -> dict[int, Any] | None:
         """The arguments that are given, by position; what is left out may be anything."""

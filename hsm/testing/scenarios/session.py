@@ -37,7 +37,7 @@ class SessionError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Where a run stands, and what has happened since the moment before.
+    """Where a run is, and what has happened since the moment before.
 
     Attributes:
         time: seconds since the start.
@@ -117,7 +117,7 @@ class Session:
 
     @property
     def moment(self) -> Moment:
-        """Where the run stands."""
+        """Where the run is."""
         driver, seen = self.driver, self._seen
         return Moment(
             driver.time,
@@ -135,7 +135,7 @@ class Session:
 
         Args:
             line: such as ``when door.near, not space.front``, ``when rotate reports done``, ``after 2 s``,
-                ``when event go``, ``expect driving`` or ``given door.near``, which begins anew with that; or
+                ``when event go``, ``expect driving`` or ``given door.near``, which begins again with that; or
                 ``set turns = 2``, which gives a variable a value at once.
 
         Raises:
@@ -172,7 +172,7 @@ class Session:
         """Take lines back: the run is played again without them.
 
         Raises:
-            SessionError: there are not so many.
+            SessionError: there are not that many.
         """
         if count > len(self.lines):
             raise SessionError(f"there {'is' if len(self.lines) == 1 else 'are'} {len(self.lines)} to take back")
@@ -274,7 +274,7 @@ class Session:
             raise SessionError(str(error)) from None
 
     def _replay(self, lines: Sequence[str]) -> None:
-        """Begin anew and do lines; where one fails, all is as before."""
+        """Begin again and do lines; where one fails, all is as before."""
         before = (self.driver, self.lines, self._ends, self._break, self._seen)
         scenario = self._read([one for one in lines if _word(one) != _SET])
         steps = iter(scenario.steps)

@@ -53,6 +53,11 @@ def value_text(value: Any, kind: Type | None = None) -> str:
     return _number_text(value) if isinstance(value, float) else str(value)
 
 
+def shown_text(value: Any, kind: Type | None = None) -> str:
+    """A value for a person to read: like `value_text`, with at most six significant digits."""
+    return value_text(float(f"{value:.6g}") if isinstance(value, float) else value, kind)
+
+
 def _quantity_text(value: float, kind: Quantity) -> tuple[str, str]:
     """A quantity and its unit: angles in degrees where they are written so in few digits."""
     degrees = _DEGREES.get(kind)

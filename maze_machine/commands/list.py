@@ -78,7 +78,7 @@ def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
     """What the registry declares."""
     from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
     from hsm.model.registry import Parameter
-    from hsm.model.unparse import value_text
+    from hsm.model.unparse import shown_text
 
     match subject:
         case Subject.SIGNALS:
@@ -99,7 +99,7 @@ def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
         case Subject.CONSTANTS:
             for constant in library.constants.values():
                 row = {"name": constant.name, "type": type_text(constant.type)}
-                yield {**row, "value": value_text(constant.value, constant.type), "about": first_line(constant.doc)}
+                yield {**row, "value": shown_text(constant.value, constant.type), "about": first_line(constant.doc)}
         case _:
             yield from _types(library)
 

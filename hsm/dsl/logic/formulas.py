@@ -18,7 +18,7 @@ from hsm.dsl.logic.linear import Constraint, Form, LinearAtom, feasible, form_of
 from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.rewriting import parts_of
 from hsm.model.types import BOOLEAN, Enumeration
-from hsm.model.unparse import expression_text, value_text
+from hsm.model.unparse import expression_text, shown_text
 
 Values: TypeAlias = Mapping[str, bool | float | int]
 """Parameters by name, where their values are taken as given."""
@@ -302,14 +302,14 @@ def _range_texts(form: Form, lower: list[LinearAtom], upper: list[LinearAtom]) -
             return
     if low is not None:
         above = ">=" if low.strict else ">"
-        yield f"{form.text} {above} {value_text(_number(low.bound, form), kind)}"
+        yield f"{form.text} {above} {shown_text(_number(low.bound, form), kind)}"
     if high is not None:
         below = "<" if high.strict else "<="
-        yield f"{form.text} {below} {value_text(_number(high.bound, form), kind)}"
+        yield f"{form.text} {below} {shown_text(_number(high.bound, form), kind)}"
 
 
 def _bound_text(bound: Fraction, form: Form) -> str:
-    return value_text(_number(bound, form), form.kind)
+    return shown_text(_number(bound, form), form.kind)
 
 
 def _number(bound: Fraction, form: Form) -> int | float:

@@ -13,7 +13,7 @@ from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import Occurrence, Role
 from hsm.dsl.lsp.refactoring import Refactoring
 from hsm.model.diagnostics import Diagnostic, Place, Severity
-from hsm.model.unparse import value_text
+from hsm.model.unparse import shown_text
 
 SEVERITIES = {
     Severity.ERROR: types.DiagnosticSeverity.Error,
@@ -161,7 +161,7 @@ def signature_help(call: OpenCall) -> types.SignatureHelp:
     parameters = []
     for one in call.parameters:
         text = f"{one.name} : {one.type}"
-        text += "" if one.required else f" = {value_text(one.default, one.type)}"
+        text += "" if one.required else f" = {shown_text(one.default, one.type)}"
         parameters.append(types.ParameterInformation(text))
     label = f"{call.name}({', '.join(str(one.label) for one in parameters)})"
     doc = types.MarkupContent(types.MarkupKind.Markdown, call.doc) if call.doc else None

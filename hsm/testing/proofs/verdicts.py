@@ -11,7 +11,7 @@ from hsm.engine.inputs import follow
 from hsm.model.chart import Model
 from hsm.model.expressions import VariableValue
 from hsm.model.rewriting import parts_of
-from hsm.model.unparse import value_text
+from hsm.model.unparse import shown_text
 from hsm.testing.proofs.graph import FREE
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.scenarios import Scenario
@@ -76,7 +76,7 @@ class Assumptions:
         """All that is assumed of a machine, for a person."""
         types = {one.name: one.type for one in model.parameters}
         given = ", ".join(
-            f"any {name}" if value is FREE else f"{name} = {value_text(value, types[name])}"
+            f"any {name}" if value is FREE else f"{name} = {shown_text(value, types[name])}"
             for name, value in self.values(model).items()
         )
         return [

@@ -8,7 +8,7 @@ Seven families, each with its promise, which is checked after every fault:
 - the recorder on a bad disk: the run goes on, what the recording holds is as it was, what was there before is kept;
 - a campaign with workers that are killed, stopped or cut off: its results file is the undisturbed one, byte for byte;
 - the same on a dask cluster whose scheduler and workers are killed and come again;
-- in lockstep through a router that is killed, stopped or started anew: the run is the undisturbed one, or it ends with
+- in lockstep through a router that is killed, stopped or started again: the run is the undisturbed one, or it ends with
   what it was until then;
 - the command with room for a little more memory only, or for small files only: it ends with a documented status and one
   line, and a file that was there before is as it was or whole and new.

@@ -42,7 +42,7 @@ used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() 
 resource.setrlimit(getattr(resource, "RLIMIT_" + name), (used + int(room),) * 2)
 maze_machine.cli.main()
 """
-"""The command, that has room for so many bytes more only."""
+"""The command, that has room for that many bytes more only."""
 STATUSES = range(5)
 """What a command may end with."""
 ROUTER = """
@@ -81,7 +81,7 @@ def ended(process: subprocess.Popen[str]) -> None:
 
 
 def router_faults(seed: int, count: int) -> Counter[tuple[str, str, str]]:
-    """Runs in lockstep through a router that is killed and started anew, or stopped for a moment."""
+    """Runs in lockstep through a router that is killed and started again, or stopped for a moment."""
     chance, found = random.Random(seed), Counter[tuple[str, str, str]]()
     for number in range(count):
         kind = chance.choice(["kill", "stop", "restart"])
@@ -197,7 +197,7 @@ def scheduler_faults(seed: int, count: int, folder: Path) -> Counter[tuple[str, 
 
 
 def command_fault(seed: int, folder: Path) -> tuple[str, str, str]:
-    """One run of the command that may use so much memory only, or write files of so many bytes only."""
+    """One run of the command that may use that much memory only, or write files of that many bytes only."""
     chance = random.Random(seed)
     kind = chance.choice(["memory limit", "disk full"])
     trace, recording = folder / f"{seed}.jsonl", folder / f"{seed}.mcap"

@@ -1,14 +1,19 @@
 """A seeded campaign of random faults: ``python benchmarks/faults.py [--seed N] [--scale N]``.
 
-Four families, each with its promise, which is checked after every fault:
+Seven families, each with its promise, which is checked after every fault:
 
 - in real time, behind the gate, on a clock turned by hand: the base moves only by whole answers of the lease's holder
   to fresh observations, and stops within the command time-out after the last one; after the fault it is driven again;
 - in lockstep, over a bad network, with threads and real timers: the run is the undisturbed one, bit for bit;
 - the recorder on a bad disk: the run goes on, what the recording holds is as it was, what was there before is kept;
-- a campaign with workers that are killed, stopped or cut off: its results file is the undisturbed one, byte for byte.
+- a campaign with workers that are killed, stopped or cut off: its results file is the undisturbed one, byte for byte;
+- the same on a dask cluster whose scheduler and workers are killed and come again;
+- in lockstep through a router that is killed, stopped or started again: the run is the undisturbed one, or it ends with
+  what it was until then;
+- the command with room for a little more memory only, or for small files only: it ends with a documented status and one
+  line, and a file that was there before is as it was or whole and new.
 
-The scale multiplies the number of faults; 1 makes some 1,180. The exit status is 1 if any promise was broken.
+The scale multiplies the number of faults; 1 makes some 1,200. The exit status is 1 if any promise was broken.
 """
 
 from __future__ import annotations
@@ -33,7 +38,9 @@ from tempfile import TemporaryDirectory
 ROOT = Path(__file__).parents[1]
 # Not this folder, whose scripts have the names of packages.
 sys.path[0:1] = [str(ROOT), str(ROOT / "tests" / "transport")]
+sys.path.append(str(ROOT / "benchmarks"))
 
+from process_faults import command_fault, router_faults, scheduler_faults  # noqa: E402
 from toy_world import PERIOD, ToyWorld, answer_to, seen, wander  # noqa: E402
 
 from maze_machine.campaign.jobs import Setup, jobs_of  # noqa: E402
@@ -516,6 +523,10 @@ def main() -> int:
         for seed in range(first, first + round(100 * asked.scale)):
             found[recorder_fault(seed, Path(folder))] += 1
         found += campaign_faults(first, round(20 * asked.scale), Path(folder))
+        for seed in range(first, first + round(12 * asked.scale)):
+            found[command_fault(seed, Path(folder))] += 1
+        found += router_faults(first, round(6 * asked.scale))
+        found += scheduler_faults(first, round(4 * asked.scale), Path(folder))
     print(table(found))
     return int(any(outcome != "good" for _, _, outcome in found))
 

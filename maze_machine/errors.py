@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 import sys
 from collections.abc import Iterator
@@ -98,6 +99,10 @@ def reported() -> Iterator[None]:
             signal.signal(signal.SIGTERM, previous)
 
 
+_NO_MEMORY = re.compile("failed to map segment|[Cc]annot allocate memory")
+"""What the loader of libraries says where there is no memory left for one."""
+
+
 def explain(error: Exception) -> tuple[ExitStatus, str] | None:
     """The exit status and the message for an error that a user can act on; None for any other."""
     if isinstance(error, CommandError):
@@ -114,7 +119,7 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
             return ExitStatus.BAD_FILE, _readable(f"{error.filename}: {error.strerror}")
         if error.errno in _NO_ROOM:  # files that are written have names
             return ExitStatus.BAD_FILE, f"the output cannot be written: {error.strerror}"
-    if isinstance(error, MemoryError):
+    if isinstance(error, MemoryError) or (isinstance(error, ImportError) and _NO_MEMORY.search(str(error))):
         return ExitStatus.BAD_FILE, "there is not enough memory for this"
     return None
 

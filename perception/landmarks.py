@@ -91,7 +91,7 @@ def _united(wall: Landmark, piece: Landmark) -> Landmark:
     """One wall of two pieces; each end weighs as its piece's hits."""
     ends = wall.start, wall.end, piece.start, piece.end
     weights = wall.hits, wall.hits, piece.hits, piece.hits
-    total = sum(weights)
+    total = math.fsum(weights)
     x, y = (
         math.fsum([weight * end[axis] for weight, end in zip(weights, ends, strict=True)]) / total for axis in (0, 1)
     )

@@ -199,7 +199,7 @@ def _door(name: str, posts: Posts, ends: tuple[Post, Post], slide: GridCell) -> 
     Raises:
         NoRoomError: the walls beside it are shifted so that it is none by the rules.
     """
-    first, second = ends if sum(slide) > 0 else ends[::-1]
+    first, second = ends if slide[0] + slide[1] > 0 else ends[::-1]
     door = MazeDoor(name, (_point(posts[first]), _point(posts[second])))
     if not DOOR_WIDTHS[0] <= door.length <= DOOR_WIDTHS[1]:
         raise NoRoomError(f"{name} is {door.length:.2f} m wide")

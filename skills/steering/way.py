@@ -39,7 +39,7 @@ def ahead_on(way: Way, here: Point) -> tuple[Point, float]:
     if not stretch or total < FARTHEST:
         return way[-1], total
     count = len(stretch)
-    return (sum(place[0] for place in stretch) / count, sum(place[1] for place in stretch) / count), total
+    return (math.fsum(place[0] for place in stretch) / count, math.fsum(place[1] for place in stretch) / count), total
 
 
 def along_way(steering: Steering, way: Way, pose: Pose, speed: float, *, to_rest: bool) -> Twist:

@@ -180,7 +180,7 @@ MISTAKES = [
     ("state a\n    do wait()\n    when done -> b\nfinal b\n", "`on done`"),
     ("state a\n    do beep()\n    on bumped -> b\nfinal b\n", "is an action"),
     ("state a\n    on bumped -> b / ring()\nfinal b\n", "is an activity"),
-    ("state a\n    after 5 -> b\nfinal b\n", "`1 s`"),
+    ("state a\n    after 5 -> b\nfinal b\n", "`s` or `ms`"),
     ("state a\n    after 5 seconds -> b\nfinal b\n", "`s`"),
     ("state a\n    on bumped -> b;\nfinal b\n", "one statement"),
     ("// first\nstate a\n    on bumped -> b // second\nfinal b\n", "`#`"),

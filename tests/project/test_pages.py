@@ -27,6 +27,7 @@ PAGES = (
     "how-to/python.md",
     "how-to/replay.md",
     "explanation/loop.md",
+    "explanation/messages.md",
     "explanation/skills.md",
     "how-to/maps-and-recordings.md",
     "how-to/own-robot.md",

@@ -5,6 +5,7 @@ import math
 import sqlite3
 import struct
 import tracemalloc
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -438,7 +439,7 @@ def test_a_database_with_other_tables_is_refused(tmp_path, monkeypatch):
         ),
     ):
         path = tmp_path / f"{name}.db3"
-        with sqlite3.connect(path) as database:
+        with closing(sqlite3.connect(path)) as database:
             database.executescript(script + "CREATE TABLE filler (a);")
         with pytest.raises(RecordingError, match=r"no rosbag2 database|has no"):
             read_recording(path)

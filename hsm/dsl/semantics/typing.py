@@ -613,7 +613,8 @@ class Scope:
             return Literal(float(found.value), NUMBER, found.place) if isinstance(found, Literal) else found
         hint = None
         if isinstance(expected, Quantity) and found.type in (INTEGER, NUMBER):
-            hint = f"write it with a unit, such as `1 {expected.si_unit}`"
+            units = [f"`{unit.name}`" for unit in UNITS.values() if unit.quantity == expected]
+            hint = f"write a unit after the number: {' or '.join(units) or f'`{expected.si_unit}`'}"
         message = f"expected {_a(expected)} here, but this is {_a(found.type)}"
         self.report.add("E0301", place, message, hint)
         return None

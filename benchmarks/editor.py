@@ -1,15 +1,18 @@
 """How long an editor waits for the language server, beside jedi-language-server on a file of as many lines.
 
     pip install jedi-language-server
-    python benchmarks/editor.py [LINES] [ROUNDS]
+    python benchmarks/editor.py [LINES] [ROUNDS] [EDITS]
 
 Both servers run as child processes over standard input and output. A round asks each of them once, in turn: a keystroke
-and then diagnostics (pulled here, published there), completion, document symbols. The medians are printed.
+and then diagnostics (pulled here, published there), completion, document symbols. The medians are printed. With EDITS,
+our server then takes this many more edits, with diagnostics after every twentieth, and its memory is printed before, in
+the middle and at the end.
 """
 
 from __future__ import annotations
 
 import asyncio
+import os
 import sys
 from pathlib import Path
 from statistics import median
@@ -26,14 +29,14 @@ FUNCTION = "def f{0}(left, front):\n    if left and not front:\n        return f
 
 
 def machine(lines: int) -> str:
-    """A machine of about so many lines."""
+    """A machine of about this many lines."""
     count = lines // 5
     body = "".join(STATE.format(number, (number + 1) % count) for number in range(count))
     return f"machine long\n\ninitial s0\n\n{body}"
 
 
 def module(lines: int) -> str:
-    """A Python module of about so many lines."""
+    """A Python module of about this many lines."""
     count = lines // 5
     return "".join(FUNCTION.format(number, (number + 1) % count) for number in range(count))
 
@@ -85,7 +88,7 @@ class Server(LanguageClient):
         return perf_counter() - began
 
     async def complete(self, line: int, column: int) -> float:
-        """Ask what could stand at a position; s."""
+        """Ask what could be at a position; s."""
         began = perf_counter()
         await self.text_document_completion_async(types.CompletionParams(self.item, types.Position(line, column)))
         return perf_counter() - began
@@ -96,8 +99,31 @@ class Server(LanguageClient):
         await self.text_document_document_symbol_async(types.DocumentSymbolParams(self.item))
         return perf_counter() - began
 
+    def memory(self) -> float:
+        """Resident memory of the server, MiB; on Linux."""
+        pages = int(Path(f"/proc/{self._server.pid}/statm").read_text(encoding="ascii").split()[1])
+        return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
-async def measure(lines: int, rounds: int) -> None:
+    async def many_edits(self, lines: int, edits: int) -> list[float]:
+        """Type and take back letters all over the file; the memory before, in the middle and at the end, MiB."""
+        found = [self.memory()]
+        for number in range(edits):
+            line = 5 * (number // 2 % (lines // 5)) + 5
+            typed = number % 2 == 0
+            end = 0 if typed else 1
+            where = types.Range(types.Position(line, 0), types.Position(line, end))
+            change = types.TextDocumentContentChangePartial(where, "#" if typed else "")
+            self.version += 1
+            identifier = types.VersionedTextDocumentIdentifier(self.version, self.item.uri)
+            self.text_document_did_change(types.DidChangeTextDocumentParams(identifier, [change]))
+            if number % 20 == 19:
+                await self.text_document_diagnostic_async(types.DocumentDiagnosticParams(self.item))
+            if number in (edits // 2, edits - 1):
+                found.append(self.memory())
+        return found
+
+
+async def measure(lines: int, rounds: int, edits: int) -> None:
     """Ask both servers in turn and print the medians."""
     bin_folder = Path(sys.executable).parent
     with TemporaryDirectory() as folder:
@@ -128,6 +154,9 @@ async def measure(lines: int, rounds: int) -> None:
         print("initialize".ljust(28), f"{1e3 * starts[0]:16.0f}", f"{1e3 * starts[1]:20.0f}", sep="  ")
         for name, (mine, other) in taken.items():
             print(name.ljust(28), f"{1e3 * median(mine):16.1f}", f"{1e3 * median(other):20.0f}", sep="  ")
+        if edits:
+            before, middle, after = await ours.many_edits(lines, edits)
+            print(f"memory over {edits} edits, MiB: {before:.1f} before, {middle:.1f} in the middle, {after:.1f} after")
         for server in (ours, theirs):
             await server.shutdown_async(None)
             server.exit(None)
@@ -136,4 +165,4 @@ async def measure(lines: int, rounds: int) -> None:
 
 if __name__ == "__main__":
     given = [int(one) for one in sys.argv[1:]]
-    asyncio.run(measure(*(given + [2000, 20][len(given) :])))
+    asyncio.run(measure(*(given + [2000, 20, 0][len(given) :])))

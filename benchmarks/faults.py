@@ -1,14 +1,19 @@
 """A seeded campaign of random faults: ``python benchmarks/faults.py [--seed N] [--scale N]``.
 
-Four families, each with its promise, which is checked after every fault:
+Seven families, each with its promise, which is checked after every fault:
 
 - in real time, behind the gate, on a clock turned by hand: the base moves only by whole answers of the lease's holder
-  to fresh observations, and stands within the dead man's time of the last one; after the fault it is driven again;
+  to fresh observations, and stops within the command time-out after the last one; after the fault it is driven again;
 - in lockstep, over a bad network, with threads and real timers: the run is the undisturbed one, bit for bit;
 - the recorder on a bad disk: the run goes on, what the recording holds is as it was, what was there before is kept;
-- a campaign with workers that are killed, stopped or cut off: its results file is the undisturbed one, byte for byte.
+- a campaign with workers that are killed, stopped or cut off: its results file is the undisturbed one, byte for byte;
+- the same on a dask cluster whose scheduler and workers are killed and come again;
+- in lockstep through a router that is killed, stopped or started again: the run is the undisturbed one, or it ends with
+  what it was until then;
+- the command with room for a little more memory only, or for small files only: it ends with a documented status and one
+  line, and a file that was there before is as it was or whole and new.
 
-The scale multiplies the number of faults; 1 makes some 1,180. The exit status is 1 if any promise was broken.
+The scale multiplies the number of faults; 1 makes some 1,200. The exit status is 1 if any promise was broken.
 """
 
 from __future__ import annotations
@@ -31,9 +36,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[1]
-# Not this folder, whose scripts bear the names of packages.
+# Not this folder, whose scripts have the names of packages.
 sys.path[0:1] = [str(ROOT), str(ROOT / "tests" / "transport")]
+sys.path.append(str(ROOT / "benchmarks"))
 
+from process_faults import command_fault, router_faults, scheduler_faults  # noqa: E402
 from toy_world import PERIOD, ToyWorld, answer_to, seen, wander  # noqa: E402
 
 from maze_machine.campaign.jobs import Setup, jobs_of  # noqa: E402
@@ -65,7 +72,7 @@ STEP = 0.005
 
 
 class Hand:
-    """A clock that is turned by whoever waits on it; meanwhile all actors act."""
+    """A clock that its waiters turn; meanwhile all actors act."""
 
     def __init__(self) -> None:
         self.time = 1000.0
@@ -129,7 +136,7 @@ class Network(MemoryNetwork):
 
 
 class WatchedBase(PacedWorld):
-    """A base that notes what it is told, and when."""
+    """A base that notes what it gets, and when."""
 
     def __init__(self, clock: Hand, told: list[tuple[float, Twist]]) -> None:
         super().__init__(lambda seed: ToyWorld(seed, 10**9), PERIOD, clock)
@@ -151,7 +158,7 @@ class WatchedBase(PacedWorld):
         )
 
     def move(self, twist: Twist) -> None:
-        """Take note of what the base is told."""
+        """Take note of what the base gets."""
         super().move(twist)
         self._told.append((self._clock.now(), twist))
 
@@ -187,7 +194,7 @@ class Scene:
         self.stand()
 
     def stand(self) -> None:
-        """Note that the base stands by itself: a driver has a time-out of its own, a frozen simulation is frozen."""
+        """Note that the base stops by itself: a driver has its own time-out, a frozen simulation is frozen."""
         self.told.append((self.clock.now(), STOP))
 
     def take(self) -> RealtimeRobot:
@@ -197,7 +204,7 @@ class Scene:
         return robot
 
     def drive(self, seconds: float) -> bool:
-        """Drive for so long; whether the base moved by it."""
+        """Drive for this long; whether the base moved by it."""
         until, before = self.clock.now() + seconds, len(self.told)
         while self.clock.now() < until:
             observation = self.robot.observe()
@@ -263,7 +270,7 @@ def realtime_fault(seed: int) -> tuple[str, str, str]:
                 scene.drive(0.5)
         again = scene.drive(3.0) or scene.drive(LINK.silence + 1.0)
     except LinkError:
-        # A real-time simulator that was started anew has lost its episode: the run ends, and another can begin.
+        # A real-time simulator that was started again has lost its episode: the run ends, and another can begin.
         scene.network.trouble, scene.frozen = "", False
         scene.robot.close()
         clock.wait(1.5)
@@ -366,7 +373,7 @@ def undisturbed(seed: int) -> list[object]:
 
 
 class BadDisk:
-    """A file on a disk that is slow, or full after so many bytes."""
+    """A file on a disk that is slow, or full after this many bytes."""
 
     def __init__(self, file: object, room: float, delay: float) -> None:
         self._file, self._room, self._delay = file, room, delay
@@ -443,7 +450,7 @@ def killed(path: Path, rows: list[object], after: int) -> None:
 
 
 def campaign_faults(seed: int, count: int, folder: Path) -> Outcomes:
-    """A campaign whose workers are killed or stopped at random moments, and which is itself broken off and taken up."""
+    """A campaign whose workers are killed or stopped at random moments, and which is itself interrupted and resumed."""
     chance, setup = random.Random(seed), Setup(time_limit=1.5)
     jobs = jobs_of(["right_hand"], ["corridor"], max(40, 8 * count))
     plain, path = folder / "plain.jsonl", folder / "broken.jsonl"
@@ -516,6 +523,10 @@ def main() -> int:
         for seed in range(first, first + round(100 * asked.scale)):
             found[recorder_fault(seed, Path(folder))] += 1
         found += campaign_faults(first, round(20 * asked.scale), Path(folder))
+        for seed in range(first, first + round(12 * asked.scale)):
+            found[command_fault(seed, Path(folder))] += 1
+        found += router_faults(first, round(6 * asked.scale))
+        found += scheduler_faults(first, round(4 * asked.scale), Path(folder))
     print(table(found))
     return int(any(outcome != "good" for _, _, outcome in found))
 

@@ -97,7 +97,7 @@ def box(maze: Maze) -> tuple[float, float, float, float]:
 
 
 def files(folder: Path) -> Iterator[Path]:
-    """The maps in a folder; a description stands for its image."""
+    """The maps in a folder; a description represents its image."""
     found = {path for path in folder.rglob("*") if path.suffix in SUFFIXES and path.is_file()}
     images = {path.with_suffix(suffix) for path in found if path.suffix == ".yaml" for suffix in (".pgm", ".png")}
     yield from sorted(found - images)

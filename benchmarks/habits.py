@@ -1,4 +1,4 @@
-"""What becomes of a robot whose sensors fail or have habits: when it stands, how far it has rolled, and what is said.
+"""What becomes of a robot with failing or odd sensors: when it stops, how far it has rolled, and what is reported.
 
     python benchmarks/habits.py [HABIT ...] [--json]
 
@@ -6,7 +6,7 @@ Each habit begins while `right_hand` drives along a corridor at full speed. Thre
 the same driver behind a gate whose controller does not look at its sensors (so the gate is alone), and the simulator in
 lockstep, where it has such a fault. Controller, gate and driver run on one clock that is turned by hand, so that the
 figures are exact and the same on every computer. Time and distance count from the last datum that was good to the first
-moment at which the robot truly stands; its base brakes as its profile says.
+moment at which the robot is truly at rest; its base brakes as its profile says.
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ from pathlib import Path
 
 import numpy as np
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.catalogue.profile import Profile, load_profile
-from maze_machine.drive.loop import Tick, ticks
+from maze_machine.drive.loop import ticks
 from maze_machine.drive.mission import prepare
+from maze_machine.drive.tick import Tick
 from maze_machine.simulated.settings import simulator_settings
 from maze_machine.simulated.world import SimulatedWorld
 from perception import Perception
@@ -52,12 +53,12 @@ LENGTH = 7.0
 FINE = 0.02
 """Step of the simulated driver, s: so exactly is its standstill known."""
 PUBLISHED = 0.1
-"""A driver's sensors are published so often, s."""
+"""A driver's sensors are published this often, s."""
 BARE = LinkSettings(gate=False)
 BEGIN = 1000.0
 """What a driver's clock shows at the start, s."""
 STANDING = 0.001
-"""A robot that moves less than this in a step stands, m."""
+"""A robot that moves less than this in a step is at rest, m."""
 
 PICO = Laser()
 
@@ -182,7 +183,7 @@ class HandClock:
         return self.time
 
     def wait(self, seconds: float) -> None:
-        """Let so much time pass."""
+        """Let this much time pass."""
         end = self.time + seconds
         while self.time < end - 1e-9:
             self.time = min(end, self.time + 0.005)
@@ -344,7 +345,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="one JSON object a line")
     arguments = parser.parse_args()
     if not arguments.json:
-        print("| habit | robot | stands after | rolled | what is said | at the end |\n|---|---|---|---|---|---|")
+        print("| habit | robot | stops after | rolled | what is said | at the end |\n|---|---|---|---|---|---|")
     for habit in HABITS:
         if arguments.habits and habit.name not in arguments.habits:
             continue
@@ -353,7 +354,7 @@ def main() -> None:
                 print(json.dumps(asdict(one)), flush=True)
                 continue
             figures = "drives on | -" if one.stood is None else f"{one.stood:.2f} s | {one.rolled:.2f} m"
-            end = "drives" if one.moves else "stands"
+            end = "drives" if one.moves else "stopped"
             print(f"| {one.habit} | {one.robot} | {figures} | {one.said or '-'} | {end} |", flush=True)
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.catalogue.profile import Profile, load_profile
@@ -33,7 +33,7 @@ MACHINES = ("pledge", "right_hand_loop", "tremaux")
 LIMIT = 300.0
 BEAMS = (180, 360, 1000, 1500)
 RANGES = (3.5, 8.0, 12.0)
-FIRST = {"behind": -math.pi, "ahead": 0.0, "left": math.pi / 2, "in between": 1.0}
+FIRST = {"at the back": -math.pi, "ahead": 0.0, "left": math.pi / 2, "in between": 1.0}
 MOUNTS = {"straight": (0.0, 0.0, 0.0), "turned round": (0.0, 0.0, math.pi), "askew, off the middle": (0.05, 0.03, 1.0)}
 
 

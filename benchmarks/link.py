@@ -27,7 +27,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).parents[1]
-# Not this folder, whose scripts bear the names of packages.
+# Not this folder, whose scripts have the names of packages.
 sys.path[0:1] = [str(ROOT), str(ROOT / "tests" / "transport")]
 
 import zenoh  # noqa: E402
@@ -143,7 +143,7 @@ class BareRobot:
         self._next += 1
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Nothing to release."""
 
 
 class Lane:
@@ -228,7 +228,7 @@ def in_rounds(times: list[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Figures:
-    """What became of one fault: until the robot stood, if it did, and until it went on or somebody knew, s."""
+    """What became of one fault: until the robot stopped, if it did, and until it went on or somebody knew, s."""
 
     stopped: float | None
     resumed: float
@@ -290,7 +290,7 @@ Scenario = Callable[[Bench], Figures]
 def broken(
     robot: Program, failing: Program, number: signal.Signals, again: Callable[[], object], bench: Bench
 ) -> Figures:
-    """In real time: somebody fails, the robot stands; somebody is there again, the robot moves."""
+    """In real time: somebody fails, the robot stands still; somebody is there again, the robot moves."""
     base(robot, moving=True)
     bench.wait(0.6)
     failed = failing.send(number)
@@ -356,7 +356,7 @@ def same_end(which: str, number: signal.Signals) -> Scenario:
 
 
 def killed_simulator(bench: Bench) -> Figures:
-    """In lockstep: until a controller knows that the simulator was started anew, and its run is lost."""
+    """In lockstep: until a controller knows that the simulator was started again, and its run is lost."""
     simulator, controller = bench.robot("lockstep"), bench.stepping(ENDLESS)
     bench.wait(0.3)
     simulator.send(signal.SIGKILL)
@@ -388,7 +388,7 @@ def bad_network(bench: Bench) -> Figures:
 
 
 def bad_network_in_real_time(bench: Bench) -> Figures:
-    """In real time, likewise: nothing but valid commands in their order reach the base; the longest time it stood."""
+    """In real time, likewise: nothing but valid commands in their order reach the base; the longest stop."""
     robot = bench.robot("realtime", inside=True)
     bench.ready(toy("faulty_relay", bench.inside, bench.endpoint, str(bench.chance.randrange(10**6))))
     bench.controller()
@@ -404,7 +404,7 @@ def bad_network_in_real_time(bench: Bench) -> Figures:
 
 
 def turned_away(intruder: Callable[[Bench], Program], words: str, *, secret: bool = False) -> Scenario:
-    """In real time: somebody who must not disturb a run is told so, start included, and the robot drives on."""
+    """In real time: somebody who must not disturb a run is refused, start included, and the robot drives on."""
 
     def scenario(bench: Bench) -> Figures:
         more = certificates(bench) if secret else ("", "")
@@ -476,7 +476,7 @@ FAULTS: dict[str, Scenario] = {
     "a second controller: refused (its start included), the robot drives on": turned_away(
         Bench.controller, "driven by"
     ),
-    "a busy port: told (start included), the robot drives on": turned_away(
+    "a busy port: refused (start included), the robot drives on": turned_away(
         lambda bench: bench.enter_context(command("router", "--listen", bench.endpoint)), "is taken"
     ),
     "another authority's certificate: turned away after `link.connect`, the robot drives on": turned_away(
@@ -495,7 +495,7 @@ FAULTS: dict[str, Scenario] = {
 def faults(count: int) -> None:
     """Print the times of all faults."""
     print(f"Faults at random moments, {count} times each, runs in lockstep of {STEPS} steps; ms, median and largest\n")
-    print("| fault | until the robot stands | until it goes on, or somebody knows |\n|---|---|---|")
+    print("| fault | until the robot stops | until it goes on, or somebody knows |\n|---|---|---|")
     chance = random.Random(1)
     for name, scenario in FAULTS.items():
         figures = []

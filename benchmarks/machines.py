@@ -1,15 +1,16 @@
 """What the shipped machines can do: hundreds of mazes and corridors drawn by seed, and the contest mazes.
 
-    python benchmarks/machines.py draw FOLDER [--count N] [--first SEED]    draw the mazes and the corridors
-    python benchmarks/machines.py run FOLDER [SET ...] [--skip N] [--count N] [--workers N]
-                                                                            [--robot PROFILE] [--set KEY=VALUE ...]
+    python benchmarks/machines.py draw FOLDER [--count N] [--first SEED] [--size S]    draw the mazes and the corridors
+    python benchmarks/machines.py run FOLDER [SET ...] [--skip N] [--count N] [--workers N] [--machine NAME ...]
+                                                       [--robot PROFILE] [--set KEY=VALUE ...] [--cell METRES]
     python benchmarks/machines.py show FOLDER                               the tables of what has been run
 
 `draw` varies all that the generator offers by seed: cells, corridors' width, loops, islands, open spaces, dead ends,
-doors, skew, offset. A maze with a passage narrower than 0.6 m is drawn again. `run` is `maze-machine sweep` over the
-sets below; a set is a results file in the folder, and one that was interrupted goes on where it was. With `--skip` and
-`--count` only some mazes of a set are taken: the first ones are left out, or all after the first N. Laser noise,
-odometry drift and the referee are on; time limits are lifted to those of `SETS`.
+doors, skew, offset. A maze with a passage narrower than 0.6 m is drawn again. With `--size` all of them are as many
+times as large, for a robot of another size; `--cell` is the edge of a contest maze's cell. `run` is `maze-machine
+sweep` over the sets below; a set is a results file in the folder, and one that was interrupted goes on where it was.
+With `--skip` and `--count` only some mazes of a set are taken: the first ones are left out, or all after the first N.
+Laser noise, odometry drift and the referee are on; time limits are lifted to those of `SETS`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -25,25 +27,27 @@ from statistics import median, quantiles
 
 import numpy as np
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.campaign.jobs import Record, Setup, jobs_of
 from maze_machine.campaign.results import Results
 from maze_machine.campaign.workers import on_cores
+from maze_machine.simulated.choices import MazeWords
 from maze_machine.simulated.world import find_maze
 from sim.corridors import corridor, random_corridor
 from sim.formats import write_maze
 from sim.generate import Recipe, generate
 from sim.geometry import distances
 from sim.maze import Maze, MazeError
+from sim.scaled import scaled
 from sim.solvability import LARGEST, shortest_way
 
 DATA = Path(__file__).parents[1].parent / "shared" / "data" / "mazes"
 NARROWEST = 0.6
 """A maze has no passage narrower than this, m."""
 WIDE = 0.8
-"""From this width on a robot has to keep its distance to the walls, m."""
+"""From this width on a robot has to keep its distance to the walls, m, in a maze of PICO's size."""
 CRUISE = 0.5
 """The robot's speed, m/s."""
 SOLVERS = ("pledge", "pledge_smooth", "tremaux")
@@ -74,6 +78,7 @@ SETS = {
     "corridors": Set(CORRIDORS, "corridors"),
     "contest": Set(("pledge", "pledge_smooth"), (str(DATA / "micromouse"),), time_limit=36000.0),
     "contest_tremaux": Set(("tremaux",), (str(DATA / "micromouse"),), time_limit=36000.0),
+    "dynamic": Set(SOLVERS, ("dynamic",), seeds=10),
     "challenge": Set(SOLVERS, ("final_2015", str(DATA / "emc" / "heightmap_maze_legacy.pgm")), seeds=10),
     "right_hand": Set(("right_hand", "right_hand_loop"), "mazes", time_limit=600.0, count=100),
     "mouse": Set(("random_mouse",), "mazes", time_limit=600.0, count=30),
@@ -105,7 +110,7 @@ def random_maze(seed: int) -> Maze:
     while True:
         try:
             maze = generate(recipe_of(generator), seed)
-        except MazeError:  # too many islands, doors or open spaces for so few cells
+        except MazeError:  # too many islands, doors or open spaces for that few cells
             continue
         if narrowest(maze) >= NARROWEST:
             return replace(maze, time_limit=math.inf)
@@ -117,7 +122,7 @@ def narrowest(maze: Maze) -> float:
     return float(away[away > 1e-3].min())
 
 
-def draw(folder: Path, count: int, first: int) -> None:
+def draw(folder: Path, count: int, first: int, size: float) -> None:
     """Write the mazes and the corridors of the seeds, and beside them how narrow and how long each is."""
     known = {}
     for kind in ("mazes", "corridors"):
@@ -131,8 +136,9 @@ def draw(folder: Path, count: int, first: int) -> None:
                 maze = corridor(wanted, f"corridor {seed}")
                 width = min(wanted.width, wanted.opening)
             file = folder / kind / f"{seed:04}.maze"
-            write_maze(maze, file)
-            known[str(file)] = {"narrowest": round(width, 3), "way": shortest_way(maze)}
+            way = shortest_way(maze)
+            write_maze(maze if size == 1 else scaled(maze, size), file)
+            known[str(file)] = {"narrowest": round(size * width, 3), "way": size * way, "wide": size * WIDE}
     (folder / "known.json").write_text(json.dumps(known, indent=1))
 
 
@@ -143,11 +149,22 @@ def run(
     count: int | None,
     workers: int,
     *,
-    robot: str,
-    settings: Sequence[str],
+    setup: Setup,
+    machines: Sequence[str],
 ) -> None:
-    """Do what is still to be done of some sets, with a robot whose profile some settings override."""
-    variant = "" if robot == "pico" and not settings else "@" + ",".join([robot, *settings])
+    """Do what is still to be done of some sets, with a robot whose profile some settings override.
+
+    Args:
+        folder: of the mazes and the results.
+        names: of the sets.
+        skip: how many mazes are left out.
+        count: how many mazes there are with those left out; None for all.
+        workers: how many runs at a time.
+        setup: the robot, its settings and the size of a cell.
+        machines: those of each set to be run; empty for all.
+    """
+    plain = setup.robot == "pico" and not setup.settings
+    variant = "" if plain else "@" + ",".join([setup.robot, *setup.settings])
     for name in names:
         chosen = SETS[name]
         if isinstance(chosen.mazes, str):
@@ -155,12 +172,14 @@ def run(
             mazes: Sequence[str] = [str(file) for file in sorted((folder / chosen.mazes).iterdir())[skip:least]]
         else:
             mazes = chosen.mazes
-        setup = Setup(robot, tuple(settings), time_limit=chosen.time_limit)
-        results = Results(folder / f"{name}{variant}.jsonl", setup, jobs_of(chosen.machines, mazes, chosen.seeds))
+        limited = replace(setup, time_limit=chosen.time_limit)
+        driven = [one for one in chosen.machines if not machines or one in machines]
+        file = folder / f"{'-'.join([name, *machines])}{variant}.jsonl"
+        results = Results(file, limited, jobs_of(driven, mazes, chosen.seeds))
         # Maze by maze, so that what there is after an interruption can be compared.
         todo = sorted(results.open_jobs, key=lambda job: (job.maze, job.seed))
         print(f"{name}: {len(todo)} runs", flush=True)
-        with on_cores(setup, todo, workers) as done:
+        with on_cores(limited, todo, workers) as done:
             for record in done:
                 results.add(record)
                 if not record["solved"] and name not in {"right_hand", "mouse"}:
@@ -169,7 +188,7 @@ def run(
 
 
 def known(folder: Path) -> dict[str, dict[str, float]]:
-    """What is known of the mazes drawn: `narrowest` and `way`, m."""
+    """What is known of the mazes drawn: `narrowest`, `way` and from which width on one is `wide`, m."""
     file = folder / "known.json"
     return json.loads(file.read_text()) if file.exists() else {}
 
@@ -183,7 +202,7 @@ def show(folder: Path) -> None:
     """Print all tables as Markdown."""
     sizes = known(folder)
     for name in SETS:
-        for file in [*folder.glob(f"{name}.jsonl"), *sorted(folder.glob(f"{name}@*.jsonl"))]:
+        for file in sorted(one for one in folder.glob(f"{name}*.jsonl") if re.split("[@.-]", one.name)[0] == name):
             show_set(name, file, sizes)
 
 
@@ -195,7 +214,7 @@ def show_set(name: str, file: Path, sizes: dict[str, dict[str, float]]) -> None:
     if refused:
         print(f"No way out: {', '.join(refused)}.\n")
     table(name, [one for one in records if "refused" not in one], sizes)
-    if name in {"contest", "mazes"}:
+    if name in {"contest", "mazes"} and {"pledge", "pledge_smooth"} <= {one["machine"] for one in records}:
         faster([one for one in records if one["solved"]])
     if name == "right_hand":
         right_hand_and_theory(records)
@@ -204,17 +223,18 @@ def show_set(name: str, file: Path, sizes: dict[str, dict[str, float]]) -> None:
 def table(name: str, records: Sequence[Record], sizes: dict[str, dict[str, float]]) -> None:
     """One line a machine."""
     corridors = name == "corridors"
-    wide = [f"clearance from {WIDE} m on"]
+    wide = [f"clearance from {next((one['wide'] for one in sizes.values()), WIDE):g} m on"]
     heads = ["machine", "runs", "out", "touched", "clearance", *wide, "median time", "90%"]
     heads += ["time / (path / 0.5 m/s)", "time / (shortest way / 0.5 m/s)"] if corridors else []
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     for machine in dict.fromkeys(one["machine"] for one in records):
         runs = [one for one in records if one["machine"] == machine]
         out = [one for one in runs if one["solved"]]
-        roomy = [one for one in runs if sizes.get(one["maze"], {}).get("narrowest", math.inf) >= WIDE]
+        drawn = [(one, sizes.get(one["maze"], {"narrowest": math.inf, "wide": WIDE})) for one in runs]
+        roomy = [one for one, size in drawn if size["narrowest"] >= size["wide"]]
         cells = [f"`{machine}`", len(runs), len(out), sum(bool(one.get("contacts")) for one in runs)]
         cells += [f"{least(runs):.3f} m", f"{least(roomy):.3f} m"]
-        times = [one["time"] for one in out]
+        times = [one["time"] for one in out] or [math.nan]
         cells += [f"{median(times):.1f} s", f"{quantiles(times, n=10, method='inclusive')[-1]:.1f} s"]
         if corridors:
             cells.append(f"{median(one['time'] * CRUISE / one['path_length'] for one in out):.2f}")
@@ -276,15 +296,18 @@ def main() -> None:
     parser.add_argument("sets", nargs="*", default=list(SETS), metavar="SET", help=", ".join(SETS))
     parser.add_argument("--count", type=int, help="only the first N")
     parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--skip", type=int, default=0, help="leave out so many of the first mazes")
+    parser.add_argument("--skip", type=int, default=0, help="leave out this many of the first mazes")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--size", type=float, default=1.0, help="the drawn mazes' size as a multiple of PICO's")
+    parser.add_argument("--cell", type=float, default=1.0, help="the edge of a contest maze's cell, m")
+    parser.add_argument("--machine", action="append", default=[], help="one of the sets' machines; may be repeated")
     parser.add_argument("--robot", default="pico", help="the robot's profile")
     parser.add_argument(
         "--set", action="append", default=[], help="a setting of the profile, such as robot.base=differential"
     )
     arguments = parser.parse_args()
     if arguments.do == "draw":
-        draw(arguments.folder, arguments.count or 500, arguments.first)
+        draw(arguments.folder, arguments.count or 500, arguments.first, arguments.size)
     elif arguments.do == "run":
         run(
             arguments.folder,
@@ -292,8 +315,8 @@ def main() -> None:
             arguments.skip,
             arguments.count,
             arguments.workers,
-            robot=arguments.robot,
-            settings=arguments.set,
+            setup=Setup(arguments.robot, tuple(arguments.set), maze=MazeWords(metres_a_cell=arguments.cell)),
+            machines=arguments.machine,
         )
     else:
         show(arguments.folder)

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-# Before the folder of the benchmarks, where this script bears the name of a package.
+# Before the folder of the benchmarks, where this script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from hsm.dsl import load_model
@@ -74,13 +74,13 @@ def timed(function: Callable[[], Any]) -> tuple[Any, float]:
 
 
 def fresh(facts: Facts, name: str) -> Any:
-    """A fact worked out anew."""
+    """A fact computed again."""
     facts.__dict__.pop(name, None)
     return getattr(facts, name)
 
 
 def whole_junction(facts: Facts) -> Junction:
-    """The junction with all its parts, worked out anew."""
+    """The junction with all its parts, computed again."""
     found = fresh(facts, "junction")
     for part in ("kind", "end", "left_wall", "right_wall", "d2", "d3"):
         getattr(found, part)

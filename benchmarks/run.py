@@ -20,12 +20,12 @@ from time import process_time
 from rich.console import Console
 from rich.table import Table
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.catalogue.profile import load_profile
-from maze_machine.drive.loop import Phases, Tick
 from maze_machine.drive.mission import Ending, drive, prepare
+from maze_machine.drive.tick import Phases, Tick
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.world import LockstepRobot
 

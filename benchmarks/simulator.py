@@ -4,7 +4,7 @@
     python benchmarks/simulator.py --quick                a tenth of the repetitions, a minute instead of the hour
     python benchmarks/simulator.py --irsim PYTHON         the interpreter of an environment where ir-sim is installed
 
-Scenes are mazes drawn by seed whose walls are halved until there are so many segments. Times are processor time of one
+Scenes are mazes drawn by seed; their walls are halved until there are this many segments. Times are those of one
 thread, medians over rounds in which the methods of a table take turns; ir-sim runs in a process of its own and takes
 its turn there. Without ir-sim its rows are left out.
 """
@@ -49,7 +49,7 @@ ABOUT = Twist(0.04, 0.0, 0.5)
 
 
 def scene(segments: int) -> Maze:
-    """A maze of exactly so many wall segments, the robot at its start with nothing near."""
+    """A maze of exactly this many wall segments, the robot at its start with nothing near."""
     maze = generate(replace_rows(SCENES[segments], segments), 1)
     walls = [tuple(wall) for wall in maze.walls.tolist()]
     while len(walls) < segments:
@@ -184,7 +184,7 @@ class IrSim:
         self.ticks(1)
 
     def ticks(self, count: int) -> float:
-        """Seconds of its processor time for so many ticks."""
+        """Seconds of its processor time for this many ticks."""
         assert self._worker.stdin is not None
         assert self._worker.stdout is not None
         self._worker.stdin.write(f"{count}\n")
@@ -254,7 +254,7 @@ def _resident() -> float:
 
 
 def start_up() -> None:
-    """Time from nothing to the first scan in a new process, with machine code kept, compiled anew, and without."""
+    """Time from nothing to the first scan in a new process, with machine code kept, compiled again, and without."""
     if compiled() is None:
         return
     print("\nA new process until its first scan, s")
@@ -269,7 +269,7 @@ def start_up() -> None:
     with tempfile.TemporaryDirectory() as empty:
         for name, kernel, cache in (
             ("plain numpy", "numpy", None),
-            ("numba, compiled anew", "numba", empty),
+            ("numba, compiled again", "numba", empty),
             ("numba, machine code kept", "numba", empty),
         ):
             environment = dict(os.environ, PYTHONPATH=str(ROOT))

@@ -5,7 +5,7 @@ Run as ``python -P benchmarks/trust.py PART``, where PART is one of
     proofs [MACHINE ...]       each shipped machine: properties by verdict, method, time, memory, locations
     tests [MACHINE ...]        each shipped machine: coverage's share of a step, generated tests, mutants
     planted                    twenty mistakes in ten machines that are no robots in mazes
-    cross-check FROM TO RUNS   random machines, drawn from these seeds: what was proved against so many random runs each
+    cross-check FROM TO RUNS   random machines, drawn from these seeds: what was proved against as many random runs
 
 Times are of the processor.
 """
@@ -19,7 +19,7 @@ from collections import Counter
 from pathlib import Path
 from time import process_time
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from hsm.dsl import load_model

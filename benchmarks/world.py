@@ -45,12 +45,12 @@ from time import process_time
 
 import numpy as np
 
-# Before the folder of the benchmarks, where a script bears the name of a package.
+# Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from maze_machine.catalogue.profile import load_profile
-from maze_machine.drive.loop import Tick
 from maze_machine.drive.mission import drive, prepare
+from maze_machine.drive.tick import Tick
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from perception import Perception
 from perception.mapping import Mapper, MappingSettings, cloud_of

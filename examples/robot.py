@@ -1,4 +1,4 @@
-"""A robot of one's own: a point in a corridor, in lockstep, that speaks the session protocol by itself.
+"""A robot of your own: a point in a corridor, in lockstep, that speaks the session protocol by itself.
 
     python examples/robot.py tcp/127.0.0.1:7447 &
     maze-machine run right_hand --connect tcp/127.0.0.1:7447
@@ -37,7 +37,7 @@ def ray(angle: float) -> float:
 
 
 def show(twist: tuple[float, float, float]) -> None:
-    """Publish what is sensed now; each message bears the same tag, sealed with the CRC-32 of both."""
+    """Publish what is sensed now; each message has the same tag, sealed with the CRC-32 of both."""
     nanoseconds = round(lease["sequence"] * PERIOD * 1e9)
     time = divmod(nanoseconds, 10**9)
     pose = place[0], place[1], 0.0, 0.0, 0.0, math.sin(place[2] / 2), math.cos(place[2] / 2)
@@ -88,7 +88,7 @@ def obey(payload: bytes, attachment: bytes) -> None:
 
 
 def main(endpoint: str) -> None:
-    """Listen, and work off what comes, one after the other."""
+    """Listen, and process what comes, one after the other."""
     config, inbox = zenoh.Config(), queue.SimpleQueue()
     config.insert_json5("mode", '"peer"')
     config.insert_json5("listen/endpoints", json.dumps([endpoint]))
@@ -101,7 +101,7 @@ def main(endpoint: str) -> None:
             item = inbox.get()
             if isinstance(item, zenoh.Query):
                 text, _, _ = item.payload.to_bytes().rpartition(b"\n")
-                # Fields of one's own, as `maker`, are ignored by who does not know them.
+                # A program ignores fields that it does not know, such as `maker`.
                 reply = json.dumps({"protocol": 2, "maker": "me"} | answer(text)).encode()
                 item.reply(item.key_expr, b"%s\n%08x" % (reply, zlib.crc32(reply)))
                 item.drop()

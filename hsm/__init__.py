@@ -9,22 +9,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from hsm.engine.explanation import Considered, Verdict
-from hsm.engine.machine import Machine, build
-from hsm.engine.macrostep import Macrostep, Microstep
-from hsm.engine.run import Supervisor
-from hsm.engine.snapshots import SnapshotError
-from hsm.engine.transition import Inputs, transition
 from hsm.model.chart import Model
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
 from hsm.model.faults import MachineFault, Spin
+from hsm.model.messages import Occurrence
 from hsm.model.registry import Activity, E, F, Library, Outcome, RegistryError, Stoppable
 from hsm.model.types import UNITS, Angle, Duration, Length, Speed, TurnRate, Unit
 
 if TYPE_CHECKING:
+    from hsm.engine.explanation import Considered, Verdict
+    from hsm.engine.machine import Machine, build
+    from hsm.engine.macrostep import Macrostep, Microstep
+    from hsm.engine.run import Supervisor
+    from hsm.engine.snapshots import SnapshotError
+    from hsm.engine.transition import Inputs, transition
     from hsm.interchange import scxml
     from hsm.interchange.backend import TransitionsMachine
 
@@ -44,6 +44,7 @@ __all__ = [
     "Macrostep",
     "Microstep",
     "Model",
+    "Occurrence",
     "Outcome",
     "Place",
     "RegistryError",
@@ -65,11 +66,26 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> ModuleType:
-    """Charts in SCXML when they are asked for: the XML library takes as long to import as all else here."""
-    if name != "scxml":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return import_module("hsm.interchange.scxml")
+_ENGINE = {
+    "explanation": ("Considered", "Verdict"),
+    "machine": ("Machine", "build"),
+    "macrostep": ("Macrostep", "Microstep"),
+    "run": ("Supervisor",),
+    "snapshots": ("SnapshotError",),
+    "transition": ("Inputs", "transition"),
+}
+"""What comes from which module of the engine."""
+
+
+def __getattr__(name: str) -> Any:
+    """The engine, and charts in SCXML, when they are asked for: a check of a machine needs neither."""
+    if name == "scxml":
+        return import_module("hsm.interchange.scxml")
+    for module, names in _ENGINE.items():
+        if name in names:
+            found = globals()[name] = getattr(import_module(f"hsm.engine.{module}"), name)
+            return found
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
@@ -86,6 +102,7 @@ def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
         MachineError: the file cannot be read or describes no valid machine; all diagnostics are in it.
     """
     from hsm.dsl import load_model  # noqa: PLC0415 - the engine works without the language
+    from hsm.engine.machine import Machine  # noqa: PLC0415 - and the language without the engine
 
     return Machine(load_model(path, library))
 
@@ -94,9 +111,9 @@ def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F,
     """The machine that a text describes.
 
     Args:
-        text: what would stand in a ``.maze-machine`` file.
+        text: what would be in a ``.maze-machine`` file.
         library: what the machine may name.
-        file: the name that places in diagnostics bear; machines that it imports are looked for beside it.
+        file: the file name shown in diagnostics; machines that it imports are looked for beside it.
 
     Returns:
         The machine, ready to run.
@@ -105,6 +122,7 @@ def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F,
         MachineError: the text describes no valid machine; all diagnostics are in it.
     """
     from hsm.dsl import parse_model  # noqa: PLC0415 - the engine works without the language
+    from hsm.engine.machine import Machine  # noqa: PLC0415 - and the language without the engine
 
     return Machine(parse_model(text, library, file))
 

@@ -52,7 +52,13 @@ _SUBCOMMANDS = (
         "view",
         DRIVE,
         "view:view",
-        "Make a page of a recorded run: robot, laser, states and transitions, with play, pause and seek.",
+        "Show a run on a page: the plan, the machine, why it does what it does, variables and time.",
+    ),
+    Subcommand(
+        "plot",
+        DRIVE,
+        "plot:plot",
+        "Plot a recorded run: the path by state, speed, clearance, and the states of each region over time.",
     ),
     Subcommand(
         "watch",
@@ -66,8 +72,7 @@ _SUBCOMMANDS = (
         "profile",
         DRIVE,
         "profile:profile",
-        "Print a robot profile with every setting, its value and what it means, as a TOML file to "
-        "start one's own from.",
+        "Print a robot profile with every setting, its value and what it means, as a TOML file to start your own from.",
     ),
     Subcommand(
         "new",
@@ -80,7 +85,7 @@ _SUBCOMMANDS = (
         "check",
         WRITE,
         "check:check",
-        "Check machines and all that they import: errors, likely mistakes, and notes on overlaps and gaps.",
+        "Check machines and all that they import: errors, likely mistakes, nondeterminism and incompleteness.",
     ),
     Subcommand(
         "fmt",
@@ -108,11 +113,12 @@ _SUBCOMMANDS = (
         "list",
         WRITE,
         "list:listing",
-        "List what a machine may name, with types, units and a line of documentation; or the codes of findings.",
+        "List what a machine may name, with types, units and a line of documentation; or the codes of diagnostics.",
     ),
     Subcommand(
         "lsp", WRITE, "lsp:lsp", "Serve an editor over standard input and output, by the Language Server Protocol."
     ),
+    Subcommand("dap", WRITE, "dap:dap", "Let an editor debug a machine, by the Debug Adapter Protocol."),
     Subcommand(
         "trust",
         WRITE,
@@ -125,8 +131,8 @@ _SUBCOMMANDS = (
         "gate",
         LINK,
         "gate:gate",
-        "Stand between controllers and a ROS 2 driver: one controller at a time, limits, and a "
-        "stop when it falls silent.",
+        "Guard a ROS 2 driver: admit one controller at a time, limit its commands, and stop the base "
+        "when it falls silent.",
     ),
     Subcommand(
         "router", LINK, "router:router", "Pass messages on between robots and controllers that all dial this place."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 import sys
 from collections.abc import Iterator
@@ -38,7 +39,7 @@ STATUS_OF = {
     ("transport.endpoints", "EndpointError"): ExitStatus.USAGE,
     ("transport.robot", "LinkError"): ExitStatus.UNREACHABLE,
 }
-"""The errors of the other rooms that a user can act on, by module and name."""
+"""The errors of the other packages that a user can act on, by module and name."""
 
 
 class CommandError(Exception):
@@ -98,23 +99,27 @@ def reported() -> Iterator[None]:
             signal.signal(signal.SIGTERM, previous)
 
 
+_NO_MEMORY = re.compile("failed to map segment|[Cc]annot allocate memory")
+"""What the loader of libraries says where there is no memory left for one."""
+
+
 def explain(error: Exception) -> tuple[ExitStatus, str] | None:
     """The exit status and the message for an error that a user can act on; None for any other."""
     if isinstance(error, CommandError):
         return error.status, _readable(f"{error}; {error.way_out}" if error.way_out else str(error))
     for (module, name), status in STATUS_OF.items():
-        # An error's module has been imported by whoever raised it; nothing heavy is imported here.
+        # An error's module has been imported by the code that raised it; nothing heavy is imported here.
         loaded = sys.modules.get(module)
         if loaded is not None and isinstance(error, getattr(loaded, name)):
             return status, _underlined(error) if name == "MachineError" else _readable(str(error))
     if isinstance(error, BrokenPipeError):
-        return None  # whoever reads the output has seen enough, which the command line's library knows
+        return None  # the reader of the output has seen enough, which the command line's library knows
     if isinstance(error, OSError):
         if error.filename is not None:
             return ExitStatus.BAD_FILE, _readable(f"{error.filename}: {error.strerror}")
         if error.errno in _NO_ROOM:  # files that are written have names
             return ExitStatus.BAD_FILE, f"the output cannot be written: {error.strerror}"
-    if isinstance(error, MemoryError):
+    if isinstance(error, MemoryError) or (isinstance(error, ImportError) and _NO_MEMORY.search(str(error))):
         return ExitStatus.BAD_FILE, "there is not enough memory for this"
     return None
 
@@ -157,7 +162,7 @@ def _written_out() -> Iterator[None]:
 
 
 def _tell(message: str) -> None:
-    with suppress(OSError):  # nobody can be told on a full disk
+    with suppress(OSError):  # a full disk takes no message
         print(f"maze-machine: {message}", file=sys.stderr)
 
 

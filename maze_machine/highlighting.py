@@ -8,11 +8,11 @@ from pygments.lexer import RegexLexer, bygroups, words
 from pygments.token import Comment, Keyword, Name, Number, Operator, Punctuation, Text
 
 _NAME = r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*"
-_UNIT = r"(?:[ ]*(?!(?:and|or|if|within|before|for)\b)[A-Za-z]+(?:/[A-Za-z]{1,3}\b(?:\^\d+)?)?)?"
-_BLOCKS = ("state", "parallel", "final")
+_UNIT = r"(?:[ ]*(?!(?:and|or|if|else|within|before|for)\b)[A-Za-z]+(?:/[A-Za-z]{1,3}\b(?:\^\d+)?)?)?"
+_BLOCKS = ("state", "member", "parallel", "final")
 _STATEMENTS = (
     *("machine", "import", "param", "var", "event", "define", "enum", "initial"),
-    *("do", "entry", "exit", "on", "when", "after", "every", "else", "defer", "stay", "property"),
+    *("do", "entry", "exit", "on", "when", "after", "every", "else", "defer", "expose", "stay", "property"),
 )
 _TEST_STATEMENTS = ("test", "scenario", "given", "when", "after", "expect", "every", "requirement", "covers")
 _WORDS = (
@@ -20,7 +20,10 @@ _WORDS = (
     "or",
     "not",
     "if",
+    "else",
     "raise",
+    "cancel",
+    "send",
     "never",
     "always",
     "eventually",
@@ -29,6 +32,9 @@ _WORDS = (
     "for",
     "reports",
     "doing",
+    "called",
+    "raised",
+    "sent",
 )
 
 

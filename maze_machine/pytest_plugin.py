@@ -6,7 +6,7 @@ It collects ``.maze-test`` files; a file named after its machine also checks the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from shutil import rmtree
 from typing import TYPE_CHECKING, Any
@@ -319,12 +319,16 @@ def drive_machine(
 
 @pytest.fixture
 def run_in_maze(pytestconfig: pytest.Config) -> Iterator[Callable[..., Ending]]:
-    """Runs a machine in the simulator: ``run_in_maze("pledge", "corridor", seed=3)`` gives an ``Ending``."""
+    """Runs a machine in the simulator: ``run_in_maze("pledge", "corridor", seed=3)`` gives an ``Ending``.
+
+    ``start``, ``exits`` and ``goal`` are written as the options of `maze-machine run`.
+    """
     _require_packages(simulator=True)
     from dataclasses import replace
 
     from maze_machine.catalogue.profile import load_profile
     from maze_machine.drive.mission import drive, prepare
+    from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import SimulatedWorld, find_maze
     from transport.world import LockstepRobot
 
@@ -338,11 +342,15 @@ def run_in_maze(pytestconfig: pytest.Config) -> Iterator[Callable[..., Ending]]:
         time_limit: float | None = None,
         parameters: Mapping[str, str] | None = None,
         robot: str = "pico",
+        start: str | None = None,
+        exits: Sequence[str] = (),
+        goal: str | None = None,
     ) -> Ending:
         profile = load_profile(robot, ())
+        choices = MazeWords(start, tuple(exits), goal).choices()
         mission = prepare(str(machine), profile, (parameters or {}).items(), time_limit)
         mission = replace(mission, machine=_recorded(mission.machine.model, runs))
-        driven = LockstepRobot(SimulatedWorld(find_maze(str(maze), robot=profile.robot), profile.robot, seed))
+        driven = LockstepRobot(SimulatedWorld(find_maze(str(maze), choices, robot=profile.robot), profile.robot, seed))
         return drive(mission, driven, driven)
 
     yield run

@@ -1,4 +1,4 @@
-"""The compass: how the robot must turn to stand along the walls."""
+"""The compass: how the robot must turn to face along the walls."""
 
 from __future__ import annotations
 

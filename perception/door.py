@@ -18,7 +18,7 @@ from perception.extremes import lowest
 from perception.lines import Line, Lines
 from perception.settings import DoorSettings
 from perception.sweep import Floats, ScanPoints
-from transport.arithmetic import distance_between, norm
+from transport.arithmetic import atan2, cos, cos_sin, distance_between, norm, sin
 from transport.description import Point, RobotDescription
 
 RIGHT = math.pi / 2
@@ -51,17 +51,17 @@ class Door:
     @property
     def bearing(self) -> float:
         """Direction of its middle, rad."""
-        return math.atan2(self.centre[1], self.centre[0])
+        return atan2(self.centre[1], self.centre[0])
 
     @property
     def facing(self) -> float:
         """The turn that makes the robot face it squarely, rad."""
-        return math.atan2(self.right[0] - self.left[0], self.left[1] - self.right[1])
+        return atan2(self.right[0] - self.left[0], self.left[1] - self.right[1])
 
     @property
     def distance(self) -> float:
         """Distance from the robot's origin to the line of the door, m."""
-        return self.centre[0] * math.cos(self.facing) + self.centre[1] * math.sin(self.facing)
+        return self.centre[0] * cos(self.facing) + self.centre[1] * sin(self.facing)
 
 
 def find_doors(lines: Lines, robot: RobotDescription, settings: DoorSettings) -> tuple[Door, ...]:
@@ -95,8 +95,8 @@ def _door(walls: Sequence[Line], robot: RobotDescription, settings: DoorSettings
 
 def _corner(first: Line, second: Line) -> Point:
     """Where the lines of two walls that are not parallel cross."""
-    cosine, sine = math.cos(first.alpha), math.sin(first.alpha)
-    other_cosine, other_sine = math.cos(second.alpha), math.sin(second.alpha)
+    cosine, sine = cos_sin(first.alpha)
+    other_cosine, other_sine = cos_sin(second.alpha)
     determinant = cosine * other_sine - sine * other_cosine
     return (
         (first.p * other_sine - second.p * sine) / determinant,
@@ -134,8 +134,8 @@ def open_share(sweep: ScanPoints, right: Point, left: Point, settings: DoorSetti
         settings: which part of the door to look at, and how far beyond it a beam must go.
     """
     mount = sweep.fan.mount
-    facing = math.atan2(right[0] - left[0], left[1] - right[1])
-    cosine, sine = math.cos(facing), math.sin(facing)
+    facing = atan2(right[0] - left[0], left[1] - right[1])
+    cosine, sine = cos_sin(facing)
     distance = (right[0] - mount.x) * cosine + (right[1] - mount.y) * sine
     if distance <= 0:
         return 0.0
@@ -154,7 +154,7 @@ def open_share(sweep: ScanPoints, right: Point, left: Point, settings: DoorSetti
 
 
 def passage_of(aligned: Floats, half_width: float, behind: float = 0.0) -> float:
-    """How far a lane straight ahead is free, m from the robot's origin; infinity where nothing stands in it.
+    """How far a lane straight ahead is free, m from the robot's origin; infinity where nothing is in it.
 
     Args:
         aligned: hits in the robot's place, turned so that the lane runs along x, m, shape (n, 2).

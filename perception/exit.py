@@ -1,8 +1,8 @@
 """Whether the robot has left the maze: its lane's walls have ended behind it, and nothing is ahead in that lane.
 
-The lane is the strip between what stands beside the robot, along the walls. As long as it has walls, their end is
+The lane is the strip between what is beside the robot, along the walls. As long as it has walls, their end is
 measured; once nothing is seen in it any more, the end moves back as the robot moves on. The robot is outside when its
-rearmost corner has passed the end and the lane is empty as far as the sensor sees. Other parts of the maze may stand
+rearmost corner has passed the end and the lane is empty as far as the sensor sees. Other parts of the maze may be
 beside the lane; a scan that failed does not end the walls. A hall deeper than the sensor's range, entered by a gate,
 looks the same as the outside; so a sensor that does not see as far as the largest open space is long must first have
 been carried on by the rest of that length, with nothing in the lane all the way.
@@ -18,10 +18,11 @@ import numpy as np
 from perception.extremes import highest
 from perception.settings import ExitSettings
 from perception.sweep import Floats, Mask, ScanPoints
+from transport.arithmetic import cos_sin
 from transport.description import Point
 
 STRAY = 2
-"""So many hits in the lane may be bad readings."""
+"""This many hits in the lane may be bad readings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +80,7 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
     moved_on = Lane(before.left, before.right, before.end - body.moved)
     if sweep.known_share < settings.known_share or not len(sweep.ranges):
         return moved_on
-    cosine, sine = math.cos(misalignment), math.sin(misalignment)
+    cosine, sine = cos_sin(misalignment)
     points = sweep.points
     x = points[:, 0] * cosine + points[:, 1] * sine
     y = points[:, 1] * cosine - points[:, 0] * sine
@@ -92,7 +93,7 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
     if len(stands) > STRAY:
         if not found or _last(stands, math.inf) > settings.beside:
             return found or replace(moved_on, end=_last(stands, math.inf))
-        # The walls end beside the robot: what stands farther to the sides is no wall of this lane.
+        # The walls end beside the robot: what is farther to the sides is no wall of this lane.
         narrowed = Lane(min(found.left, before.left), min(found.right, before.right))
         return replace(narrowed, end=_last(x[_within(y, narrowed, settings)], moved_on.end))
     if found and found.end > settings.beside:
@@ -102,7 +103,7 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
 
 
 def _measured(x: Floats, y: Floats, body: RobotInLane, settings: ExitSettings) -> Lane | None:
-    """The lane by what stands beside the robot on both sides; None where nothing does, or a wall is just ahead."""
+    """The lane by what is beside the robot on both sides; None where nothing does, or a wall is just ahead."""
     close = (np.abs(x) <= settings.beside).nonzero()[0]
     close_y = y[close]
     if np.count_nonzero((x[close] > 0.0) & (np.abs(close_y) < body.half_width)) > STRAY:
@@ -116,7 +117,7 @@ def _measured(x: Floats, y: Floats, body: RobotInLane, settings: ExitSettings) -
 
 
 def _lowest_from(values: Floats, bound: float) -> float:
-    """The lowest of sorted values from a bound on but for stray readings; infinity where there are only such."""
+    """The lowest of sorted values from a bound on without stray readings; infinity where there are only such."""
     index = int(values.searchsorted(bound)) + STRAY
     return values.item(index) if index < len(values) else math.inf
 
@@ -128,7 +129,7 @@ def _within(y: Floats, lane: Lane, settings: ExitSettings) -> Mask:
 
 
 def _last(ahead: Floats, otherwise: float) -> float:
-    """The farthest place but for stray readings; ``otherwise`` where there are no more than such."""
+    """The farthest place except for stray readings; ``otherwise`` where there are no more than such."""
     return highest(ahead, otherwise, passed_over=STRAY)
 
 
@@ -140,12 +141,12 @@ def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) 
         misalignment: direction of the walls seen from the robot, rad.
         moved: how far it has moved along the lane, m.
     """
-    cosine, sine = math.cos(misalignment), math.sin(misalignment)
+    cosine, sine = cos_sin(misalignment)
     rear = min([x * cosine + y * sine for x, y in footprint])
     across = [y * cosine - x * sine for x, y in footprint]
     return RobotInLane(rear, max(min(max(across), -min(across)), 0.0), moved)
 
 
 def quantised(angle: float) -> float:
-    """To the nearest degree, so that a sector's beams are looked up, not sought anew for every scan."""
+    """To the nearest degree, so that a sector's beams are looked up, not sought again for every scan."""
     return math.radians(round(math.degrees(angle)))

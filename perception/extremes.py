@@ -22,7 +22,7 @@ def lowest(values: Floats, otherwise: float = math.inf) -> float:
 
 
 def highest(values: Floats, otherwise: float = -math.inf, *, passed_over: int = 0) -> float:
-    """The highest value but for some higher ones.
+    """The maximum after discarding the k highest values.
 
     Args:
         values: shape (n,), without NaN.

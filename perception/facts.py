@@ -1,4 +1,4 @@
-"""One tick's observation with everything that perception can say of it, worked out when asked for and only once."""
+"""One tick's observation with everything that perception can say of it, computed when asked for and only once."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from perception.space import Space, look, space_of
 from perception.sweep import Floats, ScanPoints
 from perception.walls import Centre, Wall, centre_of, clearance_of, nearest_wall, without_own_body
 from perception.world import WorldModel, to_robot
-from transport.arithmetic import norm
+from transport.arithmetic import cos_sin, norm
 from transport.description import RobotDescription, fitted
 from transport.messages import Observation, Pose
 
@@ -189,7 +189,7 @@ class Facts:
 
     @cached_property
     def door_open_share(self) -> float:
-        """How far the door tried last stands open, 0 to 1: the share of the beams to it that go through."""
+        """How far the door tried last is open, 0 to 1: the share of the beams to it that go through."""
         door = self.rung_door
         return open_share(self.sweep, door.right, door.left, self.settings.door) if door else 0.0
 
@@ -206,7 +206,7 @@ class Facts:
 
 def turned(points: Floats, angle: float) -> Floats:
     """Points turned about the origin, counter-clockwise by ``angle`` in rad."""
-    cosine, sine = math.cos(angle), math.sin(angle)
+    cosine, sine = cos_sin(angle)
     x, y = points[:, 0], points[:, 1]
     rotated: Floats = np.empty_like(points)
     rotated[:, 0], rotated[:, 1] = cosine * x - sine * y, sine * x + cosine * y

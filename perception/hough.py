@@ -21,12 +21,12 @@ from perception.compass import UNKNOWN, Compass
 from perception.extremes import highest
 from perception.settings import HoughSettings
 from perception.sweep import Floats, Indices
-from transport.arithmetic import cosines, sines
+from transport.arithmetic import cosines_and_sines
 
 Votes = NDArray[np.int32]
 
 BLOCK = 20
-"""So many alphas are voted for at a time: what that needs stays in the processor's cache."""
+"""This many alphas are voted for at a time: what that needs stays in the processor's cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,8 @@ class _Grid:
 def _grid(area: float, step: float, cell: float) -> _Grid:
     alphas: Floats = np.arange(max(round(math.pi / step), 1), dtype=np.float64) * step
     half = math.ceil(area * math.sqrt(2) / cell)
-    transform = np.stack((cosines(alphas) / cell, sines(alphas) / cell, np.full(len(alphas), half + 0.5)), axis=1)
+    cos, sin = cosines_and_sines(alphas)
+    transform = np.stack((cos / cell, sin / cell, np.full(len(alphas), half + 0.5)), axis=1)
     ps: Floats = (np.arange(2.0 * half + 1) - half) * cell
     every_third = np.minimum(np.arange(1, len(alphas) + 1, 3), len(alphas) - 1)
     return _Grid(step, cell, every_third, alphas, ps, transform.astype(np.float32))

@@ -53,7 +53,7 @@ _KINDS = {
 
 @dataclass(frozen=True, eq=False)
 class Junction:
-    """All that is known of the junction that the robot is in or about to enter, worked out when asked for.
+    """All that is known of the junction that the robot is in or about to enter, computed when asked for.
 
     Attributes:
         surroundings: where the beams end, and the walls.

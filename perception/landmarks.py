@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from perception.lines import Lines
 from perception.settings import LandmarkSettings
-from transport.arithmetic import distance_between
+from transport.arithmetic import atan2, cos_sin, distance_between, halfway
 from transport.description import Point
 from transport.messages import Pose
 
@@ -41,13 +41,14 @@ class Landmark:
 
     def seen_from(self, pose: Pose) -> Landmark:
         """The same landmark, given in the robot's frame, in the frame in which the robot is at ``pose``."""
-        cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+        cosine, sine = cos_sin(pose.heading)
 
         def move(point: Point) -> Point:
             return (pose.x + point[0] * cosine - point[1] * sine, pose.y + point[0] * sine + point[1] * cosine)
 
         alpha = self.alpha + pose.heading
-        p = self.p + pose.x * math.cos(alpha) + pose.y * math.sin(alpha)
+        across, along = cos_sin(alpha)
+        p = self.p + pose.x * across + pose.y * along
         if p < 0:
             alpha, p = alpha + math.pi, -p
         return Landmark(move(self.start), move(self.end), math.remainder(alpha, math.tau), p, self.hits)
@@ -56,7 +57,7 @@ class Landmark:
 def find_landmarks(lines: Lines, settings: LandmarkSettings) -> tuple[Landmark, ...]:
     """The walls in a scan, in the robot's frame, in the order of the beams.
 
-    Pieces on one line are one wall as long as the gap between them is short, be it because something stands before it
+    Pieces on one line are one wall as long as the gap between them is short, be it because something is before it
     or because of readings that failed. (In 2015 fifty missing beams of a thousand ended a wall, so that openings far
     away were passed over; a gap in metres does not depend on the distance.)
 
@@ -90,7 +91,7 @@ def _united(wall: Landmark, piece: Landmark) -> Landmark:
     """One wall of two pieces; each end weighs as its piece's hits."""
     ends = wall.start, wall.end, piece.start, piece.end
     weights = wall.hits, wall.hits, piece.hits, piece.hits
-    total = sum(weights)
+    total = math.fsum(weights)
     x, y = (
         math.fsum([weight * end[axis] for weight, end in zip(weights, ends, strict=True)]) / total for axis in (0, 1)
     )
@@ -98,13 +99,13 @@ def _united(wall: Landmark, piece: Landmark) -> Landmark:
     # The principal axis of the ends has the angle t with tan 2t = 2 Sxy / (Sxx - Syy); the normal is across it.
     sxy = math.fsum([weight * dx * dy for weight, dx, dy in weighted])
     difference = math.fsum([weight * (dx * dx - dy * dy) for weight, dx, dy in weighted])
-    along = math.atan2(2 * sxy, difference) / 2
-    normal = -math.sin(along), math.cos(along)
+    cosine, sine = halfway(difference, 2 * sxy)
+    normal = -sine, cosine
     p = normal[0] * x + normal[1] * y
     if p < 0:
         normal, p = (-normal[0], -normal[1]), -p
     start, end = (_onto(point, normal, p) for point in (wall.start, piece.end))
-    return Landmark(start, end, math.atan2(normal[1], normal[0]), p, wall.hits + piece.hits)
+    return Landmark(start, end, atan2(normal[1], normal[0]), p, wall.hits + piece.hits)
 
 
 def _onto(point: Point, normal: Point, p: float) -> Point:

@@ -19,7 +19,7 @@ import numpy as np
 
 from perception.settings import LineSettings
 from perception.sweep import Floats, ScanPoints
-from transport.arithmetic import distance_between, norm
+from transport.arithmetic import atan2, distance_between, halfway, norm, square
 from transport.description import Point
 
 
@@ -49,7 +49,7 @@ class Line(NamedTuple):
     @property
     def direction(self) -> float:
         """Direction from start to end, rad within [-pi, pi]."""
-        return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
+        return atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
 
     @property
     def nearest(self) -> Point:
@@ -120,7 +120,7 @@ def _runs(sweep: ScanPoints, settings: LineSettings) -> list[tuple[int, int]]:
     columns, beams, ranges = sweep.points.T, sweep.beams, sweep.distances
     steps = columns[:, 1:] - columns[:, :-1]
     steps *= steps
-    apart = np.minimum(ranges[1:], ranges[:-1]) ** 2 * (sweep.fan.step / settings.nearest) + settings.jump
+    apart = square(np.minimum(ranges[1:], ranges[:-1])) * (sweep.fan.step / settings.nearest) + settings.jump
     cut = steps[0] + steps[1] > apart * apart
     if len(beams) < len(sweep.ranges):
         cut |= beams[1:] - beams[:-1] > settings.max_missing + 1
@@ -239,8 +239,7 @@ def _excess(piece: _Piece, other: _Piece) -> float:
 def _fitted(points: Floats, piece: _Piece) -> Line:
     """Weighted total least squares: the normal is the eigenvector of the scatter's smaller eigenvalue."""
     cxx, cxy, cyy = piece.scatter()
-    angle = math.atan2(-2 * cxy, cyy - cxx) / 2
-    cosine, sine = math.cos(angle), math.sin(angle)
+    cosine, sine = halfway(cyy - cxx, -2 * cxy)
     p = (piece.wx * cosine + piece.wy * sine) / piece.w
     if p < 0:
         cosine, sine, p = -cosine, -sine, -p
@@ -249,7 +248,7 @@ def _fitted(points: Floats, piece: _Piece) -> Line:
     away = max(p, 0.02)
     start, end = _onto(points, piece.first, cosine, sine, p), _onto(points, piece.last, cosine, sine, p)
     return Line(
-        alpha=math.atan2(sine, cosine),
+        alpha=atan2(sine, cosine),
         p=p,
         start=start,
         end=end,

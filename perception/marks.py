@@ -107,7 +107,7 @@ class Marks:
             self.here.marks[self._quarter(direction)] += 1
 
     def count(self, direction: Direction) -> int:
-        """How many marks a way of the junction bears where the robot is, as seen when it arrived."""
+        """How many marks a way of the junction has where the robot is, as seen when it arrived."""
         return self.here.marks[self._quarter(direction)] if self.here is not None else 0
 
     def _quarter(self, direction: Direction) -> int:

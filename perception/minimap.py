@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from perception.settings import MinimapSettings
 from perception.sweep import Floats, Indices, Mask, ScanPoints
-from transport.arithmetic import norms
+from transport.arithmetic import atan2, cos_sin, norms
 
 
 class Cell(IntEnum):
@@ -37,7 +37,7 @@ class Minimap:
 
     @property
     def binary(self) -> Mask:
-        """Where something stands, as the map of 2015 had it; unknown cells count as if nothing stood there."""
+        """Where something is, as the map of 2015 had it; unknown cells count as free."""
         occupied: Mask = self.cells == Cell.OCCUPIED
         return occupied
 
@@ -73,7 +73,7 @@ class Minimap:
         reach = self.centre * self.cell
         along = np.arange(0.0, reach, self.cell / 2)
         across = np.arange(-half_width, half_width + 1e-9, self.cell / 2)
-        cosine, sine = math.cos(direction), math.sin(direction)
+        cosine, sine = cos_sin(direction)
         x = np.rint((along[:, None] * cosine - across * sine) / self.cell).astype(np.intp) + self.centre
         y = np.rint((along[:, None] * sine + across * cosine) / self.cell).astype(np.intp) + self.centre
         last = len(self.cells) - 1
@@ -89,7 +89,7 @@ def _cells(half: int, cell: float, sensor: tuple[float, float], step: float) -> 
     """
     places = np.arange(-half, half + 1) * cell
     dx, dy = np.meshgrid(places - sensor[0], places - sensor[1], indexing="ij")
-    directions = np.array([math.atan2(y, x) for x, y in zip(dx.ravel().tolist(), dy.ravel().tolist(), strict=True)])
+    directions = np.array([atan2(y, x) for x, y in zip(dx.ravel().tolist(), dy.ravel().tolist(), strict=True)])
     return directions / step, norms(dx, dy).ravel() + cell / 2
 
 
@@ -111,7 +111,7 @@ def minimap_of(sweep: ScanPoints, aligned: Floats, misalignment: float, settings
     free = np.zeros(count * count, np.bool_)
     if len(sweep.ranges):
         mount = sweep.fan.mount
-        cosine, sine = math.cos(misalignment), math.sin(misalignment)
+        cosine, sine = cos_sin(misalignment)
         sensor = (mount.x * cosine + mount.y * sine, mount.y * cosine - mount.x * sine)
         directions, distances = _cells(half, settings.cell, sensor, sweep.fan.step)
         free = _shortest_of_three(sweep.ranges)[_beams(sweep, directions, misalignment)] > distances

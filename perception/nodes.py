@@ -11,11 +11,11 @@ from typing import NamedTuple
 from perception.lines import LinePieces
 from perception.settings import NodeSettings
 from perception.sweep import Floats, ScanPoints
-from transport.arithmetic import distance_between, norm
+from transport.arithmetic import atan2, distance_between, norm
 from transport.description import Point
 
 MOST = 250
-"""The neighbours of the right-angle test are at most so many hits away."""
+"""The neighbours of the right-angle test are at most this many hits away."""
 
 
 class NodeKind(StrEnum):
@@ -108,7 +108,7 @@ def _numbered(sweep: ScanPoints, found: Sequence[tuple[int, NodeKind, bool]]) ->
         before = (number - 1,) if connected and number else ()
         after = (number + 1,) if number + 1 < len(found) and found[number + 1][2] else ()
         beam = sweep.beams.item(index)
-        nodes.append(Node(number, kind, x, y, norm(x, y), math.atan2(y, x), beam, before + after))
+        nodes.append(Node(number, kind, x, y, norm(x, y), atan2(y, x), beam, before + after))
     return tuple(nodes)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from perception.compass import Compass
 from perception.settings import OdometrySettings
-from transport.arithmetic import norm
+from transport.arithmetic import cos_sin, norm
 from transport.messages import Pose, wrap_angle
 
 
@@ -34,13 +34,13 @@ class Displacement:
 def step_between(before: Pose, after: Pose) -> Displacement:
     """The movement from one pose to another."""
     dx, dy = after.x - before.x, after.y - before.y
-    cosine, sine = math.cos(before.heading), math.sin(before.heading)
+    cosine, sine = cos_sin(before.heading)
     return Displacement(dx * cosine + dy * sine, dy * cosine - dx * sine, wrap_angle(after.heading - before.heading))
 
 
 def moved(pose: Pose, step: Displacement) -> Pose:
     """The pose after a step; the heading is wrapped to [-pi, pi]."""
-    cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+    cosine, sine = cos_sin(pose.heading)
     return Pose(
         pose.x + step.forward * cosine - step.left * sine,
         pose.y + step.forward * sine + step.left * cosine,
@@ -57,7 +57,7 @@ def is_restart(step: Displacement, settings: OdometrySettings) -> bool:
 def corrected(heading: float, compass: Compass, world_angle: float, settings: OdometrySettings) -> float:
     """A heading moved towards what the compass says of it.
 
-    The walls run along multiples of the world angle, so the compass knows the heading but for such a multiple, which
+    The walls run along multiples of the world angle, so the compass knows the heading except for such a multiple, which
     the old heading settles.
 
     Args:

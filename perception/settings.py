@@ -32,18 +32,18 @@ class LineSettings(Settings):
     split: Positive = 0.03
     """A piece is split where a hit is farther than this from its chord, m: three times the noise."""
     merge: Positive = 0.001
-    """Neighbours are put together again if their hits deviate from one line by at most so much more than from two, m
+    """Neighbours are put together again if their hits deviate from one line by at most that much more than from two, m
     (root mean square)."""
     nearest: Length = 0.2
     """Walls are at least so far from the sensor, m: neighbouring hits too far apart for that belong to two walls."""
     jump: Positive = 0.05
-    """So much farther apart than that, m."""
+    """This much farther apart than that, m."""
     max_missing: Annotated[int, Field(ge=0)] = 3
-    """So many beams without a hit do not interrupt a wall."""
+    """This many beams without a hit do not interrupt a wall."""
     min_hits: Annotated[int, Field(ge=3)] = 5
-    """A wall has at least so many hits."""
+    """A wall has at least this many hits."""
     min_length: Length = 0.1
-    """A wall is at least so long, m."""
+    """A wall is at least this long, m."""
     max_residual: Positive = 0.03
     """Root mean square distance of a wall's hits from its line, at most, m."""
 
@@ -82,7 +82,7 @@ class LandmarkSettings(Settings):
     """Landmarks in the form of 2015."""
 
     min_hits: Count = 20
-    """A landmark has at least so many hits; 2015 asked for 100 of 1000."""
+    """A landmark has at least this many hits; 2015 asked for 100 of 1000."""
     max_gap: Length = 0.3
     """A longer gap ends a wall, m: less than what a robot fits through."""
     same_angle: Positive = math.radians(4)
@@ -123,16 +123,16 @@ class SpaceSettings(Settings):
     front: Length = 0.55
     """There is space ahead when nothing is nearer than this, m from the robot's origin."""
     bad_share: Share = 0.05
-    """Share of a beam's readings that may be bad: so many of the shortest are passed over."""
+    """Share of a beam's readings that may be bad: this many of the shortest are passed over."""
 
 
 class ExitSettings(Settings):
     """Whether the robot has left the maze."""
 
     range: Length = 10.0
-    """Nothing may stand in the robot's lane within this distance, m; more than the largest open space's length."""
+    """Nothing may be in the robot's lane within this distance, m; more than the largest open space's length."""
     beside: Length = 0.35
-    """What bounds the lane stands at most so far before or behind the robot's origin, m."""
+    """What bounds the lane is at most so far before or behind the robot's origin, m."""
     max_half_width: Length = 1.5
     """And at most so far to a side, m."""
     widening: LengthOrZero = 0.1
@@ -142,7 +142,7 @@ class ExitSettings(Settings):
     known_share: Share = 0.9
     """Share of the readings that must be known."""
     ticks: Count = 3
-    """For so many ticks in a row."""
+    """For this many ticks in a row."""
 
 
 class WallSettings(Settings):
@@ -160,9 +160,9 @@ class CentreSettings(Settings):
     behind: LengthOrZero = 0.1
     """The walls are sought from so far behind the robot's origin, m."""
     ahead: Length = 1.0
-    """To so far ahead of it, m: a limited depth, so that a bend behind an opening does not pull."""
+    """To this far ahead of it, m: a limited depth, so that a bend behind an opening does not pull."""
     min_overlap: Length = 0.15
-    """So much of a wall must lie within that stretch, m."""
+    """This much of a wall must lie within that stretch, m."""
     parallel: Positive = math.radians(12)
     """How far a wall of the corridor may be from parallel, rad."""
     max_half_width: Length = 1.0
@@ -206,13 +206,13 @@ class DoorSettings(Settings):
     ahead: Positive = math.radians(30)
     """A door is ahead when its direction is within this angle of straight on, rad."""
     depth_margin: Length = 0.15
-    """On the minimap the way to a door ends at most so far before or behind it, m."""
+    """On the minimap the way to a door ends at most this far before or after it, m."""
     same_place: Length = 0.5
     """Two doors nearer than this are the same one, m; more than dead reckoning drifts in a run."""
     passage_margin: LengthOrZero = 0.05
     """Free space wanted at each side of the robot for passing an open door, m."""
     inner_share: Share = 0.8
-    """The inner share of a door's width is looked at for its opening; beams at its edges meet the walls behind it."""
+    """The inner share of a door's width is looked at for its opening; beams at its edges meet the walls beyond it."""
     seen_depth: Length = 0.08
     """A beam that goes so far beyond the door's place goes through it, m."""
     opened_depth: Length = 0.3
@@ -247,7 +247,7 @@ class JunctionSettings(Settings):
     recess: Length = 0.6
     """A way that ends within this depth is a recess, m."""
     max_recess_width: Length = 1.7
-    """A recess wider than this is no way but a wall that stands back, m: wider than any door."""
+    """A recess wider than this is not a way but a recessed wall, m: wider than any door."""
     open_half_angle: Positive = math.radians(40)
     """Half of the angle ahead that is empty in an open space, rad."""
     open_range: Length = 3.0

@@ -210,7 +210,7 @@ def junction_door_right(facts: Facts) -> bool:
 
 @LIBRARY.signal("junction.begin")
 def junction_begin(facts: Facts) -> Length:
-    """How far ahead the first way to a side begins (d2), negative behind; 1000 m where there is none."""
+    """How far ahead the first way to a side begins (d2), negative if passed; 1000 m where there is none."""
     return _number(facts.junction.d2)
 
 
@@ -318,7 +318,7 @@ def door_distance(facts: Facts) -> Length:
 
 @LIBRARY.signal("door.open")
 def door_open(facts: Facts) -> bool:
-    """Whether the door remembered last stands fully open; false where none was remembered."""
+    """Whether the door remembered last is fully open; false where none was remembered."""
     return facts.door_open_share >= 0.9
 
 
@@ -409,13 +409,13 @@ def link_reconnects(facts: Facts) -> int:
 
 @LIBRARY.signal("link.blind")
 def link_blind(facts: Facts) -> bool:
-    """Whether the base is kept standing because scan or odometry is too old, refused, or has only just come back."""
+    """Whether the base is kept stopped because scan or odometry is too old, refused, or has only just come back."""
     return bool(facts.observation.link.blind)
 
 
 @LIBRARY.signal("link.stopped")
 def link_stopped(facts: Facts) -> bool:
-    """Whether the robot's dead man has stopped it."""
+    """Whether the robot's command time-out has stopped it."""
     return facts.observation.link.stopped
 
 

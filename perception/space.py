@@ -61,7 +61,7 @@ def look(sweep: ScanPoints, direction: float, width: float, threshold: float, ba
 
 
 def space_of(sweep: ScanPoints, misalignment: float, settings: SpaceSettings) -> Space:
-    """Look to the left, ahead and to the right, along the walls however the robot stands between them.
+    """Look to the left, ahead and to the right, along the walls whatever the robot's heading between them.
 
     Args:
         sweep: the scan.

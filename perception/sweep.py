@@ -18,7 +18,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from transport.arithmetic import cosines, sines
+from transport.arithmetic import cosines_and_sines
 from transport.messages import ALL_ROUND, Pose, Scan, ScanGeometry
 
 Floats = NDArray[np.float64]
@@ -28,7 +28,7 @@ Mask = NDArray[np.bool_]
 ORIGIN = Pose()
 
 _BESIDE = 1e-5
-"""Directions that differ by less are the same, rad: messages bear them in single precision."""
+"""Directions that differ by less are the same, rad: messages have them in single precision."""
 
 LONGEST_RANGE = 1000.0
 """A range sensor that claims to see farther, in metres, is not believed."""
@@ -36,7 +36,7 @@ LONGEST_RANGE = 1000.0
 
 @dataclass(frozen=True, eq=False)
 class BeamTable:
-    """The directions of a sensor's beams in the robot's frame; worked out once for a geometry and a mounting.
+    """The directions of a sensor's beams in the robot's frame; computed once for a geometry and a mounting.
 
     Attributes:
         angles: rad within [-pi, pi], counter-clockwise from the robot's x axis, shape (n,), in the order of the beams.
@@ -91,7 +91,7 @@ def fan_of(geometry: ScanGeometry, mount: Pose) -> BeamTable:
     counted = np.arange(geometry.beams) if order is None else order
     directions = geometry.angle_min + geometry.angle_increment * counted.astype(np.float64) + mount.heading
     angles = (directions + math.pi) % math.tau - math.pi
-    return BeamTable(angles, cosines(angles), sines(angles), mount, step)
+    return BeamTable(angles, *cosines_and_sines(angles), mount, step)
 
 
 @lru_cache(maxsize=8)

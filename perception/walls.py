@@ -12,7 +12,7 @@ from perception.extremes import lowest
 from perception.lines import Lines
 from perception.settings import CentreSettings, WallSettings
 from perception.sweep import Floats, Mask, ScanPoints
-from transport.arithmetic import distance_between, norm
+from transport.arithmetic import atan2, cos, cos_sin, distance_between, norm, sin, square
 from transport.description import Point
 
 
@@ -53,7 +53,7 @@ def nearest_wall(lines: Lines, side: float, settings: WallSettings) -> Wall:
         for line in lines
         if line.length >= settings.min_length
         for x, y in [line.nearest]
-        if abs(math.remainder(math.atan2(y, x) - side, math.tau)) <= settings.half_angle
+        if abs(math.remainder(atan2(y, x) - side, math.tau)) <= settings.half_angle
     ]
     return min(walls, key=lambda wall: wall.distance, default=NO_WALL)
 
@@ -94,17 +94,17 @@ def centre_of(lines: Lines, misalignment: float, settings: CentreSettings) -> Ce
         misalignment: direction of the walls seen from the robot, rad.
         settings: how far to look.
     """
-    cosine, sine = math.cos(misalignment), math.sin(misalignment)
+    cosine, sine = cos_sin(misalignment)
     left = right = math.inf
     for line in lines:
         turned = line.alpha - misalignment
-        if line.p > settings.max_half_width or abs(math.cos(turned)) > math.sin(settings.parallel):
+        if line.p > settings.max_half_width or abs(cos(turned)) > sin(settings.parallel):
             continue
         (x0, y0), (x1, y1) = line.start, line.end
         first, last = x0 * cosine + y0 * sine, x1 * cosine + y1 * sine
         if min(max(first, last), settings.ahead) - max(min(first, last), -settings.behind) < settings.min_overlap:
             continue
-        if math.sin(turned) > 0:
+        if sin(turned) > 0:
             left = min(left, line.p)
         else:
             right = min(right, line.p)
@@ -137,7 +137,7 @@ def clearance_of(points: Floats, footprint: tuple[Point, ...]) -> float:
 
 
 OWN = 0.02
-"""A hit so deep within the robot's outline is the robot's own, or dirt on the laser, m; less deep may be noise."""
+"""A hit this deep within the robot's outline is the robot's own, or dirt on the laser, m; less deep may be noise."""
 
 
 def without_own_body(sweep: ScanPoints, footprint: tuple[Point, ...]) -> ScanPoints:
@@ -184,7 +184,7 @@ def _outline(footprint: tuple[Point, ...]) -> _Outline:
     edges = np.roll(corners, -1, axis=1) - corners
     low, high = corners.min(axis=(1, 2)), corners.max(axis=(1, 2))
     (x, y), (half_x, half_y) = ((low + high) / 2).tolist(), ((high - low) / 2).tolist()
-    return _Outline(corners, edges, (edges**2).sum(axis=0), (x, y), (half_x, half_y))
+    return _Outline(corners, edges, square(edges).sum(axis=0), (x, y), (half_x, half_y))
 
 
 def _distance(x: Floats, y: Floats, outline: _Outline) -> float:

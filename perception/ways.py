@@ -12,6 +12,7 @@ from perception.extremes import highest, lowest
 from perception.lines import Lines
 from perception.settings import JunctionSettings
 from perception.sweep import Floats, Indices, Mask, ScanPoints
+from transport.arithmetic import cos_sin, tan
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +123,7 @@ class BeamEnds(NamedTuple):
     @classmethod
     def of(cls, sweep: ScanPoints, lines: Lines, misalignment: float) -> BeamEnds:
         """Turn a scan and its walls by the misalignment."""
-        cosine, sine = math.cos(misalignment), math.sin(misalignment)
+        cosine, sine = cos_sin(misalignment)
         cosines = sweep.fan.cosines * cosine + sweep.fan.sines * sine
         sines = sweep.fan.sines * cosine - sweep.fan.cosines * sine
         ranges = sweep.free
@@ -231,13 +232,13 @@ class View(NamedTuple):
         return self.origin[0] + (level - self.origin[1]) * self.cotangent.item(beam)
 
     def lane(self, half_width: float) -> float:
-        """How far a lane along y is free, m; infinity where nothing stands in it."""
+        """How far a lane along y is free, m; infinity where nothing is in it."""
         inside = self.hit & (np.abs(self.x) <= half_width)
         return lowest(self.y[inside])
 
     def is_empty(self, half_angle: float, distance: float) -> bool:
         """Whether nothing is seen within an angle of the y axis up to a distance; two bad beams do not count."""
-        within = slice(self._after(math.tan(half_angle)), self._after(-math.tan(half_angle)))
+        within = slice(self._after(tan(half_angle)), self._after(-tan(half_angle)))
         x, y = self.x[within], self.y[within]
         return bool(len(x)) and int(np.count_nonzero(x * x + y * y < distance * distance)) <= 2
 
@@ -388,7 +389,7 @@ class Fitting:
         return level
 
     def _way(self, gap: Gap, free: Gap, level: float, edges: Way) -> Way:
-        """The way behind a gap into which the box fits, unless it may only be a wall that stands back."""
+        """The way behind a gap into which the box fits, unless it may only be a recessed wall."""
         view, settings = self.view, self.settings
         inside = slice(free.first, free.last + 1)
         depths = view.y[inside] - level

@@ -14,20 +14,20 @@ from perception.marks import Marks
 from perception.odometry import Displacement, corrected, is_restart, moved, step_between
 from perception.settings import PerceptionSettings
 from perception.sweep import ScanPoints
-from transport.arithmetic import distance_between
+from transport.arithmetic import atan2, cos, cos_sin, distance_between, sin
 from transport.description import Point
 from transport.messages import Odometry, Pose
 
 
 def to_world(pose: Pose, point: Point) -> Point:
     """A point of the robot's frame in the frame in which ``pose`` is the robot's."""
-    cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+    cosine, sine = cos_sin(pose.heading)
     return (pose.x + point[0] * cosine - point[1] * sine, pose.y + point[0] * sine + point[1] * cosine)
 
 
 def to_robot(pose: Pose, point: Point) -> Point:
     """The inverse of ``to_world``."""
-    cosine, sine = math.cos(pose.heading), math.sin(pose.heading)
+    cosine, sine = cos_sin(pose.heading)
     dx, dy = point[0] - pose.x, point[1] - pose.y
     return (dx * cosine + dy * sine, dy * cosine - dx * sine)
 
@@ -56,7 +56,7 @@ class DoorPlace:
     @property
     def facing(self) -> float:
         """Heading of a robot that faces it squarely, rad."""
-        return math.atan2(self.right[0] - self.left[0], self.left[1] - self.right[1])
+        return atan2(self.right[0] - self.left[0], self.left[1] - self.right[1])
 
 
 @dataclass(slots=True)
@@ -73,14 +73,14 @@ class WorldModel:
         travelled: length of the path so far, m.
         turned: sum of all turns so far, rad, counter-clockwise, not wrapped.
         step: the last tick's movement.
-        restarts: how often the odometry began anew.
+        restarts: how often the odometry began again.
         lane: the strip between walls that the robot is in.
         outside_ticks: for how many ticks in a row the scan has shown the robot outside.
         doors: the doors tried so far, in order.
         marks: the junctions that the robot has marked.
         surveyor: keeps the map; None before one is begun.
         dead_ends: those seen since then that may be doors, in order.
-        dismissed: those of them that the robot has stood before.
+        dismissed: those of them that the robot has been at.
         way_out: a place outside, straight on from where an earlier attempt has left the maze, m; None where none has.
     """
 
@@ -106,7 +106,7 @@ class WorldModel:
         self.marks = Marks(self.settings.marks.same_place)
 
     def from_the_start(self) -> WorldModel:
-        """The world model of a robot that begins again where the run began, roughly as it stood there.
+        """The world model of a robot that begins again where the run began, roughly as it was there.
 
         It knows the junctions of this run, and where there is a map, that and where the way out is; all else is as new,
         for doors have shut again.
@@ -170,7 +170,7 @@ class WorldModel:
     def follow_lane(self, sweep: ScanPoints, footprint: tuple[Point, ...]) -> None:
         """Take in what the scan shows of the lane that the robot is in."""
         misalignment, world_angle = self.misalignment, self.settings.compass.world_angle
-        moved = self.step.forward * math.cos(misalignment) + self.step.left * math.sin(misalignment)
+        moved = self.step.forward * cos(misalignment) + self.step.left * sin(misalignment)
         axis = math.remainder(self.pose.heading + misalignment, math.tau)
         if abs(math.remainder(axis - self._axis, math.tau)) > world_angle / 2:
             self._axis, self.lane = axis, NO_LANE
@@ -210,11 +210,11 @@ class WorldModel:
                 self.dead_ends.append(place)
 
     def dismiss_door(self, place: DoorPlace) -> None:
-        """Note that the robot has stood before a dead end."""
+        """Note that the robot has been at a dead end."""
         self.dismissed.append(place)
 
     def untried_doors(self) -> list[DoorPlace]:
-        """The dead ends that may be doors, have not been tried, and before which the robot has not stood."""
+        """The dead ends that may be doors, have not been tried, and at which the robot has not been."""
         done = [*self.doors, *self.dismissed]
         return [place for place in self.dead_ends if not any(self._same(other, place) for other in done)]
 

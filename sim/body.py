@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,6 +9,7 @@ import pymunk
 from pymunk.autogeometry import convex_decomposition
 
 from sim.maze import Point
+from transport.arithmetic import chord_over_arc, cos_sin
 from transport.description import RobotDescription
 from transport.messages import STOP, Pose, Twist, wrap_angle
 
@@ -22,16 +22,25 @@ class Body:
         self.radius = description.radius
         self.outline = np.asarray(description.footprint, dtype=np.float64)
         self.body = pymunk.Body(1.0, pymunk.moment_for_poly(1.0, list(description.footprint)))
-        self.shapes: list[pymunk.Shape] = [pymunk.Poly(self.body, part) for part in convex_parts(description.footprint)]
+        # Chipmunk would turn the shapes by the C library's sine, which differs from processor to processor. So its body
+        # never turns; the shapes do.
+        self._polygons = [pymunk.Poly(self.body, part) for part in convex_parts(description.footprint)]
+        self.shapes: list[pymunk.Shape] = [*self._polygons]
+        self._corners = [polygon.get_vertices() for polygon in self._polygons]
+        self.heading = 0.0
         self.put(pose)
 
     def put(self, pose: Pose) -> None:
         """Place it, at rest."""
         self.body.position = pose.x, pose.y
-        self.body.angle = pose.heading
+        self.heading = pose.heading
+        self._turn_shapes()
         self.body.velocity = 0.0, 0.0
         self.body.angular_velocity = 0.0
         self.body.velocity_func = pymunk.Body.update_velocity
+        self.body.position_func = pymunk.Body.update_position
+        self._turning = False
+        self._half, self._chord = 0.0, 1.0
         self.twist = STOP
         self._steady = True
         self._in_touch = False
@@ -41,7 +50,7 @@ class Body:
     def pose(self) -> Pose:
         """Where it is."""
         x, y = self.body.position
-        return Pose(x, y, wrap_angle(self.body.angle))
+        return Pose(x, y, wrap_angle(self.heading))
 
     def drive(self, target: Twist, duration: float, *, touching: bool) -> None:
         """Set the body's velocity for one step so that a constant twist is followed exactly along its arc.
@@ -61,13 +70,19 @@ class Body:
             return
         twist = self.twist
         half = twist.turn * duration / 2
-        chord = 1.0 if abs(half) < 1e-9 else math.sin(half) / half
-        middle = self.body.angle + half
-        cos, sin = chord * math.cos(middle), chord * math.sin(middle)
+        if half != self._half:
+            self._half, self._chord = half, chord_over_arc(half)
+        chord = self._chord
+        cos, sin = cos_sin(self.heading + half)
+        cos, sin = chord * cos, chord * sin
         velocity = cos * twist.forward - sin * twist.left, sin * twist.forward + cos * twist.left
         if touching != self._in_touch:
             self._in_touch = touching
             self.body.velocity_func = self._take_wanted if touching else pymunk.Body.update_velocity
+        turning = touching or twist.turn != 0.0
+        if turning != self._turning:
+            self._turning = turning
+            self.body.position_func = self._move if turning else pymunk.Body.update_position
         if touching:
             self._wanted = velocity, twist.turn
         else:
@@ -79,6 +94,18 @@ class Body:
 
     def _take_wanted(self, body: pymunk.Body, _gravity: object, _damping: float, _duration: float) -> None:
         body.velocity, body.angular_velocity = self._wanted
+
+    def _move(self, body: pymunk.Body, duration: float) -> None:
+        pymunk.Body.update_position(body, duration)
+        if body.angle:
+            self.heading += body.angle
+            body.angle = 0.0
+            self._turn_shapes()
+
+    def _turn_shapes(self) -> None:
+        cos, sin = cos_sin(self.heading)
+        for polygon, corners in zip(self._polygons, self._corners, strict=True):
+            polygon.unsafe_set_vertices([(cos * x - sin * y, sin * x + cos * y) for x, y in corners])
 
 
 def convex_parts(footprint: Sequence[Point]) -> list[list[Point]]:

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from sim.maze import Maze, Start
 from sim.solvability import checked
+from transport.arithmetic import tan
 from transport.messages import Pose
 from transport.section import Positive, Settings
 
@@ -39,7 +40,7 @@ class Corridor(Settings):
     depth: Positive = 0.8
     """How long the walls at both sides of the exit are, m."""
     lean: Annotated[float, Field(ge=-5, le=5)] = 0.0
-    """The exit leaves at a right angle but for so many degrees."""
+    """The exit leaves at a right angle except for this many degrees."""
     misplaced: float = 0.0
     """How far to the left of the corridor's middle the robot starts, m."""
     misaligned: float = 0.0
@@ -60,7 +61,7 @@ def corridor(wanted: Corridor, name: str = "corridor") -> Maze:
     half, near, far = wanted.width / 2, wanted.length, wanted.length + wanted.opening
     end = far + wanted.beyond
     aside = sign * (half + wanted.depth)
-    shift = wanted.depth * math.tan(math.radians(wanted.lean))
+    shift = wanted.depth * tan(math.radians(wanted.lean))
     gate = [(aside, near + shift), (aside, far + shift)]
     walls = [
         (-half, 0.0, half, 0.0),

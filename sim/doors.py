@@ -37,7 +37,7 @@ class SlidingDoor:
 
         Args:
             duration: how long, s.
-            occupied: whether somebody stands in the doorway; an open door waits for that before it closes.
+            occupied: whether somebody is in the doorway; an open door waits for that before it closes.
 
         Returns:
             The leaf's mean velocity along x and y, m/s.
@@ -73,5 +73,5 @@ class SlidingDoor:
         return moved
 
     def doorway(self) -> Segments:
-        """Where the leaf stands when it is shut, shape (1, 4)."""
+        """Where the leaf is when it is shut, shape (1, 4)."""
         return self._leaf

@@ -85,11 +85,11 @@ class CommandLate(_Fault):
 
     kind: Literal["command_late"] = "command_late"
     ticks: Annotated[int, Field(ge=1, le=10_000)] = 1
-    """By so many periods."""
+    """By this many periods."""
 
 
 class DoorStuck(_Fault):
-    """A door stays where it is, whoever rings."""
+    """A door stays where it is when it is rung at."""
 
     kind: Literal["door_stuck"] = "door_stuck"
     door: str = ""

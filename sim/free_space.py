@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.maze import Point, Segments
+from transport.arithmetic import square
 
 Flags = NDArray[np.bool_]
 
@@ -21,7 +22,7 @@ class DistanceGrid:
         origin: position of the point [0, 0], m.
         step: distance between neighbouring points, m.
         clearance: distances in metres, shape (points along y, points along x); the limit where nothing is nearer.
-        limit: beyond this the distance was not worked out, m.
+        limit: beyond this the distance was not computed, m.
     """
 
     origin: Point
@@ -38,7 +39,7 @@ class DistanceGrid:
         Args:
             segments: the walls, shape (n, 4).
             bounds: lower and upper corner: x, y, x, y in metres.
-            limit: up to which distance to the walls is worked out, m.
+            limit: up to which distance to the walls is computed, m.
             step: grid step, m.
             margin: how far the grid goes beyond the bounds, m.
         """
@@ -51,13 +52,13 @@ class DistanceGrid:
     def on_grid(
         cls, segments: Segments, origin: Point, shape: tuple[int, int], *, limit: float, step: float
     ) -> DistanceGrid:
-        """A grid of so many rows and columns of points from an origin on.
+        """A grid of that many rows and columns of points from an origin on.
 
         Args:
             segments: the walls, shape (n, 4).
             origin: position of the point [0, 0], m.
             shape: points along y and along x.
-            limit: up to which distance to the walls is worked out, m.
+            limit: up to which distance to the walls is computed, m.
             step: grid step, m.
         """
         (x0, y0), (rows, columns) = origin, shape
@@ -74,8 +75,8 @@ class DistanceGrid:
             dx, dy = bx - ax, by - ay
             length = dx * dx + dy * dy
             along = np.clip((px * dx + py * dy) / length, 0.0, 1.0) if length > 0.0 else 0.0
-            square = (px - along * dx) ** 2 + (py - along * dy) ** 2
-            np.minimum(squares[low:high, left:right], square, out=squares[low:high, left:right])
+            apart = square(px - along * dx) + square(py - along * dy)
+            np.minimum(squares[low:high, left:right], apart, out=squares[low:high, left:right])
         return cls((x0, y0), step, np.sqrt(squares), limit)
 
     def cell(self, point: Point) -> tuple[int, int]:
@@ -98,7 +99,8 @@ class DistanceGrid:
         rows, columns = np.nonzero(fits[low : row + 4, left : column + 4])
         if len(rows) == 0:
             return None
-        best = int(np.argmin((rows + low - row) ** 2 + (columns + left - column) ** 2))
+        down, across = rows + low - row, columns + left - column
+        best = int(np.argmin(down * down + across * across))
         return int(rows[best]) + low, int(columns[best]) + left
 
 
@@ -147,7 +149,7 @@ def within(mask: Flags, radius: int) -> Flags:
         np.minimum(vertical[row], vertical[row - 1] + 1, out=vertical[row])
     for row in range(rows - 2, -1, -1):
         np.minimum(vertical[row], vertical[row + 1] + 1, out=vertical[row])
-    squares = np.where(vertical > radius, far * far, vertical**2)
+    squares = np.where(vertical > radius, far * far, vertical * vertical)
     result = np.zeros(mask.shape, dtype=np.bool_)
     for shift in range(-min(radius, columns - 1), min(radius, columns - 1) + 1):
         hit = squares <= radius * radius - shift * shift

@@ -13,14 +13,15 @@ from sim.formats.grid import HEADINGS, SIDES, GridCell
 from sim.layout import Layout, NoRoomError
 from sim.maze import Maze, MazeDoor, MazeError, Point, Start, merge_collinear
 from sim.solvability import LARGEST, UnsolvableError, checked
+from transport.arithmetic import tan
 from transport.messages import Pose
 from transport.section import Settings
 
 Count = Annotated[int, Field(ge=0)]
 Posts = NDArray[np.float64]
-"""Where the corners of the cells stand: x and y in metres, shape (columns + 1, rows + 1, 2)."""
+"""Where the corners of the cells are: x and y in metres, shape (columns + 1, rows + 1, 2)."""
 DRAWINGS = 50
-"""So many are tried for one seed before it is given up."""
+"""This many are tried for one seed before it is given up."""
 DOOR_WIDTHS = (0.5, 1.5)
 """How wide the dead end may be that is a door, m, also between skewed walls."""
 DOOR_AREA = 1.6
@@ -43,7 +44,7 @@ class Recipe(Settings):
     islands: Count = 0
     """Solid blocks of one cell with a way all around."""
     open_spaces: Count = 0
-    """Rooms of two by two to three by three cells."""
+    """Open spaces of two by two to three by three cells."""
     dead_ends: Annotated[float, Field(ge=0, le=1)] = 1.0
     """Share of the dead ends that stay; the others get a second way where there is one."""
     doors: Count = 0
@@ -169,7 +170,7 @@ def _shifts(cells: int, recipe: Recipe, generator: np.random.Generator) -> NDArr
     offset, turn = generator.uniform(-1.0, 1.0, 2).tolist()
     half = cells * recipe.corridor / 2
     most = SKEW_SHIFT * recipe.corridor
-    tilt = min(max(half * math.tan(math.radians(turn * recipe.skew)), -most), most)
+    tilt = min(max(half * tan(math.radians(turn * recipe.skew)), -most), most)
     shifts: NDArray[np.float64] = offset * recipe.offset + np.linspace(-tilt, tilt, cells + 1)
     return shifts
 
@@ -198,7 +199,7 @@ def _door(name: str, posts: Posts, ends: tuple[Post, Post], slide: GridCell) -> 
     Raises:
         NoRoomError: the walls beside it are shifted so that it is none by the rules.
     """
-    first, second = ends if sum(slide) > 0 else ends[::-1]
+    first, second = ends if slide[0] + slide[1] > 0 else ends[::-1]
     door = MazeDoor(name, (_point(posts[first]), _point(posts[second])))
     if not DOOR_WIDTHS[0] <= door.length <= DOOR_WIDTHS[1]:
         raise NoRoomError(f"{name} is {door.length:.2f} m wide")

@@ -9,21 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.maze import Point, Segments
-from transport.arithmetic import norms
+from transport.arithmetic import cos_sin, norms
 from transport.messages import Pose
 
 CLOSE = 1e-3
 """Walls whose line passes the sensor nearer than this, m, are intersected with every beam."""
 STRAIGHT = 2e-3
 """A wall whose ends lie in opposite directions to within this angle, rad, is tried with every beam: on which side of it
-the sensor is, the directions do not tell for certain."""
+the sensor is, the directions do not show for certain."""
 
 Points = NDArray[np.float64]
 
 
 def placed(outline: Points, pose: Pose) -> Points:
     """The corners of an outline in the world: shape (n, 2) in metres, turned and shifted by the pose."""
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    cos, sin = cos_sin(pose.heading)
     x, y = outline[:, 0], outline[:, 1]
     return np.stack([pose.x + cos * x - sin * y, pose.y + sin * x + cos * y], axis=1)
 

@@ -1,4 +1,4 @@
-"""The plan of a generated maze: which cells are joined, where doors stand, where the robot starts and gets out."""
+"""The plan of a generated maze: which cells are joined, where doors are, where the robot starts and gets out."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ class Layout:
         boundary = []
         for cell in self.cells():
             outer = [side for side, step in SIDES.items() if not self._within(_plus(cell, step))]
-            # A corner has two outer sides, and cell formats cannot tell which of them is open.
+            # A corner has two outer sides, and cell formats cannot show which of them is open.
             if len(outer) == 1 and cell != self.start:
                 boundary.append((steps[cell], cell, outer[0]))
         far = sorted(boundary, reverse=True)[: max(len(boundary) // 4, 1)]

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from sim.geometry import CLOSE, STRAIGHT
 from sim.maze import Segments
-from transport.arithmetic import cosines, sines
+from transport.arithmetic import cos_sin, cosines_and_sines
 from transport.messages import Pose, ScanGeometry
 
 Ranges = NDArray[np.float64]
@@ -113,10 +113,10 @@ def compiled() -> Kernel | None:
 
 
 class Adaptive:
-    """Plain numpy at first, machine code once so many scans have been made that loading it pays; the bits are equal."""
+    """Plain numpy at first, machine code after enough scans to make loading it pay; the bits are equal."""
 
     def __init__(self, patience: int = 4000) -> None:
-        """Args: after so many scans the machine code is loaded."""
+        """Args: after this many scans the machine code is loaded."""
         self._left = patience
         self._kernel: Kernel = project
 
@@ -141,7 +141,7 @@ class Lidar:
         self.geometry = geometry
         self.mount = mount or Pose()
         angles = geometry.angles()
-        self._beams = np.stack([cosines(angles), sines(angles)])
+        self._beams = np.stack(cosines_and_sines(angles))
         self._fan = (geometry.angle_min, geometry.angle_increment, geometry.range_max)
         self._project = kernel or _ADAPTIVE
 
@@ -155,10 +155,10 @@ class Lidar:
         Returns:
             Metres, shape (beams,); infinity where nothing is hit within the largest range.
         """
-        cos, sin = math.cos(robot.heading), math.sin(robot.heading)
+        cos, sin = cos_sin(robot.heading)
         x = robot.x + cos * self.mount.x - sin * self.mount.y
         y = robot.y + sin * self.mount.x + cos * self.mount.y
         if self.mount.heading:
             heading = robot.heading + self.mount.heading
-            cos, sin = math.cos(heading), math.sin(heading)
+            cos, sin = cos_sin(heading)
         return self._project(segments, (x, y, cos, sin), self._beams, self._fan)

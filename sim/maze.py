@@ -25,7 +25,7 @@ MAZE_TIME_LIMIT = 420.0
 LARGEST_COORDINATE = 10_000.0
 """Points farther from the origin than this along x or y are refused, m."""
 LONGEST = 300
-"""So much is said of what is wrong with a maze, characters."""
+"""This much is said of what is wrong with a maze, characters."""
 DOOR_SPEED = 0.3
 """How fast a door slides, m/s."""
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.settings import LaserNoise
+from transport.arithmetic import normals
 from transport.messages import ScanGeometry
 
 
@@ -29,7 +30,7 @@ def disturbed(
         errors -= noise.size
         exact += errors
     elif noise.model == "gaussian":
-        exact += noise.size * generator.standard_normal(len(exact))
+        exact += noise.size * normals(generator, len(exact))
     np.maximum(exact, 0.0, out=exact)
     exact[exact > geometry.range_max] = np.inf
     if noise.miss:

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.settings import OdometryNoise
+from transport.arithmetic import chord_over_arc, cos_sin, normals
 from transport.base import Base, Differential, Holonomic, integrate
 from transport.messages import STOP, Odometry, Pose, Twist, wrap_angle
 
 Floats = NDArray[np.float64]
 
 WHEEL_DIRECTIONS = (0.0, math.tau / 3, 2 * math.tau / 3)
-"""Where the wheels stand about the robot's origin, rad."""
+"""Where the wheels are about the robot's origin, rad."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +41,13 @@ def wheels_of(base: Base, lever: float) -> Wheels:
     """The wheels of a base.
 
     Args:
-        base: a holonomic base stands on three omnidirectional wheels; a differential one rolls on two and does not
+        base: a holonomic base has three omnidirectional wheels; a differential one rolls on two and does not
             notice what moves it sideways.
         lever: distance of the three wheels from the robot's origin, m.
     """
     match base:
         case Holonomic():
-            rims = np.array([[-math.sin(a), math.cos(a), lever] for a in WHEEL_DIRECTIONS])
+            rims = np.array([[-sin, cos, lever] for cos, sin in map(cos_sin, WHEEL_DIRECTIONS)])
             return Wheels(rims, _inverse(rims))
         case Differential(track=track):
             rims = np.array([[1.0, 0.0, -track / 2], [1.0, 0.0, track / 2]])
@@ -74,8 +75,9 @@ def displacement(before: Pose, after: Pose) -> Twist:
     turn = wrap_angle(after.heading - before.heading)
     dx, dy = after.x - before.x, after.y - before.y
     middle = before.heading + turn / 2
-    stretch = 1.0 if abs(turn) < 1e-9 else (turn / 2) / math.sin(turn / 2)
-    cos, sin = math.cos(middle) * stretch, math.sin(middle) * stretch
+    stretch = 1.0 / chord_over_arc(turn / 2)
+    cos, sin = cos_sin(middle)
+    cos, sin = cos * stretch, sin * stretch
     return Twist(cos * dx + sin * dy, cos * dy - sin * dx, turn)
 
 
@@ -116,7 +118,7 @@ class WheelOdometry:
         self._pose = moved(self._pose, jump)
 
     def stand(self) -> None:
-        """Tell of a robot that stands, having been carried somewhere without its wheels turning."""
+        """Report that the robot was carried somewhere without its wheels turning."""
         self._twist = STOP
 
     def count(self, motion: Twist, duration: float, time: float) -> None:
@@ -129,7 +131,7 @@ class WheelOdometry:
         """
         counted = self._counted
         if self._noise.slip:
-            slips = 1.0 + self._noise.slip * self._generator.standard_normal(len(self._factors))
+            slips = 1.0 + self._noise.slip * normals(self._generator, len(self._factors))
             counted = self._wheels.counted(slips * self._factors)
         forward, left, turn = (a * motion.forward + b * motion.left + c * motion.turn for a, b, c in counted)
         self._pose = moved(self._pose, Twist(forward, left, turn))

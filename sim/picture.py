@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ from matplotlib.patches import Circle
 
 from sim.geometry import placed
 from sim.maze import Maze, MazeError, Point, Reach
+from transport.arithmetic import atan2, cos, sin
 from transport.description import RobotDescription
 from transport.files import replacing
 
@@ -79,7 +79,7 @@ def _draw_ends(axes: Axes, maze: Maze) -> None:
         axes.add_patch(Circle(maze.goal.place, maze.goal.radius, color="tab:green", alpha=0.4))
     for ax, ay, bx, by in maze.exits.tolist():
         axes.plot([ax, bx], [ay, by], color="tab:green", linewidth=2, linestyle=":")
-        _draw_arrow(axes, ((ax + bx) / 2, (ay + by) / 2), math.atan2(bx - ax, ay - by), "tab:green")
+        _draw_arrow(axes, ((ax + bx) / 2, (ay + by) / 2), atan2(bx - ax, ay - by), "tab:green")
     for start in maze.starts:
         body = placed(np.asarray(RobotDescription().footprint), start.pose)
         axes.fill(body[:, 0], body[:, 1], color="tab:blue", alpha=0.6)
@@ -87,7 +87,7 @@ def _draw_ends(axes: Axes, maze: Maze) -> None:
 
 
 def _draw_arrow(axes: Axes, at: Point, direction: float, colour: str) -> None:
-    head = at[0] + ARROW * math.cos(direction), at[1] + ARROW * math.sin(direction)
+    head = at[0] + ARROW * cos(direction), at[1] + ARROW * sin(direction)
     axes.annotate("", head, at, arrowprops={"arrowstyle": "->", "color": colour})
 
 

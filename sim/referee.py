@@ -25,7 +25,7 @@ STILL_ANGLE = 0.02
 
 
 class AttemptOutcome(StrEnum):
-    """How an attempt stands or ended."""
+    """The state of an attempt or its end."""
 
     RUNNING = "still inside"
     ESCAPED = "escaped"
@@ -45,7 +45,7 @@ class RefereeReport:
     """What the referee says of one attempt.
 
     Attributes:
-        outcome: how the attempt stands or ended.
+        outcome: the state of the attempt or its end.
         reason: the outcome in words, with place and time where they matter.
         time: simulated time since the attempt began, s.
         path_length: how far the robot's origin travelled, m.
@@ -103,7 +103,7 @@ _UNDER_WAY = {
     Survive: "the time is not over",
     Nothing: "touched nothing so far",
 }
-"""How an attempt stands that goes on, by its goal."""
+"""The state of an attempt in progress, by its goal."""
 
 
 def may_open(rules: Rules, corners: Points, origin: Pose, command: Command, doorway: Segments) -> str:
@@ -155,7 +155,7 @@ class Referee:
 
     @property
     def verdict(self) -> RefereeReport:
-        """How the attempt stands."""
+        """The state of the attempt."""
         return RefereeReport(
             self._outcome,
             self._reason,

@@ -33,7 +33,7 @@ class SimulatedRobot:
         self.simulation.step(command)
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Nothing to release."""
 
     @property
     def verdict(self) -> RefereeReport:

@@ -31,7 +31,7 @@ class OdometryNoise(Settings):
     scale: NotNegative = 0.002
     """Each wheel's speed is multiplied by 1 + U(-scale, scale)."""
     redraw: Annotated[float, Field(ge=0.01, le=1e6, allow_inf_nan=False)] = 6.0
-    """Time after which the factors are drawn anew, s."""
+    """Time after which the factors are drawn again, s."""
     lever: Positive = 0.1
     """Distance of a holonomic base's wheels from the robot's origin, m."""
     start_spread: NotNegative = 2.0

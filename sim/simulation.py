@@ -54,7 +54,7 @@ class Simulation:
         self.reset()
 
     def reset(self, seed: int | None = None) -> None:
-        """Begin anew with the same seed or another one; nothing is left of what was before."""
+        """Begin again with the same seed or another one; nothing is left of what was before."""
         self.seed = self.seed if seed is None else seed
         self.ticks = 0
         self._members = {

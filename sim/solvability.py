@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sim.free_space import DistanceGrid, Flags, flood, within
 from sim.geometry import distances
 from sim.maze import Leave, Maze, Point, Reach, Segments
-from transport.arithmetic import distance_between, norm, norms
+from transport.arithmetic import distance_between, norm, norms, square
 from transport.description import RobotDescription
 
 COARSE, STEP = 0.05, 0.025
@@ -161,7 +161,7 @@ def _only(like: Flags, cell: tuple[int, int]) -> Flags:
 
 
 def _no_way(maze: Maze, radius: float) -> UnsolvableError:
-    """Tell a way that is too narrow, and where, from no way at all."""
+    """Distinguish a way that is too narrow, and where, from no way at all."""
     leaves = maze.goal == Leave()
     if shortest_way(maze, THIN) is None:
         x, y = maze.start_point
@@ -291,8 +291,8 @@ def _openings(space: DistanceGrid, inside: Flags, outside: Flags, walls: Segment
 
 
 def _farthest(points: NDArray[np.float64]) -> tuple[Point, Point]:
-    first = points[int(np.argmax(((points - points[0]) ** 2).sum(axis=1)))]
-    second = points[int(np.argmax(((points - first) ** 2).sum(axis=1)))]
+    first = points[int(np.argmax(square(points - points[0]).sum(axis=1)))]
+    second = points[int(np.argmax(square(points - first).sum(axis=1)))]
     return (float(first[0]), float(first[1])), (float(second[0]), float(second[1]))
 
 

@@ -162,7 +162,7 @@ class PhysicalWorld:
         )
 
     def solids(self) -> Segments:
-        """Walls, doors and objects as they stand now, shape (n, 4)."""
+        """Walls, doors and objects as they are now, shape (n, 4)."""
         if self._solids is None:
             parts = [
                 self.maze.barriers,
@@ -173,7 +173,7 @@ class PhysicalWorld:
         return self._solids
 
     def around(self, name: str) -> Segments:
-        """All that a robot can see or touch as it stands now, other robots among it, shape (n, 4)."""
+        """All that a robot can see or touch now, other robots among it, shape (n, 4)."""
         if len(self.bases) == 1:
             return self.solids()
         if not self._outlines:

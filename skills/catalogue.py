@@ -20,6 +20,7 @@ from skills.activities.explore import Explore, GoToDoor
 from skills.activities.follow_wall import FollowWall
 from skills.activities.make_room import MakeRoom
 from skills.activities.move import Move
+from skills.activities.navigate_to_pose import NavigateToPose
 from skills.activities.pass_corner import PassCorner
 from skills.activities.reach_corner import LeaveJunction, ReachCorner
 from skills.activities.rotate import Rotate
@@ -44,6 +45,7 @@ ACTIVITIES: tuple[type[Activity[Facts, Command]], ...] = (
     LeaveJunction,
     MakeRoom,
     Move,
+    NavigateToPose,
     PassCorner,
     ReachCorner,
     Ring,

@@ -27,11 +27,15 @@ class MotionChain:
         """The command to send for a wanted one, in answer to a tick; to be called once a tick, in every tick.
 
         A robot that sees nothing stops, as does one whose wish is not a number, as comes of an odometry that is none.
+        Where the robot's own navigation is to reach a goal, it sees to obstacles by itself, and the twist is not sent.
         A robot that rings stands still, as the rules of the door want it, also where the guard would have it move off.
         """
         twist, points = wanted.twist, self._surroundings.update(facts)
         if not facts.sweep.known_share or not math.isfinite(twist.forward + twist.left + twist.turn):
             twist = STOP
+        if wanted.goal is not None:
+            self._last = STOP
+            return Command(answers=facts.observation.stamp, goal=wanted.goal)
         before, guard = self._last, self._guard
         self._last = guard.brake(before) if wanted.ring else guard.admit(before, twist, points)
         return Command(self._last, wanted.ring, facts.observation.stamp)

@@ -8,7 +8,7 @@ from perception.facts import Facts
 from transport.messages import wrap_angle
 
 TRUSTED = math.radians(30)
-"""A compass that says more than this tells of another axis of the maze than the one that is being kept."""
+"""A compass that says more than this shows of another axis of the maze than the one that is being kept."""
 
 
 class Course:
@@ -20,7 +20,7 @@ class Course:
     def error(self, facts: Facts) -> float:
         """How far to turn to be on course, rad, counter-clockwise positive.
 
-        The first call sets the course: along the nearest axis of the walls; where there are none, as the robot stands.
+        The first call sets the course: along the nearest wall axis, or the robot's heading where there are none.
         """
         heading = facts.observation.odometry.pose.heading
         along_walls = heading + facts.misalignment

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from transport.arithmetic import cos_sin
 from transport.messages import Pose, wrap_angle
 
 
@@ -23,19 +23,19 @@ class Frame:
 
     def matrix(self) -> NDArray[np.float64]:
         """From homogeneous odometry coordinates to this frame's, shape (3, 3)."""
-        cos, sin = math.cos(self.origin.heading), math.sin(self.origin.heading)
+        cos, sin = cos_sin(self.origin.heading)
         x, y = self.origin.x, self.origin.y
         return np.array([[cos, sin, -x * cos - y * sin], [-sin, cos, x * sin - y * cos], [0.0, 0.0, 1.0]])
 
     def local(self, pose: Pose) -> Pose:
         """A pose of the odometry frame in this frame."""
-        cos, sin = math.cos(self.origin.heading), math.sin(self.origin.heading)
+        cos, sin = cos_sin(self.origin.heading)
         dx, dy = pose.x - self.origin.x, pose.y - self.origin.y
         return Pose(cos * dx + sin * dy, cos * dy - sin * dx, wrap_angle(pose.heading - self.origin.heading))
 
     def outer(self, pose: Pose) -> Pose:
         """A pose of this frame in the odometry frame."""
-        cos, sin = math.cos(self.origin.heading), math.sin(self.origin.heading)
+        cos, sin = cos_sin(self.origin.heading)
         return Pose(
             self.origin.x + cos * pose.x - sin * pose.y,
             self.origin.y + sin * pose.x + cos * pose.y,
@@ -45,7 +45,7 @@ class Frame:
 
 def rotated(x: float, y: float, angle: float) -> tuple[float, float]:
     """A vector turned by ``angle`` (rad, counter-clockwise)."""
-    cos, sin = math.cos(angle), math.sin(angle)
+    cos, sin = cos_sin(angle)
     return cos * x - sin * y, sin * x + cos * y
 
 

@@ -15,9 +15,9 @@ from transport.messages import Pose
 
 DONE, BLOCKED = Outcome("done"), Outcome("blocked")
 PATIENCE = 2.0
-"""After so long without headway the way is blocked, s."""
+"""After this long without headway the way is blocked, s."""
 PAUSE = 4.0
-"""An activity that was not asked for so many periods has been kept waiting: that time is not its own."""
+"""An activity that was not asked for this many periods has been kept waiting: that time is not its own."""
 
 
 class Skill:
@@ -69,7 +69,7 @@ MOVED = 0.05
 
 
 class Stopwatch:
-    """Counts the time for which an activity has been at work: while the loop keeps the robot standing, it is not asked.
+    """Counts the time for which an activity has been at work: while the loop keeps the robot stopped, it is not asked.
 
     Attributes:
         elapsed: s.
@@ -93,7 +93,7 @@ class Headway:
     """Notices that the robot does not get anywhere."""
 
     def __init__(self, patience: float = PATIENCE, speed: float = math.inf) -> None:
-        """Args: for how long it may stand, s, and the speed that it is to have, m/s: a slow robot is given longer."""
+        """Args: how long it may rest, s, and the speed that it is to have, m/s: a slow robot is given longer."""
         self._patience = max(patience, 2 * MOVED / speed)
         self._watch = Stopwatch()
         self._since: float | None = None

@@ -26,7 +26,7 @@ class Opening:
         aside: how far to the side that wall was, m.
         half_width: of the robot, m.
         settings: what an opening is.
-        far: x of the first thing that bounds it at its far side or stands in the robot's way, m.
+        far: x of the first thing that bounds it at its far side or is in the robot's way, m.
     """
 
     frame: Frame

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skills.surroundings import Points
-from transport.arithmetic import cosines, norms, sines
+from transport.arithmetic import cos_sin, norms
 from transport.section import Point
 
 _EXACT, _SLIGHT = 1e-9, 1e-6
@@ -58,7 +58,7 @@ class Outline:
             points: in the robot's frame, m, shape (n, 2).
             poses: x, y, heading in the same frame, shape (k, 3).
         """
-        cos, sin = cosines(poses[:, 2])[:, None], sines(poses[:, 2])[:, None]
+        cos, sin = np.array([cos_sin(heading) for heading in poses[:, 2].tolist()]).T[:, :, None]
         dx, dy = points[:, 0] - poses[:, 0, None], points[:, 1] - poses[:, 1, None]
         x = np.abs(cos * dx + sin * dy - self.middle[0]) - self._core[0]
         y = np.abs(cos * dy - sin * dx - self.middle[1]) - self._core[1]

@@ -10,6 +10,7 @@ import numpy as np
 from perception.facts import Facts
 from skills.settings import PassageSettings, SkillSettings
 from skills.surroundings import Points
+from transport.arithmetic import cos_sin
 from transport.description import RobotDescription
 
 DENSE = math.radians(0.3)
@@ -48,7 +49,7 @@ def points_along(facts: Facts, error: float, settings: PassageSettings) -> Point
     """The hits near the robot in a frame at the robot turned by the course's ``error``, m, shape (n, 2)."""
     points = facts.sweep.points[:: 2 if facts.observation.scan.geometry.spacing < DENSE else 1]
     points = points[np.abs(points).max(axis=1) < settings.reach]
-    cos, sin = math.cos(error), math.sin(error)
+    cos, sin = cos_sin(error)
     x, y = points[:, 0], points[:, 1]
     return np.column_stack([cos * x + sin * y, cos * y - sin * x])
 

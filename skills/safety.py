@@ -20,7 +20,7 @@ from transport.messages import STOP, Pose, Twist
 SOFT = 0.02
 """Depth within the margin at which the robot moves away with the usual push, m."""
 HARDEST = 4.0
-"""The push grows with the depth, up to so many times the usual one: what comes on shall not overtake the robot."""
+"""The push grows with the depth, up to this many times the usual one: retreat faster than an approaching obstacle."""
 OPPOSITE = 0.9
 """Cosine of the angle within which a point is opposite to another; the other wall of a corner is not."""
 
@@ -43,7 +43,7 @@ class CollisionGuard:
     never nearer to a wall than it says. What is within the box, as the end of a thin wall in the robot's hollow front,
     the robot backs away from.
 
-    A round robot turns on the spot wherever it stands, for a turn brings it nearer to nothing. One that cannot move
+    A round robot turns on the spot anywhere, for a turn brings it nearer to nothing. One that cannot move
     sideways gets away from a wall beside it only by a turn, in which its rear corner comes nearer to that wall; nor can
     it first make room for a turn on the spot. So it may spend a little of its margin on these two, and on nothing else.
     """
@@ -131,14 +131,14 @@ class CollisionGuard:
         return self._margin_for(room - 2 * side)
 
     def _margin_across(self, apart: Points, distance: NDArray[np.float64], nearest: int) -> float:
-        """The margin between the nearest point and what is opposite to it, however the robot stands."""
+        """The margin between the nearest point and what is opposite to it, however the robot stands still."""
         lengths = norms(apart[:, 0], apart[:, 1])
         towards = apart[nearest] / max(float(lengths[nearest]), 1e-9)
         opposite = distance[apart[:, 0] * towards[0] + apart[:, 1] * towards[1] < -OPPOSITE * lengths]
         return self._margin_for(float(distance[nearest] + opposite.min()) if len(opposite) else math.inf)
 
     def _margin_for(self, room: float) -> float:
-        """The margin where the robot has so much room (m) besides itself."""
+        """The margin where the robot has this much room (m) besides itself."""
         return min(self._settings.margin, max(self._settings.least_margin, room / 2 - self._settings.spare))
 
     def _stop(self, twist: Twist) -> NDArray[np.float64]:

@@ -131,13 +131,13 @@ class ExploreSettings(Settings):
     """Choosing where to drive on the map."""
 
     outward: Positive = 8.0
-    """A place counts as so much farther off for each metre that it is inside of what has been seen, s."""
+    """A place counts as this much farther off for each metre that it is inside of what has been seen, s."""
     change: Positive = 2.0
-    """Another place than the one chosen must be better by so much, s."""
+    """Another place than the one chosen must be better by this much, s."""
     patience: Positive = 3.5
-    """With no such place left the robot waits so long, s: a door that opens shows on the map a little later."""
+    """With no such place left the robot waits this long, s: a door that opens shows on the map a little later."""
     before_door: Positive = 0.6
-    """The robot stands so far before a dead end that may be a door, m."""
+    """The robot stands still so far before a dead end that may be a door, m."""
 
 
 class RingSettings(Settings):
@@ -157,7 +157,7 @@ class SafetySettings(Settings):
     least_margin: Length = 0.05
     """The same in passages that leave less room, m."""
     turn_away: Length = 0.04
-    """Of that distance a robot that cannot move sideways may lose so much by a turn away from a wall beside it, m."""
+    """Of that distance a robot that cannot move sideways may lose this much by a turn away from a wall beside it, m."""
     spare: Length = 0.03
     """In a narrow passage the margin is what a robot in its middle has at either side, less this, m."""
     foresee: Length = 0.35

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from perception.facts import Facts
 from perception.sweep import ScanPoints
 from skills.frames import Frame
-from transport.arithmetic import norms
+from transport.arithmetic import cos_sin, norms
 from transport.messages import Pose
 
 Points = NDArray[np.float64]
@@ -44,7 +44,7 @@ class Surroundings:
             return np.empty((0, 2))
         before, points = self._last
         motion = Frame(before).local(pose)
-        cos, sin = math.cos(motion.heading), math.sin(motion.heading)
+        cos, sin = cos_sin(motion.heading)
         dx, dy = points[:, 0] - motion.x, points[:, 1] - motion.y
         moved = np.column_stack([cos * dx + sin * dy, cos * dy - sin * dx])
         near = norms(moved[:, 0], moved[:, 1]) < self._reach

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from transport.arithmetic import norm
+from transport.arithmetic import chord_over_arc, cos_sin, norm
 from transport.messages import Pose, Twist, wrap_angle
 from transport.section import Positive, Settings
 
@@ -123,8 +123,9 @@ def integrate(pose: Pose, twist: Twist, duration: float) -> Pose:
         duration: s.
     """
     half = twist.turn * duration / 2
-    chord = duration * (1.0 if abs(half) < 1e-9 else math.sin(half) / half)
-    cos, sin = chord * math.cos(pose.heading + half), chord * math.sin(pose.heading + half)
+    chord = duration * chord_over_arc(half)
+    cos, sin = cos_sin(pose.heading + half)
+    cos, sin = chord * cos, chord * sin
     return Pose(
         pose.x + cos * twist.forward - sin * twist.left,
         pose.y + sin * twist.forward + cos * twist.left,

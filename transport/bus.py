@@ -127,7 +127,7 @@ class Bus(Protocol):
         ...
 
     def close(self) -> None:
-        """Let go of the network; a second call does nothing."""
+        """Released the network; a second call does nothing."""
         ...
 
 
@@ -139,7 +139,7 @@ def ask_until(
     Args:
         bus: the network.
         key: whom to ask.
-        payload: the question, which must bear being asked twice.
+        payload: the question, which must have being asked twice.
         timeout: when to give up, s.
         clock: what time is measured on.
         attempt: how long to wait for one answer, s.

@@ -14,7 +14,7 @@ class Clock(Protocol):
         ...
 
     def wait(self, seconds: float) -> None:
-        """Let so much time pass."""
+        """Let this much time pass."""
         ...
 
 
@@ -31,7 +31,7 @@ class MonotonicClock:
 
 
 class Pace:
-    """A beat that does not drift: whoever comes too late for one beat is counted, and goes on with the next.
+    """A beat that does not drift: a caller that is too late for one beat is counted, and continues with the next.
 
     Attributes:
         overruns: how many beats were missed.

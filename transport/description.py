@@ -93,7 +93,7 @@ class RobotDescription(Settings):
     name: str = "pico"
     """The robot's name, under which a gate or a simulator shows it on a network."""
     namespace: str = "{name}"
-    """Namespace of the topics of a bare ROS 2 robot; `{name}` stands for its name. Empty for a robot without one."""
+    """Namespace of the topics of a bare ROS 2 robot; `{name}` represents its name. Empty for a robot without one."""
     footprint: tuple[Point, ...] = PICO_FOOTPRINT
     """Outline seen from above in the robot's frame, m, counter-clockwise."""
     limits: Limits = Limits()

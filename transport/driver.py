@@ -1,4 +1,4 @@
-"""A robot as ROS 2 shows it: topics for scan, odometry and velocity, a door bell; no lease, no dead man."""
+"""A robot as ROS 2 shows it: topics for scan, odometry and velocity, a door bell; no lease, no command time-out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from transport.codec import (
 )
 from transport.hearing import heard_instead
 from transport.keys import RobotKeys
-from transport.messages import STOP, Command, DoorReply, Odometry, Scan, Twist
+from transport.messages import STOP, Command, DoorReply, Navigation, Odometry, Scan, Twist
+from transport.navigation import Navigator
 from transport.ros_graph import RosGraph, RosPublisher, RosSender
 
 T = TypeVar("T")
@@ -36,6 +37,7 @@ class Sensed:
     scan: Scan | None = None
     odometry: Odometry | None = None
     door: DoorReply | None = None
+    navigation: Navigation | None = None
 
 
 class RobotDriver(Protocol):
@@ -68,7 +70,7 @@ class RobotDriver(Protocol):
         ...
 
     def close(self) -> None:
-        """Stop the robot and let go of it; a second call does nothing."""
+        """Stop the robot and released it; a second call does nothing."""
         ...
 
 
@@ -77,7 +79,7 @@ class RosDriver:
 
     Attributes:
         dropped: how many messages were dropped, by reason.
-        stopped: always false: a bare driver does not tell.
+        stopped: always false: a bare driver does not show.
         finished: always false: there is no referee.
     """
 
@@ -93,6 +95,7 @@ class RosDriver:
             graph.subscriber(keys.odometry)
             self._publisher = RosPublisher(self._publisher, graph.publisher(keys.command))
         self._bell = _bell(bus, keys, graph)
+        self._navigator = Navigator(bus, keys, graph)
         self._keys, self._answered = keys, 0
         self._unread = ""
         self._closed = False
@@ -100,13 +103,18 @@ class RosDriver:
     def sense(self) -> Sensed:
         """The newest scan and odometry that came since the last call."""
         return Sensed(
-            self._take(self._scan, decode_scan), self._take(self._odometry, decode_odometry), self._bell.answer()
+            self._take(self._scan, decode_scan),
+            self._take(self._odometry, decode_odometry),
+            self._bell.answer(),
+            self._navigator.news(),
         )
 
     def drive(self, command: Command) -> None:
-        """Send the velocity, and ring where the command says so."""
+        """Send the velocity, or leave it to the robot's navigation, and ring where the command says so."""
         self._answered = command.answers
-        self.move(command.twist)
+        self._navigator.pursue(command.goal)
+        if command.goal is None:
+            self.move(command.twist)
         if command.ring:
             self.ring()
 
@@ -132,6 +140,7 @@ class RosDriver:
         if not self._closed:
             self._closed = True
             try:
+                self._navigator.close()
                 self.move(STOP)
             finally:
                 self._bus.close()

@@ -1,6 +1,6 @@
 """What ROS 2 messages cannot carry, as the attachment of the Zenoh message that carries them.
 
-Both attachments are little-endian and begin with a version; both bear a CRC-32 of themselves and of the payload, so
+Both attachments are little-endian and begin with a version; both have a CRC-32 of themselves and of the payload, so
 that a message that was damaged anywhere between the two programs is never taken for a good one. A command is
 signed with the secret of its lease, so that nobody commands a robot who has only read what others send.
 ``docs/reference/link.md`` lists them field by field.
@@ -75,7 +75,7 @@ def is_signed(attachment: bytes, payload: bytes, secret: str) -> bool:
 
 
 def _signature(attachment: bytes, payload: bytes, secret: str) -> bytes:
-    """Keyed BLAKE2s (RFC 7693) of an attachment but for its checksum, and of a payload; eight bytes."""
+    """Keyed BLAKE2s (RFC 7693) of an attachment except for its checksum, and of a payload; eight bytes."""
     signed = attachment[:_SEAL] + attachment[_SEALED:] + payload
     return blake2s(signed, digest_size=_SIGNATURE, key=secret.encode()[: blake2s.MAX_KEY_SIZE]).digest()
 
@@ -87,11 +87,11 @@ class ObservationTag(NamedTuple):
         epoch: the lease that is held, 0 where none is.
         sequence: the observation's number.
         stamp: the observation's time, ns on the robot's clock.
-        instance: which start of the robot's side this is; numbers begin anew with it.
+        instance: which start of the robot's side this is; numbers begin again with it.
         rejected: how many commands the robot's side has rejected (it stops counting at 2^32 - 1).
         rings: how many rings have been answered.
         finished: the episode is over; the referee's verdict can be asked for.
-        stopped: the dead man has stopped the robot, which waits for a new lease.
+        stopped: the command time-out has stopped the robot, which waits for a new lease.
         door: the last answer to a ring; in lockstep only where it is new.
     """
 

@@ -201,7 +201,7 @@ def locked(path: Path, holder: str) -> Iterator[None]:
             file.flush()
         yield
     finally:
-        # While it is held: whoever waits for it notices that its name is gone and takes another.
+        # While it is held: a program that waits for it notices that its name is gone and takes another.
         with suppress(OSError):
             beside.unlink()
         with suppress(OSError):

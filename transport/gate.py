@@ -1,6 +1,6 @@
 """The robot's side of a lease in real time: it shows what the robot senses and guards its base.
 
-It stands in front of a simulator, or, as ``maze-machine gate``, in front of a driver that has no dead man of its own.
+It is in front of a simulator, or, as ``maze-machine gate``, in front of a driver without a command time-out.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _LOOK = 0.005
 
 
 class GatedBase(Protocol):
-    """What a gate stands in front of."""
+    """What a gate is in front of."""
 
     def begin(self, question: Open) -> str:
         """A controller takes the robot; the answer is why it cannot, or nothing."""
@@ -57,7 +57,7 @@ class GatedBase(Protocol):
         ...
 
     def move(self, twist: Twist) -> None:
-        """Drive so until told otherwise."""
+        """Drive so until the next command."""
         ...
 
     def ring(self) -> None:
@@ -112,12 +112,12 @@ class Gate:
     ) -> Iterator[Mapping[str, object]]:
         """Work; yields the referee's verdict on each episode that was given back or given up.
 
-        However it ends, the base is left standing.
+        However it ends, the base is left stopped.
 
         Args:
             stop: says when to end; asked at least every ``heartbeat`` seconds.
             heartbeat: s.
-            forsaken: an episode is given up when its controller was not heard for so long, s; by default only when
+            forsaken: an episode is given up when its controller was not heard for that long, s; by default only when
                 another one wants the robot, so that one that was held up may come back.
         """
         try:
@@ -191,7 +191,7 @@ class Gate:
         return SessionState(held=False, reason="given back")
 
     def state(self, question: Ask) -> SessionState:
-        """A controller asks how things stand."""
+        """A controller asks for the state."""
         if not self.lease.proves(question.secret):
             return SessionState(
                 held=False, reason="the robot's side was restarted, or another controller took the robot"
@@ -226,7 +226,7 @@ class Gate:
             self._base.end()
 
     def _move(self) -> None:
-        """Tell the base what holds now: at once where it changed, and again every period in case that got lost."""
+        """Show the base what holds now: at once where it changed, and again every period in case that got lost."""
         before, blind = self.trust.reason, self.trust.look(self._base.status(), self._clock.now())
         if bool(before) != bool(blind):
             _LOG.warning("%s", f"the base was stopped: {printable(blind)}" if blind else "the base may move again")
@@ -290,7 +290,7 @@ class PacedWorld:
         return ""
 
     def end(self) -> None:
-        """Let go of the world."""
+        """Released the world."""
         self._world = None
 
     def due(self) -> float:

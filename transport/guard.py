@@ -1,4 +1,4 @@
-"""What stands between a controller and a base on the robot's side: lease, age of answers, limits, dead man.
+"""What is between a controller and a base on the robot's side: lease, age of answers, limits, command time-out.
 
 Nothing here waits or reads a clock of its own, so that every promise can be tested to the millisecond.
 """
@@ -21,14 +21,14 @@ _REMEMBERED = 64
 class CommandGuard:
     """Decides which commands reach the base.
 
-    The dead man is armed by the first accepted command of a lease. Once it has stopped the base, nothing moves it until
-    a controller has taken the lease anew.
+    The first accepted command of a lease arms the time-out. Once it has stopped the base, nothing moves it until
+    a controller has taken the lease again.
 
     Attributes:
         lease: who may command.
-        stopped: the dead man has stopped the base, and waits for a new lease.
+        stopped: the command time-out has stopped the base, and waits for a new lease.
         rejected: how many commands were rejected, by reason.
-        stops: how often the dead man stopped the base.
+        stops: how often the command time-out stopped the base.
     """
 
     def __init__(self, robot: RobotDescription, settings: LinkSettings, clock: Callable[[], float]) -> None:
@@ -43,7 +43,7 @@ class CommandGuard:
         self._accepted: float | None = None
 
     def grant(self, question: Open) -> bool:
-        """Whether a controller may have the robot; if so, the latch of the dead man is released."""
+        """Whether a controller may have the robot; if so, the latch of the command time-out is released."""
         if not self.lease.grant(question):
             return False
         self._rest()
@@ -80,7 +80,7 @@ class CommandGuard:
         return self._twist
 
     def due(self) -> float:
-        """Time until the dead man stops the base if nothing is accepted, s; infinite where it is not armed."""
+        """Time until the command time-out stops the base if nothing is accepted, s; infinite where it is not armed."""
         return math.inf if self._accepted is None else self._accepted + self._settings.dead_man - self._clock()
 
     def _rest(self) -> None:
@@ -91,10 +91,10 @@ class CommandGuard:
         if not self.lease.epoch or tag.epoch != self.lease.epoch:
             return "no lease"
         self.lease.heard()
-        # A command that came too late to keep the dead man quiet must not be taken for one that came in time.
+        # A command that came too late to restart the command time-out must not be taken for one that came in time.
         self.twist()
         if self.stopped:
-            return "stopped by the dead man"
+            return "stopped by the command time-out"
         if tag.sequence <= self._sequence:
             return "repeated"
         if not all(map(math.isfinite, (twist.forward, twist.left, twist.turn))):

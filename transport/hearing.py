@@ -10,11 +10,11 @@ from transport.keys import RobotKeys
 LISTENED = 1.0
 """How long to listen, s: a sensor speaks several times in that time."""
 SHOWN = 8
-"""So many keys are named at most."""
+"""This many keys are named at most."""
 
 
 class Topic(NamedTuple):
-    """A topic as its key tells it.
+    """A topic as its key shows it.
 
     Attributes:
         keys: how the key is laid out, as ``link.keys`` has it.

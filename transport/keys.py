@@ -57,6 +57,11 @@ class RobotKeys:
         return self._topic(self.settings.door, codec.TRIGGER if self.settings.door_call == "service" else codec.EMPTY)
 
     @property
+    def navigation(self) -> str:
+        """The action ``nav2_msgs/NavigateToPose``: what its services and topics are below, without a domain."""
+        return f"{self.namespace}/{self.settings.navigation.strip('/')}".lstrip("/")
+
+    @property
     def session(self) -> str:
         """Questions of a controller and their answers, in JSON."""
         return f"{self.namespace}/session"

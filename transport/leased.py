@@ -1,4 +1,4 @@
-"""A robot behind a gate or a real-time simulator: commands bear a lease, and a dead man watches over them."""
+"""A robot behind a gate or a real-time simulator: commands have a lease and a time-out."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ T = TypeVar("T")
 class LeasedDriver:
     """The controller's end of a lease in real time.
 
-    Where the dead man has stopped the robot, it stays stopped until its controller says so: by a command to stand
-    still, with which the lease is taken anew.
+    A robot that the command time-out has stopped stays stopped until its controller sends a command to stand
+    still, which takes the lease again.
 
     Attributes:
         dropped: how many messages were dropped, by reason.
         rejected: how many commands the robot's side says it has rejected.
-        stopped: the robot does not obey: its dead man has stopped it, or the lease is not this controller's any more.
-        refusal: why the lease could not be taken anew, or nothing.
+        stopped: the robot does not obey: its command time-out has stopped it, or this controller has lost the lease.
+        refusal: why the lease could not be taken again, or nothing.
         finished: the referee has ended the episode.
     """
 
@@ -61,7 +61,7 @@ class LeasedDriver:
         return Sensed(scan, odometry, door)
 
     def drive(self, command: Command) -> None:
-        """Send a command under the lease; after a stop of the dead man, one to stand still takes the lease anew."""
+        """Send a command under the lease; after a command time-out, one to stand still takes the lease again."""
         if self.stopped and command.twist == STOP:
             self._retake()
         payload = encode_twist(command.twist)
@@ -90,7 +90,7 @@ class LeasedDriver:
             return
         self._closed = True
         try:
-            # Giving the lease back stops the base; should that not arrive, the dead man does.
+            # Giving the lease back stops the base; should that not arrive, the command time-out does.
             with suppress(LinkError):
                 close_session(self._bus, self._keys.namespace, self._secret, 1.0, self._clock)
         finally:
@@ -143,7 +143,7 @@ class LeasedDriver:
     def _read(self, tag: ObservationTag) -> None:
         self.stopped = tag.stopped or tag.epoch != self._epoch
         self.rejected, self.finished = tag.rejected, tag.finished
-        # An observation may be missed, so the answer rides with all that follow; its number tells a new one.
+        # An observation may be missed, so the answer rides with all that follow; its number shows a new one.
         if tag.door is not None and self._rings is not None and tag.rings != self._rings:
             self._door = tag.door
         self._rings = tag.rings

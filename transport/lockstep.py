@@ -78,7 +78,7 @@ class LockstepServer:
         Args:
             stop: says when to end; asked at least every ``heartbeat`` seconds.
             heartbeat: s.
-            forsaken: an episode is given up when its controller was not heard for so long, s; by default only when
+            forsaken: an episode is given up when its controller was not heard for that long, s; by default only when
                 another one wants the robot, so that one that was held up may come back.
         """
         while not stop():
@@ -124,7 +124,7 @@ class LockstepServer:
         return SessionState(held=False, reason="given back")
 
     def state(self, question: Ask) -> SessionState:
-        """How the episode of a controller stands."""
+        """The state of a controller's episode."""
         if not self.lease.proves(question.secret) or self._world is None:
             return self._not_held()
         self.lease.heard()
@@ -217,7 +217,7 @@ class RemoteLockstep:
         self._last: tuple[bytes, ObservationTag] | None = None
         self._scan: tuple[ObservationTag, Scan] | None = None
         self._odometry: tuple[ObservationTag, Odometry] | None = None
-        # Scan and odometry wake whoever waits only together: a thread that wakes for half an answer costs as much.
+        # Scan and odometry wake a waiting thread only together: a thread that wakes for half an answer costs as much.
         self._inbox: Mailbox[tuple[ObservationTag, Scan, Odometry]] = Mailbox()
         keys = RobotKeys(granted.robot)
         self._publisher = bus.publisher(keys.command, urgent=True)
@@ -326,7 +326,7 @@ class RemoteLockstep:
         return tag, value
 
     def _tag(self, message: Message) -> ObservationTag:
-        """What rides with a message; the parts of one observation bear the same, which is taken apart once."""
+        """What rides with a message; the parts of one observation have the same, which is taken apart once."""
         if self._last and same_observation(self._last[0], message.attachment) and is_whole(*message):
             return self._last[1]
         tag = ObservationTag.decode(message.attachment, message.payload)
@@ -362,7 +362,7 @@ class RemoteLockstep:
         raise LinkError(f"the simulator of {self._robot!r} has not answered for {self._limit:g} s")
 
     def _check_lease(self, deadline: float) -> None:
-        """Tell a simulator that was restarted from one that is only slow or gone."""
+        """Show a simulator that was restarted from one that is only slow or gone."""
         left = max(0.05, min(0.3, deadline - time.monotonic()))
         try:
             state = ask_state(self._bus, self._robot, self._secret, left)

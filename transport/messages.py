@@ -1,7 +1,7 @@
-"""What a robot and its controller tell each other.
+"""What a robot and its controller show each other.
 
 Plain frozen values in SI units, shaped after the ROS 2 messages that carry them over a network. Where such a message is
-narrower than a Python float (``sensor_msgs/LaserScan`` is single precision, ``nav_msgs/Odometry`` bears a quaternion),
+narrower than a Python float (``sensor_msgs/LaserScan`` is single precision, ``nav_msgs/Odometry`` has a quaternion),
 the value here is as narrow, so that a run in one process and a run over the network see the same bits.
 
 Frames: x forward, y left, angles counter-clockwise from x, in radians.
@@ -11,16 +11,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from transport.arithmetic import norm
+from transport.arithmetic import atan2, cos_sin, norm
 
 NANOSECONDS = 1_000_000_000
 
 ALL_ROUND = 4.5
-"""A laser sees all round if the gap behind its last beam is narrower than so many steps from beam to beam."""
+"""A laser sees all round if the gap behind its last beam is narrower than this many steps from beam to beam."""
 
 
 def wrap_angle(angle: float) -> float:
@@ -139,12 +140,13 @@ class Odometry:
     @classmethod
     def at(cls, stamp: int, pose: Pose, twist: Twist = STOP) -> Odometry:
         """The odometry of a robot at ``pose`` (in the odometry frame)."""
-        return cls(stamp, pose.x, pose.y, math.sin(pose.heading / 2), math.cos(pose.heading / 2), twist)
+        qw, qz = cos_sin(pose.heading / 2)
+        return cls(stamp, pose.x, pose.y, qz, qw, twist)
 
     @property
     def pose(self) -> Pose:
         """Position and heading in the odometry frame."""
-        return Pose(self.x, self.y, wrap_angle(2 * math.atan2(self.qz, self.qw)))
+        return Pose(self.x, self.y, wrap_angle(2 * atan2(self.qz, self.qw)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +158,21 @@ class DoorReply:
 
 
 @dataclass(frozen=True, slots=True)
+class Navigation:
+    """How the robot's own navigation does with a goal.
+
+    Attributes:
+        goal: the pose to be reached, in the navigation's map.
+        state: ``asked``, ``driving``, ``arrived``, ``failed``, or ``missing`` where nobody navigates.
+        reason: why it failed or is missing.
+    """
+
+    goal: Pose
+    state: Literal["asked", "driving", "arrived", "failed", "missing"] = "asked"
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class LinkStatus:
     """How the link is doing, as the machine may want to know.
 
@@ -163,9 +180,9 @@ class LinkStatus:
         scan_age: age of the newest scan when it was handed out, s; zero in lockstep.
         odometry_age: the same for odometry, s.
         reconnects: how often the link was lost and found again in this run.
-        stopped: the robot's dead man has stopped it and waits for a new lease.
+        stopped: the robot's command time-out has stopped it and waits for a new lease.
         refused: why the newest scan or odometry cannot be believed; empty where both can.
-        blind: why the controller keeps the base standing; empty where it may drive by what is sensed.
+        blind: why the controller keeps the base stopped; empty where it may drive by what is sensed.
     """
 
     scan_age: float = 0.0
@@ -186,6 +203,8 @@ class Observation:
         odometry: the newest odometry.
         door: the answer to a ring since the last observation, if one came.
         link: state of the link.
+        navigation: how the robot's own navigation does with the goal of the last command; None without a goal, and of
+            a robot that has no navigation.
     """
 
     stamp: int
@@ -193,6 +212,7 @@ class Observation:
     odometry: Odometry
     door: DoorReply | None = None
     link: LinkStatus = field(default=LinkStatus())
+    navigation: Navigation | None = None
 
     @property
     def time(self) -> float:
@@ -208,8 +228,10 @@ class Command:
         twist: the velocity to drive with.
         ring: ring the door bell, once.
         answers: stamp of the observation that led to this command, ns.
+        goal: a pose that the robot's own navigation is to reach; while there is one, it drives instead of the twist.
     """
 
     twist: Twist = STOP
     ring: bool = False
     answers: int = 0
+    goal: Pose | None = None

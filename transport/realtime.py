@@ -99,14 +99,14 @@ class RealtimeRobot:
         self._answers = max(scan.stamp, odometry.stamp)
         fresh = sensed.scan is not None or sensed.odometry is not None
         stamp = self._timeline.tick(self._answers, now, fresh=fresh)
-        return Observation(stamp, scan, odometry, sensed.door, self._status(now))
+        return Observation(stamp, scan, odometry, sensed.door, self._status(now), sensed.navigation)
 
     def command(self, command: Command) -> None:
         """Send a command in answer to the last observation; never waits."""
         self._driver.drive(replace(command, answers=self._answers))
 
     def close(self) -> None:
-        """Stop the robot and let go of it; a second call does nothing."""
+        """Stop the robot and released it; a second call does nothing."""
         self._driver.close()
 
     def _complete(self) -> bool:

@@ -35,5 +35,5 @@ class Robot(Protocol):
         ...
 
     def close(self) -> None:
-        """Stop the robot and let go of it; a second call does nothing."""
+        """Stop the robot and released it; a second call does nothing."""
         ...

@@ -1,8 +1,8 @@
 """How a program becomes known in the ROS graph of rmw_zenoh: liveliness tokens under ``@ros2_lv/``.
 
-A token is a key that is there for as long as the session of whoever declared it. It reads
+A token is a key that is there for as long as the session that declared it. It reads
 ``@ros2_lv/DOMAIN/SESSION/NODE/ENTITY/KIND/ENCLAVE/NAMESPACE/NAME``, and for a publisher, subscriber or client further
-``/TOPIC/TYPE/HASH/QUALITY``; ROS names bear ``%`` for ``/`` in it. ``docs/reference/link.md`` says more.
+``/TOPIC/TYPE/HASH/QUALITY``; ROS names have ``%`` for ``/`` in it. ``docs/reference/link.md`` says more.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class RosSender:
 
 
 class RosPublisher:
-    """A publisher whose messages bear what rmw_zenoh expects of them.
+    """A publisher whose messages have what rmw_zenoh expects of them.
 
     Args:
         publisher: sends on the topic's key.

@@ -1,4 +1,4 @@
-"""A base shown as a bare ROS 2 robot: topics and a door, without leases; whoever commands it is obeyed."""
+"""A base shown as a bare ROS 2 robot: topics and a door, without leases; it obeys every sender."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ _NODE = "simulator"
 
 
 class RosRobot:
-    """Publishes what a base senses, and drives it as it is told.
+    """Publishes what a base senses, and drives it as it gets.
 
     Like a driver of hardware it stops the base where no command has come for ``link.dead_man``. An episode begins with
-    the first command to move, and anew with the first one after the referee has ended it.
+    the first command to move, and again with the first one after the referee has ended it.
 
     Attributes:
         dropped: how many messages were dropped, by reason.
@@ -68,14 +68,14 @@ class RosRobot:
     def episodes(
         self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1, forsaken: float = math.inf
     ) -> Iterator[Mapping[str, object]]:
-        """Work; yields the referee's verdict on each episode in which the base was told to move.
+        """Work; yields the referee's verdict on each episode in which the base was commanded to move.
 
-        However it ends, the base is left standing.
+        However it ends, the base is left stopped.
 
         Args:
             stop: says when to end; asked at least every ``heartbeat`` seconds.
             heartbeat: s.
-            forsaken: an episode is given up when nobody has commanded for so long, s.
+            forsaken: an episode is given up when nobody has commanded for that long, s.
         """
         self._begin()
         try:
@@ -87,7 +87,7 @@ class RosRobot:
             self._base.move(STOP)
 
     def pump(self, wait: float = 0.0, forsaken: float = math.inf) -> Mapping[str, object] | None:
-        """Do all that is due, waiting at most so long (s) for it; the verdict of an episode that is over, or None."""
+        """Do all that is due, waiting at most this long (s) for it; the verdict of an episode that is over, or None."""
         item = self._inbox.take(min(max(self._base.due(), 0.0), wait))
         while item is not None:
             self._take(item)

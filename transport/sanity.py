@@ -15,7 +15,7 @@ from transport.messages import NANOSECONDS, DoorReply, LinkStatus, Observation, 
 
 _ANGLE, _RANGE = 0.01, 0.05
 _FEW, _FEW_SHARE = 3, 0.02
-"""The number of beams may differ by so many, and by this share of them."""
+"""The number of beams may differ by this many, and by this share of them."""
 _SEEING = 0.1
 _REACHED = 1.5
 """A direction is measured if a beam is this near to it, in steps from beam to beam."""

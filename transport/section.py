@@ -8,6 +8,8 @@ from typing import Annotated, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from transport.arithmetic import power
+
 Positive = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
 """A measure that makes sense."""
 NotNegative = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
@@ -65,7 +67,7 @@ def grown(section: _Section, size: float, speed: float) -> _Section:
             changed[name] = grown(value, size, speed)
         for mark in field.metadata:
             if isinstance(mark, Grows) and name not in section.model_fields_set:
-                changed[name] = value * size**mark.size * speed**mark.speed
+                changed[name] = value * power(size, mark.size) * power(speed, mark.speed)
     return section.model_copy(update=changed)
 
 

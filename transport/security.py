@@ -1,7 +1,7 @@
 """Who may speak to whom: TLS with certificates on both sides, and access control by the names in them.
 
 A folder holds the authority's certificate ``ca.pem``, for each participant ``NAME.pem`` and ``NAME.key``, and
-``access.toml``, which says who may drive which robot. Whoever listens (a robot's side, a router) enforces it; what it
+``access.toml``, which says who may drive which robot. The listening side (a robot or a router) enforces it; what it
 does not allow is denied.
 """
 
@@ -78,7 +78,7 @@ class Identity:
         return self.folder / f"{self.name}.key"
 
     def dialling(self) -> dict[str, object]:
-        """Session settings for whoever dials: it shows its certificate and asks for the other's."""
+        """Session settings for the dialling side: it shows its certificate and asks for the other's."""
         side = {"certificate": str(self.certificate), "private_key": str(self.key)}
         return {
             "transport/link/tls/root_ca_certificate": str(self.folder / AUTHORITY),
@@ -92,7 +92,7 @@ class Identity:
         }
 
     def listening(self, settings: LinkSettings | None = None) -> dict[str, object]:
-        """Session settings for whoever listens: the same, and what ``access.toml`` allows is all that is allowed.
+        """Session settings for the listening side: the same, and what ``access.toml`` allows is all that is allowed.
 
         Raises:
             SecurityError: ``access.toml`` is missing or makes no sense.

@@ -27,7 +27,7 @@ class Freshness:
     def arrived(self, stamp: int, now: float) -> None:
         """A message with this stamp (ns) was taken at ``now`` (s).
 
-        One that bears the stamp of the last one, unless that is zero, is the last one once more, and no younger.
+        One that has the stamp of the last one, unless that is zero, is the last one once more, and no younger.
         """
         if self._at is not None and stamp == self._stamp != 0:
             return

@@ -149,7 +149,7 @@ class Refused(_Part):
 
 
 class SessionState(_Part):
-    """How the lease and the episode stand."""
+    """The state of the lease and the episode."""
 
     kind: Literal["state"] = "state"
     protocol: Count = PROTOCOL
@@ -248,7 +248,7 @@ class Lease:
     """The one controller that a robot's side listens to.
 
     Attributes:
-        patience: a holder that was not heard for so long may be replaced, s.
+        patience: a holder that was not heard for that long may be replaced, s.
         clock: monotonic time, s.
         epoch: the lease's number; 0 where none is held.
         secret: what its holder alone has been given; empty where none is held.
@@ -322,7 +322,7 @@ class SessionHandler(Protocol):
         ...
 
     def state(self, question: Ask) -> SessionState:
-        """Somebody asks how things stand."""
+        """Somebody asks for the state."""
         ...
 
     def again(self, question: Retry) -> SessionState:
@@ -417,7 +417,7 @@ def open_session(bus: Bus, robot: str, question: Open, timeout: float, clock: Cl
 
 
 def ask_state(bus: Bus, robot: str, secret: str, timeout: float, clock: Clock = _MONOTONIC) -> SessionState:
-    """How a lease and its episode stand.
+    """The state of a lease and its episode.
 
     Raises:
         LinkError: nobody answers within ``timeout`` seconds, or the robot's side cannot answer.
@@ -436,7 +436,7 @@ def check_name(bus: Bus, robot: str) -> None:
 
 
 def begin_again(bus: Bus, robot: str, question: Retry, timeout: float) -> SessionState:
-    """Ask for another attempt, which has begun if the answer bears its number.
+    """Ask for another attempt, which has begun if the answer has its number.
 
     Raises:
         LinkError: nobody answers within ``timeout`` seconds, or the robot's side cannot answer.

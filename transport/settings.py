@@ -13,7 +13,7 @@ class LinkSettings(Settings):
     """How a robot is reached, and when either side of the link loses patience with the other."""
 
     gate: bool = True
-    """Whether a simulator or `maze-machine gate` answers at the other end, with leases and a dead man; if not,
+    """Whether a simulator or `maze-machine gate` answers at the other end, with leases and a command time-out; if not,
     it is a bare ROS 2 driver, whose own command time-out must stop it."""
     keys: Literal["bridge", "rmw_zenoh"] = "bridge"
     """How ROS names become keys: as zenoh-bridge-ros2dds lays them out, or as rmw_zenoh does."""
@@ -33,18 +33,22 @@ class LinkSettings(Settings):
     door_call: Literal["service", "message"] = "service"
     """Whether the door is asked for with a service call (std_srvs/Trigger) that is answered, or with a plain message
     (std_msgs/Empty)."""
+    navigation: str = "navigate_to_pose"
+    """Name of the action by which a bare driver's own navigation is given a goal (nav2_msgs/NavigateToPose)."""
+    navigation_frame: str = "map"
+    """The frame in which that goal is given."""
     dead_man: Positive = 0.25
-    """The robot's side stops the base when it has accepted no command for so long, s."""
+    """The robot's side stops the base when it has accepted no command for this long, s."""
     answer_age: Positive = 0.35
     """The robot's side rejects a command that answers an observation older than this, s."""
     patience: Positive = 1.0
-    """The lease of a controller that was not heard for so long may be given to another, s."""
+    """The lease of a controller that was not heard for this long may be given to another, s."""
     stale: Positive = 0.35
     """The base is stopped when scan or odometry is older than this, s: by the controller, and by a gate on its own."""
     resume: Positive = 0.3
-    """It is driven again when both have been fresh and credible for so long, s."""
+    """It is driven again when both have been fresh and credible for this long, s."""
     silence: Positive = 5.0
-    """A controller that has heard nothing for so long gives the run up, s."""
+    """A controller that has heard nothing for this long gives the run up, s."""
     step: Positive = 10.0
     """How long one step of a simulator in lockstep is waited for, s: its first may compile."""
     connect: Positive = 5.0

@@ -12,7 +12,7 @@ from transport.messages import Observation, Twist
 from transport.session import SessionHandler, check_name, respond
 
 TaggedCommand = tuple[CommandTag, Twist]
-"""A command as it was read from the network; whether it counts is for others to say."""
+"""A command as it was read from the network; its receiver decides whether it counts."""
 
 
 class RobotEndpoint:

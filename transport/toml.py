@@ -52,7 +52,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def toml_value(text: str) -> Any:
-    """The value that a text on the command line stands for; a bare word is a string: a shell would eat its quotes.
+    """The value that a text on the command line represents; a bare word is a string: a shell would eat its quotes.
 
     Raises:
         TomlError: it is nested too deep, or a number has too many digits.

@@ -15,7 +15,7 @@ class Trust:
     both have been fresh and credible for ``link.resume`` without a break, so a sensor that comes and goes stops it.
 
     Attributes:
-        reason: why the robot must stand; empty where it may be driven.
+        reason: why the robot must stop; empty where it may be driven.
     """
 
     def __init__(self, settings: LinkSettings) -> None:
@@ -31,7 +31,7 @@ class Trust:
             time: s, on any clock that does not go back.
 
         Returns:
-            Why the robot must stand, or nothing.
+            Why the robot must stop, or nothing.
         """
         fault = status.refused or self._too_old(status)
         if fault:
@@ -43,7 +43,7 @@ class Trust:
         return self.reason
 
     def judged(self, observation: Observation) -> Observation:
-        """An observation that says in ``link.blind`` why the robot must stand."""
+        """An observation that says in ``link.blind`` why the robot must stop."""
         reason = self.look(observation.link, observation.time)
         if observation.link.blind == reason:
             return observation

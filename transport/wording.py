@@ -1,4 +1,4 @@
-"""What is wrong with a value, in the words of whoever wrote it: pydantic's findings, reworded."""
+"""What is wrong with a value, in the words of its author: pydantic's errors, reworded."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def printable(text: str) -> str:
 
 
 def in_words(found: ErrorDetails) -> str:
-    """One finding as a sentence: ```limits.speed` must be more than 0, not -1``."""
+    """One error as a sentence: ```limits.speed` must be more than 0, not -1``."""
     return printable(_sentence(found))
 
 
@@ -74,7 +74,7 @@ def _shortened(value: object) -> str:
 
 
 def key_of(location: tuple[int | str, ...]) -> str:
-    """The key that a finding's location means, as it is written: which kind of base is meant is no part of it."""
+    """The key that an error's location means, as it is written: which kind of base is meant is no part of it."""
     return ".".join(str(part) for part in location if part not in KINDS)
 
 

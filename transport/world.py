@@ -1,4 +1,4 @@
-"""A world in turns: what a simulator offers to whoever shows it to a controller, in this process or over a network."""
+"""A world in turns: what a simulator offers to its controllers, in this process or over a network."""
 
 from __future__ import annotations
 

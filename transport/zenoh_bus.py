@@ -38,7 +38,7 @@ def session_settings(
     """The session's configuration, by the paths of Zenoh's own configuration file.
 
     Args:
-        role: how the session takes part; whoever dials is a client, and finds peers that listen as well as routers.
+        role: how the session takes part; a dialling one is a client, and finds peers that listen as well as routers.
         listen: the endpoint to be reached at, such as ``tcp/127.0.0.1:7447``.
         connect: the endpoint to dial.
         security: further settings for TLS and access control.

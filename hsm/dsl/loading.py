@@ -35,7 +35,7 @@ class Checked:
 
     Attributes:
         model: the machine; None where there are errors.
-        diagnostics: all findings, in the order of the files and of their lines.
+        diagnostics: all diagnostics, in the order of the files and of their lines.
         sources: the text of every file that was read, by name.
     """
 
@@ -48,7 +48,7 @@ def load_model(path: str | Path, library: Library) -> Model:
     """The machine in a file.
 
     Raises:
-        MachineError: it, or a machine that it imports, cannot be built; with all findings.
+        MachineError: it, or a machine that it imports, cannot be built; with all diagnostics.
     """
     return _model(check_file(path, library, remarks=False))
 
@@ -57,7 +57,7 @@ def parse_model(text: str, library: Library, file: str = "<text>") -> Model:
     """The machine in a text; imports are looked for beside ``file``.
 
     Raises:
-        MachineError: it, or a machine that it imports, cannot be built; with all findings.
+        MachineError: it, or a machine that it imports, cannot be built; with all diagnostics.
     """
     return _model(check_text(text, library, file, remarks=False))
 
@@ -87,19 +87,78 @@ def read_text(path: str | Path) -> str:
         with Path(path).open("rb") as file:  # not to its end, which a device may not have
             content = file.read(_LARGEST + 1)
         if len(content) > _LARGEST:
-            raise _unreadable(path, "it is larger than 32 MiB", "make parts of it machines that it imports")
+            raise _unreadable(path, "it is larger than 32 MiB", "move parts of it into machines that it imports")
         return content.decode("utf-8-sig")
     except FileNotFoundError as error:
         raise _unreadable(path, _reason(error), _beside(Path(path))) from None
     except UnicodeDecodeError as error:
         raise _unreadable(path, f"byte {error.start + 1} is not UTF-8", "save it as UTF-8") from None
     except (OSError, ValueError) as error:
-        raise _unreadable(path, _reason(error), "give the path of a file that may be read") from None
+        raise _unreadable(path, _reason(error), "give the path of a file that you may read") from None
 
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
     """Check a text as ``check_file`` does; imports are looked for beside ``file``."""
     return _Loader(library).check(text, file, remarks=remarks)
+
+
+def check_tree(
+    tree: ast.File, found: Sequence[Diagnostic], text: str, library: Library, imported: ImportedMachines
+) -> Checked:
+    """Check a text that has been read already, as an editor does after each keystroke.
+
+    Args:
+        tree: the syntax tree of the text, as ``parse`` gives it.
+        found: what ``parse`` has found.
+        text: the text.
+        library: the registry.
+        imported: keeps what the text imports from one check to the next.
+    """
+    return _Loader(library, imported).check(text, tree.name, remarks=True, read=(tree, found))
+
+
+@dataclass(slots=True)
+class ImportedMachines:
+    """Compiled imports of one library, kept as long as their files, and what these import, stay as they are."""
+
+    _units: dict[Path, tuple[CompilationUnit, str, frozenset[Path]]] = field(default_factory=dict)
+    _stamps: dict[Path, tuple[int, int] | None] = field(default_factory=dict)
+
+    def get(self, path: Path) -> dict[Path, tuple[CompilationUnit, str]] | None:
+        """A machine's file, compiled, with all that it imports, each with its text; None where it is to be read."""
+        found: dict[Path, tuple[CompilationUnit, str]] = {}
+        pending = [path]
+        while pending:
+            one = pending.pop()
+            if one in found:
+                continue
+            if one not in self._units or _stamp(one) != self._stamps.get(one):
+                return None
+            unit, text, needed = self._units[one]
+            found[one] = (unit, text)
+            pending.extend(needed)
+        return found
+
+    def stamp(self, path: Path) -> None:
+        """A file is about to be read."""
+        self._stamps[path] = _stamp(path)
+
+    def put(self, path: Path, unit: CompilationUnit, text: str, needed: frozenset[Path]) -> None:
+        """A file was compiled."""
+        self._units[path] = (unit, text, needed)
+
+    def clear(self) -> None:
+        """Files may lie elsewhere now."""
+        self._units.clear()
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """What changes when a file is written; None where there is none."""
+    try:
+        known = path.stat()
+    except OSError:
+        return None
+    return known.st_mtime_ns, known.st_size
 
 
 def find_import(name: str, beside: Path, library: Library) -> Path:
@@ -129,7 +188,7 @@ def _beside(path: Path) -> str:
     """What may have been meant by a file that is not there."""
     suffix = path.suffix or SUFFIX
     close = get_close_matches(path.stem, sorted(other.stem for other in path.parent.glob(f"*{suffix}")), n=1)
-    return f"did you mean `{path.with_name(close[0] + suffix)}`?" if close else "give the path of a file that is there"
+    return f"did you mean `{path.with_name(close[0] + suffix)}`?" if close else "give the path of an existing file"
 
 
 def _reason(error: OSError | ValueError) -> str:
@@ -145,13 +204,25 @@ class _Loader:
     """Compiles each file once; knows which files are being compiled, so that an import cycle is seen."""
 
     library: Library
+    imported: ImportedMachines = field(default_factory=ImportedMachines)
     units: dict[Path, CompilationUnit] = field(default_factory=dict)
     open_files: list[Path] = field(default_factory=list)
     sources: dict[str, str] = field(default_factory=dict)
+    needed: dict[Path, set[Path]] = field(default_factory=dict)
+    cyclic: bool = False
 
-    def check(self, text: str, file: str, *, remarks: bool) -> Checked:
-        """Compile a text and what it imports; collect what was found anywhere, file by file and line by line."""
-        main = self._compile(text, file)
+    def check(
+        self, text: str, file: str, *, remarks: bool, read: tuple[ast.File, Sequence[Diagnostic]] | None = None
+    ) -> Checked:
+        """Compile a text and what it imports; collect what was found anywhere, file by file and line by line.
+
+        Args:
+            text: the text.
+            file: its name.
+            remarks: whether warnings and notes are wanted for a machine without errors.
+            read: the syntax tree and what is wrong with it, where somebody has read the text already.
+        """
+        main = self._compile(text, file, read or parse(text, file))
         units = [main, *(unit for unit in self.units.values() if unit is not main)]
         failed = any(unit.model is None for unit in units)
         findings: list[Diagnostic] = []
@@ -163,11 +234,11 @@ class _Loader:
             findings.extend(sorted(found, key=_position))
         return Checked(None if failed else main.model, tuple(findings), self.sources)
 
-    def _compile(self, text: str, file: str) -> CompilationUnit:
+    def _compile(self, text: str, file: str, read: tuple[ast.File, Sequence[Diagnostic]]) -> CompilationUnit:
         path = Path(file).resolve()
         self.sources[file] = text
         self.open_files.append(path)
-        tree, findings = parse(text, file)
+        tree, findings = read[0], list(read[1])
         machines: dict[str, CompilationUnit | None] = {}
         report = Report(file, findings)
         for name in ast.imports_of(tree):
@@ -184,17 +255,25 @@ class _Loader:
         path = find_import(name, Path(report.file).parent, self.library)
         key = path.resolve()
         place = place_of(report.file, name)
+        self.needed.setdefault(self.open_files[-1], set()).add(key)
         if key in self.open_files:
             ring = [one.stem for one in self.open_files[self.open_files.index(key) :]]
             message = f"import cycle: {' -> '.join([*ring, ring[0]])}"
             report.add("E0410", place, message, "move the shared part into a third machine")
+            self.cyclic = True
             return None
         if key in self.units:
             return self.units[key]
         if len(self.open_files) > _DEEPEST:
-            message = f"imports are more than {_DEEPEST} deep here"
-            report.add("E0208", place, message, "import fewer machines from within imported ones")
+            message = f"imports are nested more than {_DEEPEST} levels deep here"
+            report.add("E0208", place, message, "import fewer machines from imported machines")
             return None
+        known = self.imported.get(key)
+        if known is not None:
+            self.units.update((one, unit) for one, (unit, _) in known.items())
+            self.sources.update((unit.tree.name, text) for unit, text in known.values())
+            return self.units[key]
+        self.imported.stamp(key)
         try:
             text = read_text(path)
         except MachineError as error:
@@ -202,4 +281,7 @@ class _Loader:
             message = f"there is no machine `{name}` to import: {error.diagnostics[0].message}"
             report.add("E0208", place, message, meant or f"put `{name}{SUFFIX}` beside this file")
             return None
-        return self._compile(text, str(path))
+        unit = self._compile(text, str(path), parse(text, str(path)))
+        if not self.cyclic:  # what is said of a cycle depends on where it was entered
+            self.imported.put(key, unit, text, frozenset(self.needed.get(key, ())))
+        return unit

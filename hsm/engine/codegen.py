@@ -6,29 +6,42 @@ entered or left, or one transition is taken. All functions share the names of th
 
     f  the facts of the step          v  the values of the variables       q  the machine's own events
     m  the signals evaluated so far   c  the active states, by index       t  the deadlines of time-outs
-    h  the paths marked (coverage)    now  the time of the step in nanoseconds
+    h  the paths seen (coverage)      now  the time of the step in nanoseconds
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from itertools import count
 from types import CodeType, TracebackType
 from typing import Any
 
 from hsm.engine.decisions import Condition, Connective, Constant, Decision, Negation, Tree, decision_of
-from hsm.engine.evaluation import Evaluation, all_signals, eager_signals
+from hsm.engine.evaluation import Evaluation, eager_signals
 from hsm.engine.limits import duration, finite, following, interval, whole
-from hsm.engine.probes import Probes
-from hsm.model.chart import Action, After, Assign, Call, Every, Execute, Model, Raise, State, Timed, When
+from hsm.model.chart import Action, After, Assign, Call, Emit, Every, Execute, Model, Raise, Send, State, Timed
 from hsm.model.diagnostics import Place
-from hsm.model.expressions import Active, Binary, Computed, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import (
+    Active,
+    Binary,
+    Choice,
+    Computed,
+    Expression,
+    Literal,
+    SignalValue,
+    Unary,
+    VariableValue,
+)
+from hsm.model.messages import Emission, Occurrence
 from hsm.model.types import Integer, Quantity, Type
 
 NONE = -1
 """What a chain gives when no transition fires."""
+
+FEW_PATHS = 16
+"""A guard with up to this many paths is decided by nested ``if``s, one with more by adding up its path."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,12 +51,10 @@ class CandidateChain:
     Attributes:
         candidates: indices of the transitions.
         pick: gives the index of the transition that fires, or ``NONE``; for time-outs it takes the due ones, too.
-        first: the same, for the first look of a step, when no signal was evaluated yet.
     """
 
     candidates: tuple[int, ...]
     pick: Callable[..., int]
-    first: Callable[..., int]
 
 
 class Occasion(Enum):
@@ -101,21 +112,17 @@ _Continuation = Callable[[int, int], None]
 
 @dataclass(slots=True)
 class _Writer:
-    """Lines of Python, each with the place that it stands for.
+    """Lines of Python, each with the place that it represents.
 
     Attributes:
         lines: the lines.
         places: where in the machine's file each comes from.
         known: the signals that have been fetched whenever this line is reached.
-        fresh: whether no signal was evaluated before the first line.
-        seen: the signals that some line so far may have fetched.
     """
 
     lines: list[str] = field(default_factory=list)
     places: list[Place | None] = field(default_factory=list)
     known: set[int] = field(default_factory=set)
-    fresh: bool = False
-    seen: set[int] = field(default_factory=set)
 
     def add(self, depth: int, line: str, place: Place | None = None) -> None:
         self.lines.append("    " * depth + line)
@@ -126,14 +133,17 @@ class Generator:
     """Makes chains and blocks for one model, and gives signals, variables and foreign objects their slots.
 
     Attributes:
-        variables: slot of each variable and parameter, by name.
+        variables: slot of each parameter, each variable and each part of what events carry, by name.
+        own_variables: the names of the parameters and variables: what keeps its value between events.
         states: index of each state, by name.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
         names = [parameter.name for parameter in model.parameters] + [variable.name for variable in model.variables]
-        self.variables = {name: slot for slot, name in enumerate(names)}
+        carried = [declared.variable(part) for declared in model.event_data for part in declared.fields]
+        self.variables = {name: slot for slot, name in enumerate((*names, *carried))}
+        self.own_variables = names
         self._types = {one.name: one.type for one in model.variables}
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
         self.states = {state.name: state.index for state in model.states}
@@ -141,7 +151,6 @@ class Generator:
         self._numbers = count()
         self._slots: dict[tuple[str, str], int] = {}
         self._decisions = [decision_of(transition) for transition in model.transitions]
-        self.probes = Probes(self._decisions)
         self._chains: dict[tuple[tuple[int, ...], bool], CandidateChain] = {}
         self._namespace: dict[str, Any] = {}
         self._objects: dict[int, str] = {}
@@ -159,6 +168,18 @@ class Generator:
         """What expressions are evaluated against at one moment of a run."""
         return Evaluation(values, self.variables, active, self.states, memo, self.key, ask)
 
+    def first_values(self, parameters: Sequence[Any]) -> list[Any]:
+        """The values of all slots before a run begins: what is exposed can be read from the start.
+
+        Args:
+            parameters: those of the parameters, in order; of a run that goes on, those of the variables behind them.
+        """
+        values = [*parameters, *[None] * (len(self.variables) - len(parameters))]
+        for slot, variable in enumerate(self.model.variables, len(self.model.parameters)):
+            if variable.exposed and slot >= len(parameters) and isinstance(variable.initial, Literal):
+                values[slot] = variable.initial.value
+        return values
+
     def decision(self, transition: int) -> Decision:
         """What decides whether a transition fires."""
         return self._decisions[transition]
@@ -172,17 +193,12 @@ class Generator:
         return found
 
     def _make_chain(self, candidates: tuple[int, ...], timed: bool) -> CandidateChain:  # noqa: FBT001
-        pick = self._pick(candidates, timed, _Writer())
-        waits = isinstance(self.model.transitions[candidates[0]].trigger, When)
-        return CandidateChain(candidates, pick, self._pick(candidates, timed, _Writer(fresh=True)) if waits else pick)
-
-    def _pick(self, candidates: tuple[int, ...], timed: bool, writer: _Writer) -> Callable[..., int]:  # noqa: FBT001
+        writer = _Writer()
         writer.add(0, "def pick(f, m, v, c, h, due):" if timed else "def pick(f, m, v, c, h):")
         for index in candidates:
             self._candidate(writer, index, timed)
         writer.add(1, f"return {NONE}")
-        pick: Callable[..., int] = self._function(writer, "pick")
-        return pick
+        return CandidateChain(candidates, self._written(writer, "pick"))
 
     def _candidate(self, writer: _Writer, index: int, timed: bool) -> None:  # noqa: FBT001
         decision = self.decision(index)
@@ -193,7 +209,7 @@ class Generator:
         if not decision.conditions:
             decided = decision.follow(bool)[0]
             writer.add(depth, f"return {index}" if decided else "pass")
-        elif self.probes.single(index):
+        elif decision.count <= FEW_PATHS:
             self._nested(writer, index, decision, depth)
         else:
             self._flat(writer, index, decision, depth)
@@ -208,7 +224,7 @@ class Generator:
 
         def end(*, outcome: bool) -> _Continuation:
             def write(depth: int, path: int) -> None:
-                writer.add(depth, f"h[{self.probes.place(index, path)}] = 1")
+                writer.add(depth, f"h.add(({index}, {path}))")
                 if outcome:
                     writer.add(depth, f"return {index}")
 
@@ -276,7 +292,7 @@ class Generator:
 
         writer.add(depth, "p = 0")
         decide(decision.tree, depth)
-        writer.add(depth, f"h[{self.probes.first(index)}].add(p)")
+        writer.add(depth, f"h.add(({index}, p))")
         writer.add(depth, "if r:")
         writer.add(depth + 1, f"return {index}")
 
@@ -311,17 +327,25 @@ class Generator:
                     writer.add(1, f"v[{self.variables[variable]}] = {held}", place)
                 case Call(declared, arguments, place):
                     given = "".join(f", {self._inline(writer, argument)}" for argument in arguments)
-                    writer.add(1, f"{self._object(declared.function)}(f{given})", place)
+                    writer.add(1, f"{self.named(declared.function)}(f{given})", place)
                 case Execute(run=execute, place=place):
-                    writer.add(1, f"{self._object(execute)}(m, c, q)", place)
+                    writer.add(1, f"{self.named(execute)}(m, c, q)", place)
+                case Raise(event, place, arguments) if arguments:
+                    writer.add(1, f"q.append({self._occurrence(writer, event, arguments)})", place)
                 case Raise(event, place):
                     writer.add(1, f"q.append({event!r})", place)
+                case Emit(event, place, arguments, receivers):
+                    sent = self._occurrence(writer, event, arguments) if arguments else repr(event)
+                    writer.add(1, f"q.append({self.named(Emission)}({sent}, {receivers!r}))", place)
+                case Send(event=event, place=place, arguments=arguments) if arguments:
+                    sent = self._occurrence(writer, event, arguments)
+                    writer.add(1, f"q.append({self.named(replace)}({self.named(action)}, message={sent}))", place)
                 case _:
-                    writer.add(1, f"q.append({self._object(action)})", action.place)
+                    writer.add(1, f"q.append({self.named(action)})", action.place)
         if len(writer.lines) == 1:
             return None
         watches = any("in c" in line or "(m, c, q)" in line for line in writer.lines)
-        run = self._function(writer, "run")
+        run = self._written(writer, "run")
         return Block(run, actions, state, role, run.__code__, tuple(writer.places), watches)
 
     def arguments(self, expressions: tuple[Expression, ...]) -> Callable[..., tuple[Any, ...]]:
@@ -329,7 +353,7 @@ class Generator:
         writer = _Writer()
         writer.add(0, "def run(f, m, v, c):")
         writer.add(1, f"return ({''.join(f'{self._inline(writer, one)}, ' for one in expressions)})")
-        run: Callable[..., tuple[Any, ...]] = self._function(writer, "run")
+        run: Callable[..., tuple[Any, ...]] = self._written(writer, "run")
         return run
 
     def slot(self, call: SignalValue) -> int:
@@ -349,13 +373,17 @@ class Generator:
         """Whether the arguments of a call can be others later in a run."""
         return any(name in self._changing for argument in call.arguments for name in _variables(argument))
 
-    def _function(self, writer: _Writer, name: str) -> Any:
-        code = compile("\n".join(writer.lines) + "\n", f"<machine {self.model.name}>", "exec")
+    def function(self, lines: Sequence[str], name: str) -> Any:
+        """The function that lines of Python define under a name; objects have the names that `named` gave them."""
+        code = compile("\n".join(lines) + "\n", f"<machine {self.model.name}>", "exec")
         made: dict[str, Any] = {}
         exec(code, self._namespace, made)
         return made[name]
 
-    def _object(self, value: Any) -> str:
+    def _written(self, writer: _Writer, name: str) -> Any:
+        return self.function(writer.lines, name)
+
+    def named(self, value: Any) -> str:
         """The name under which generated code knows an object."""
         name = self._objects.get(id(value))
         if name is None:
@@ -369,14 +397,9 @@ class Generator:
             slot = self.slot(call)
             if slot not in writer.known:
                 key = self._key(slot, call)
-                fetch = f"s{slot} = m[{key}] = {self._ask(call)}"
-                if writer.fresh and slot not in writer.seen:
-                    writer.add(depth, fetch)
-                else:
-                    writer.add(depth, f"if {key} in m: s{slot} = m[{key}]")
-                    writer.add(depth, f"else: {fetch}")
+                writer.add(depth, f"if {key} in m: s{slot} = m[{key}]")
+                writer.add(depth, f"else: s{slot} = m[{key}] = {self._ask(call)}")
                 writer.known.add(slot)
-        writer.seen.update(map(self.slot, all_signals(condition)))
         return self._code(condition, writer.known)
 
     def _held(self, writer: _Writer, expression: Expression, kind: Type) -> str:
@@ -384,7 +407,17 @@ class Generator:
         code = self._inline(writer, expression)
         if isinstance(expression, Literal) or not isinstance(kind, Integer | Quantity):
             return code
-        return f"{self._object(whole if isinstance(kind, Integer) else finite)}({code})"
+        return f"{self.named(whole if isinstance(kind, Integer) else finite)}({code})"
+
+    def _occurrence(self, writer: _Writer, event: str, arguments: tuple[Expression, ...]) -> str:
+        """The code of an event with what it carries."""
+        declared = self.model.data_of(event)
+        assert declared is not None, "only declared events carry anything"
+        parts = (
+            f"{part.name!r}: {self._held(writer, argument, part.type)}"
+            for part, argument in zip(declared.fields, arguments, strict=True)
+        )
+        return f"{self.named(Occurrence)}({event!r}, {{{', '.join(parts)}}})"
 
     def repeat(self, index: int) -> Block | None:
         """What sets the next deadline of a repeated transition that was taken, and whose state stays."""
@@ -393,13 +426,13 @@ class Generator:
         writer = _Writer()
         writer.add(0, "def run(f, m, v, c, q, t, now):")
         step = self._duration(writer, transition.trigger)
-        writer.add(1, f"t[{index}] = {self._object(following)}(t[{index}], now, {step})", transition.place)
+        writer.add(1, f"t[{index}] = {self.named(following)}(t[{index}], now, {step})", transition.place)
         return self._block(writer, transition.source, Occasion.REPEAT, ())
 
     def _duration(self, writer: _Writer, trigger: After | Every) -> str:
         """The duration of a time-out in nanoseconds."""
         check = interval if isinstance(trigger, Every) else duration
-        return f"{self._object(check)}({self._inline(writer, trigger.duration)})"
+        return f"{self.named(check)}({self._inline(writer, trigger.duration)})"
 
     def _inline(self, writer: _Writer, expression: Expression) -> str:
         return self._code(expression, writer.known)
@@ -412,38 +445,64 @@ class Generator:
 
     def _ask(self, call: SignalValue) -> str:
         arguments = "".join(f", {self._code(argument)}" for argument in call.arguments)
-        return f"{self._object(call.signal.function)}(f{arguments})"
+        return f"{self.named(call.signal.function)}(f{arguments})"
 
     def _code(self, expression: Expression, known: set[int] | frozenset[int] = frozenset()) -> str:
-        """The expression in Python; signals that were not fetched before are fetched where they stand."""
-        match expression:
+        """The expression in Python; signals that were not fetched before are fetched where they are."""
+
+        def operand(one: Expression) -> str:
+            match one:
+                case Computed():
+                    return f"{self.named(one.compute)}(m, c)"
+                case SignalValue():
+                    slot = self.slot(one)
+                    if slot in known:
+                        return f"s{slot}"
+                    key = self._key(slot, one)
+                    return f"(m[{key}] if {key} in m else m.setdefault({key}, {self._ask(one)}))"
+                case Active(state):
+                    return f"({self.states[state]} in c)"
+                case _:
+                    return self.plain(one)
+
+        return operation_code(expression, operand)
+
+    def plain(self, operand: Expression) -> str:
+        """A literal or a variable in Python."""
+        match operand:
+            case Literal(value) if type(value) in (bool, int):
+                return repr(value)
+            case Literal(float() as value) if type(value) is float and value - value == 0:  # neither infinite nor NaN
+                return repr(value)
             case Literal(value):
-                return repr(value) if type(value) in (bool, int) else self._number(value)
+                return self.named(value)
             case VariableValue(name):
                 return f"v[{self.variables[name]}]"
-            case Computed():
-                return f"{self._object(expression.compute)}(m, c)"
-            case SignalValue():
-                slot = self.slot(expression)
-                if slot in known:
-                    return f"s{slot}"
-                key = self._key(slot, expression)
-                return f"(m[{key}] if {key} in m else m.setdefault({key}, {self._ask(expression)}))"
-            case Active(state):
-                return f"({self.states[state]} in c)"
-            case Unary("abs", operand):
-                return f"abs({self._code(operand, known)})"
-            case Unary(operator, operand):
-                return f"({operator} {self._code(operand, known)})"
-            case Binary("min" | "max" as operator, left, right):
-                return f"{operator}({self._code(left, known)}, {self._code(right, known)})"
-            case Binary(operator, left, right):
-                return f"({self._code(left, known)} {operator} {self._code(right, known)})"
+            case _:
+                raise TypeError(f"{operand} is neither a literal nor a variable")
 
-    def _number(self, value: Any) -> str:
-        if type(value) is float and value - value == 0:  # neither infinite nor NaN
-            return repr(value)
-        return self._object(value)
+
+def operation_code(expression: Expression, operand: Callable[[Expression], str]) -> str:
+    """An expression in Python.
+
+    Args:
+        expression: the expression.
+        operand: gives the code of what is no operation.
+    """
+    match expression:
+        case Unary("abs", inner):
+            return f"abs({operation_code(inner, operand)})"
+        case Unary(operator, inner):
+            return f"({operator} {operation_code(inner, operand)})"
+        case Binary("min" | "max" as operator, left, right):
+            return f"{operator}({operation_code(left, operand)}, {operation_code(right, operand)})"
+        case Binary(operator, left, right):
+            return f"({operation_code(left, operand)} {operator} {operation_code(right, operand)})"
+        case Choice(condition, then, otherwise):
+            chosen, other = operation_code(then, operand), operation_code(otherwise, operand)
+            return f"({chosen} if {operation_code(condition, operand)} else {other})"
+        case _:
+            return operand(expression)
 
 
 def _first(tree: Tree) -> Tree:
@@ -461,3 +520,6 @@ def _variables(expression: Expression) -> Iterator[str]:
         case Binary(_, left, right):
             yield from _variables(left)
             yield from _variables(right)
+        case Choice(condition, then, otherwise):
+            for one in (condition, then, otherwise):
+                yield from _variables(one)

@@ -1,14 +1,19 @@
-"""A configuration: the states that are active together, with what can be known about them before a step."""
+"""A configuration: the states that are active together, with what can be known about them before a step.
+
+Plans lead from one configuration to the next, and so do the leaves where the looks of a step end.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 from hsm.engine.codegen import NONE, Block, CandidateChain, Generator
+from hsm.engine.looks import WARM, Found, Known, Look, SlowPath
 from hsm.model.chart import Action, Always, Held, On, Timed, Transition, When
 from hsm.model.events import Event, StateEvent, matches
+from hsm.model.messages import Occurrence
 from hsm.model.topology import Topology
 
 CACHE = 4096
@@ -50,6 +55,7 @@ class Plan:
         stopped: states whose activity ends.
         restored: history states that were entered, each with whether it remembered something.
         outcome: the name of the top-level final state that is entered.
+        kept: whether the event is put aside until another state is active.
         plain: whether nothing has to be done but to move to the target, and nothing follows at once.
     """
 
@@ -67,6 +73,7 @@ class Plan:
     stopped: tuple[int, ...]
     restored: tuple[tuple[int, bool], ...]
     outcome: str | None
+    kept: bool
     plain: bool
 
     @property
@@ -75,17 +82,135 @@ class Plan:
         return tuple(action for one in self.work if not isinstance(one, StateEvent) for action in one[0].actions)
 
 
-class SlowPath(Exception):  # noqa: N818 - not an error
-    """There is more to do than to move."""
+class Looked(NamedTuple):
+    """One look that is over.
+
+    Attributes:
+        event: what was looked for; None for conditions.
+        configuration: where.
+        plan: what was taken; None where nothing was.
+    """
+
+    event: str | None
+    configuration: Configuration
+    plan: Plan | None
 
 
-class Moves(dict[Picked, Plan]):
-    """Plans that do nothing but move; asked for any other, it raises ``SlowPath``."""
+class Grower(Protocol):
+    """Makes the trees of a machine, and knows its signals."""
 
-    __slots__ = ()
+    def grow(self, leaf: Leaf, event: str | Occurrence | None) -> Look:
+        """The next look after a leaf: for an event, for conditions, or the rest of one that was cut.
 
-    def __missing__(self, picked: Picked) -> Plan:
-        raise SlowPath
+        Raises:
+            SlowPath: events are not looked for in this way.
+        """
+
+    def keys(self, slots: Sequence[int], values: Sequence[Any]) -> Iterator[Any]:
+        """Where the values of signals are kept within a step, given the variables."""
+
+
+class Leaf:
+    """Where a look ended, or was cut because its function is large enough.
+
+    Attributes:
+        grower: makes the trees.
+        known: what is known here.
+        looked: the looks that are over.
+        after: the configuration now.
+        grown: how many trees grow from the same root as this leaf; one list for all of its leaves.
+        move: the event, or None for conditions, and what was picked for it, before steps go on from here.
+        rest: makes the rest of a look that was cut.
+        go: the rest of a look that was cut, or else the next look for conditions; None where the step is over.
+        found: the leaf as what is found, where it carries no values.
+    """
+
+    __slots__ = ("_events", "_visits", "after", "found", "go", "grower", "grown", "known", "looked", "move", "rest")
+
+    def __init__(
+        self,
+        grower: Grower,
+        after: Configuration,
+        known: Known | None = None,
+        looked: tuple[Looked, ...] = (),
+        grown: list[int] | None = None,
+        *,
+        move: tuple[str | None, Picked] | None = None,
+        rest: Callable[[Leaf], Look] | None = None,
+    ) -> None:
+        self.grower = grower
+        self._visits = 0
+        self.after = after
+        self.known = known or Known()
+        self.looked = looked
+        self.grown = [0] if grown is None else grown
+        self.move = move
+        self.rest = rest
+        self.found: Found = (self,)
+        self.go: Look | None = self.advance
+        self._events: dict[str | Occurrence, Look] = {}
+
+    @property
+    def plans(self) -> Iterator[Plan]:
+        """The microsteps taken, in order."""
+        return (one.plan for one in self.looked if one.plan is not None)
+
+    def advance(self, facts: Any, values: Sequence[Any], found: Found) -> Found:
+        """Make the continuation from here, and continue."""
+        self.go = go = self.grow(None)
+        return go(facts, values, found)
+
+    def event(self, event: str | Occurrence) -> Look:
+        """The next look for an event.
+
+        Raises:
+            SlowPath: there is none yet.
+        """
+        look = self._events.get(event)
+        if look is None:
+            look = self._events[event] = self.grow(event)
+        return look
+
+    def grow(self, event: str | Occurrence | None) -> Look:
+        """The next look, once the leaf is warm.
+
+        Raises:
+            SlowPath: it is not, or what was picked does more than move.
+        """
+        self._visits += 1
+        if self._visits <= WARM:
+            raise SlowPath
+        if self.move is not None:
+            trigger, picked = self.move
+            plan = self.after.moves.get(picked)
+            if plan is None:
+                raise SlowPath
+            self.looked = (*self.looked, Looked(trigger, self.after, plan))
+            self.after = plan.target
+            self.move = None
+        return self.grower.grow(self, event)
+
+    def memo(self, found: Found, values: Sequence[Any]) -> dict[Any, Any]:
+        """The signals evaluated on the way, by key.
+
+        Args:
+            found: this leaf with the values that it carries.
+            values: the variables.
+        """
+        seen = {**self.known.flags, **dict(zip(self.known.carried, found[1:], strict=True))}
+        return dict(zip(self.grower.keys(tuple(seen), values), seen.values(), strict=True))
+
+    def interrupted(self, found: Found, values: Sequence[Any], names: Mapping[str, Any]) -> dict[Any, Any]:
+        """The signals evaluated until the look after this leaf was interrupted, by key.
+
+        Args:
+            found: this leaf with the values that it carries.
+            values: the variables.
+            names: the local variables of the look, in which `s3` is the signal with slot 3.
+        """
+        fetched = {int(name[1:]): value for name, value in names.items() if name[0] == "s"}
+        keys = self.grower.keys(tuple(fetched), values)
+        return {**self.memo(found, values), **dict(zip(keys, fetched.values(), strict=True))}
 
 
 class Configuration:
@@ -100,12 +225,11 @@ class Configuration:
         always: what fires without a trigger.
         after: what time-outs can fire.
         held: the transitions whose condition must hold for some time.
-        pick_when: the selector's function, or one that gives ``NONE``.
-        pick_first: the same, for a step in which no signal was evaluated yet.
-        events: what an event can fire, for the events that were asked for.
+        events: what an event can fire, for the events that were asked for; those that carry something, by their names
+            in brackets.
         plans: what is done for the transitions that a selector picked.
-        moves: those of the plans that do nothing but move, whatever history states remember; ``SlowPath`` is raised for
-            all others.
+        moves: those of the plans that do nothing but move, whatever history states remember.
+        root: where a step that only moves begins.
     """
 
     __slots__ = (
@@ -119,14 +243,13 @@ class Configuration:
         "held",
         "leaves",
         "moves",
-        "pick_first",
-        "pick_when",
         "plans",
+        "root",
         "topology",
         "when",
     )
 
-    def __init__(self, topology: Topology, generator: Generator, leaves: tuple[int, ...]) -> None:
+    def __init__(self, topology: Topology, generator: Generator, grower: Grower, leaves: tuple[int, ...]) -> None:
         self.topology = topology
         self.generator = generator
         self.leaves = leaves
@@ -137,14 +260,12 @@ class Configuration:
         model = topology.model
         own = (index for state in sorted(self.active) for index in model.states[state].transitions)
         self.held = tuple(index for index in own if isinstance(model.transitions[index].trigger, Held))
-        self.pick_when = self.when.pick if self.when else _nothing
-        single = self.when is not None and len(self.when.chains) == 1
-        self.pick_first = self.when.chains[0].first if self.when and single else self.pick_when
         self._names: frozenset[str] | None = None
         self._activities: tuple[int, ...] | None = None
-        self.events: dict[Event, Selector | None] = {}
+        self.events: dict[Event | tuple[str], Selector | None] = {}
         self.plans: dict[Any, Plan] = {}
-        self.moves: dict[Picked, Plan] = Moves()
+        self.moves: dict[Picked, Plan] = {}
+        self.root = Leaf(grower, self)
 
     @property
     def states(self) -> tuple[int, ...]:
@@ -168,16 +289,18 @@ class Configuration:
 
     def on(self, event: Event) -> Selector | None:
         """What an event can fire."""
-        if event not in self.events:
+        key = (event.name,) if isinstance(event, Occurrence) else event
+        if key not in self.events:
             if len(self.events) >= CACHE:
                 self.events.clear()
-            self.events[event] = self._selector(lambda transition: self._listens(transition, event))
-        return self.events[event]
+            self.events[key] = self._selector(lambda transition: self._listens(transition, event))
+        return self.events[key]
 
     def forget(self) -> None:
-        """Drop the plans, which keep other configurations alive."""
+        """Drop the plans and the trees, which keep other configurations alive."""
         self.plans.clear()
         self.moves.clear()
+        self.root = Leaf(self.root.grower, self)
 
     def _listens(self, transition: Transition, event: Event) -> bool:
         source = self.topology.states[transition.source]
@@ -202,10 +325,6 @@ class Configuration:
 
     def _candidates(self, leaf: int, offered: dict[int, tuple[int, ...]]) -> tuple[int, ...]:
         return tuple(index for state in self.topology.up(leaf) for index in offered[state])
-
-
-def _nothing(*_: Any) -> int:
-    return NONE
 
 
 def _together(picks: Iterable[Callable[..., int]]) -> Callable[..., Picked]:

@@ -7,11 +7,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from hsm.engine.configuration import Plan
-from hsm.engine.probes import Probes
+from hsm.engine.configuration import Leaf, Plan
 
 FORGOTTEN_AFTER = 4096
-"""So many different microsteps are kept before what they have exercised is added up."""
+"""After this many different microsteps, what they have exercised is added up."""
 
 Guards = Mapping[int, frozenset[int]]
 
@@ -83,26 +82,32 @@ def _sum(one: Mapping[_K, int], other: Mapping[_K, int]) -> dict[_K, int]:
 
 
 class Collector:
-    """Collects what one run exercises, at next to no cost for a step.
+    """Collects what one run exercises, at next to no cost for a step and with no more memory than what it exercises.
 
     Attributes:
-        hits: where the generated code marks paths through guards.
-        taken: how often each microstep was done, since the last time they were added up.
+        hits: the paths through guards that steps in full have seen, with their transitions.
+        leaves: how often a step that only moved ended at a leaf, since the last time they were added up.
         outcomes: how often the activity of a state ended with an outcome.
     """
 
-    def __init__(self, probes: Probes) -> None:
-        self._probes = probes
+    def __init__(self) -> None:
         self._states: Counter[int] = Counter()
         self._transitions: Counter[int] = Counter()
         self._history: Counter[tuple[int, bool]] = Counter()
-        self.hits = probes.new()
-        self.taken: dict[Plan, int] = {}
+        self._taken: dict[Plan, int] = {}
+        self.hits: set[tuple[int, int]] = set()
+        self.leaves: dict[Leaf, int] = {}
         self.outcomes: Counter[tuple[int, str]] = Counter()
 
+    def first(self, leaf: Leaf) -> None:
+        """Count a leaf that is not among the counted ones."""
+        if len(self.leaves) >= FORGOTTEN_AFTER:
+            self._add_up()
+        self.leaves[leaf] = 1
+
     def count(self, plans: Iterable[Plan | None]) -> None:
-        """Count the microsteps of a step."""
-        taken = self.taken
+        """Count the microsteps of a step in full."""
+        taken = self._taken
         for plan in plans:
             if plan in taken:
                 taken[plan] += 1
@@ -112,14 +117,19 @@ class Collector:
                 taken[plan] = 1
 
     def _add_up(self) -> None:
-        for plan, count in self.taken.items():
+        for leaf, count in self.leaves.items():
+            self.hits.update(leaf.known.marks)
+            for plan in leaf.plans:
+                self._taken[plan] = self._taken.get(plan, 0) + count
+        self.leaves.clear()
+        for plan, count in self._taken.items():
             for state in plan.entered:
                 self._states[state] += count
             for index in plan.transitions:
                 self._transitions[index] += count
             for entered in plan.restored:
                 self._history[entered] += count
-        self.taken.clear()
+        self._taken.clear()
 
     def coverage(self) -> Coverage:
         """What was exercised so far."""
@@ -127,7 +137,15 @@ class Collector:
         return Coverage(
             states=dict(sorted(self._states.items())),
             transitions=dict(sorted(self._transitions.items())),
-            guards=dict(self._probes.seen(self.hits)),
+            guards=guards_of(self.hits),
             outcomes=dict(sorted(self.outcomes.items())),
             history=dict(sorted(self._history.items())),
         )
+
+
+def guards_of(hits: Iterable[tuple[int, int]]) -> Guards:
+    """The paths through guards that were seen, by transition."""
+    found: dict[int, set[int]] = {}
+    for index, path in hits:
+        found.setdefault(index, set()).add(path)
+    return {index: frozenset(found[index]) for index in sorted(found)}

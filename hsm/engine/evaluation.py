@@ -10,11 +10,21 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hsm.model.expressions import Active, Binary, Computed, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import (
+    Active,
+    Binary,
+    Choice,
+    Computed,
+    Expression,
+    Literal,
+    SignalValue,
+    Unary,
+    VariableValue,
+)
 from hsm.model.types import BOOLEAN
 
 UNSET: Any = object()
-"""Stands for a signal that was not evaluated yet."""
+"""Represents a signal that was not evaluated yet."""
 
 UNARY: dict[str, Callable[[Any], Any]] = {"not": operator.not_, "-": operator.neg, "abs": abs}
 BINARY: dict[str, Callable[[Any, Any], Any]] = {
@@ -48,7 +58,7 @@ class Evaluation:
 
     Attributes:
         values: the variables.
-        slots: where each variable stands in ``values``.
+        slots: where each variable is in ``values``.
         active: indices of the active states.
         states: index of each state by its name.
         memo: the signals evaluated in this step, by key.
@@ -95,10 +105,12 @@ class Evaluation:
                 return self.value(left) or self.value(right)
             case Binary(name, left, right):
                 return BINARY[name](self.value(left), self.value(right))
+            case Choice(condition, then, otherwise):
+                return self.value(then) if self.value(condition) else self.value(otherwise)
 
 
 def eager_signals(expression: Expression) -> Iterator[SignalValue]:
-    """The signals that are evaluated whenever the expression is: all but those to the right of an ``and`` or ``or``."""
+    """The signals that are evaluated whenever the expression is: all but those that ``and``, ``or``, a choice skip."""
     match expression:
         case Computed():
             return
@@ -111,6 +123,8 @@ def eager_signals(expression: Expression) -> Iterator[SignalValue]:
         case Binary(_, left, right):
             yield from eager_signals(left)
             yield from eager_signals(right)
+        case Choice(condition):
+            yield from eager_signals(condition)
 
 
 def all_signals(expression: Expression) -> Iterator[SignalValue]:
@@ -125,3 +139,6 @@ def all_signals(expression: Expression) -> Iterator[SignalValue]:
         case Binary(_, left, right):
             yield from all_signals(left)
             yield from all_signals(right)
+        case Choice(condition, then, otherwise):
+            for one in (condition, then, otherwise):
+                yield from all_signals(one)

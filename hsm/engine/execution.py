@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,17 +14,21 @@ from hsm.engine.configuration import Configuration, Picked, Plan, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.limits import duration
 from hsm.engine.macrostep import Macrostep
-from hsm.engine.record import NOTHING_DUE, Phase, Selection
-from hsm.model.chart import Cancel, Held, On, Send
+from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
+from hsm.engine.sessions import MOST_SESSIONS, Session
+from hsm.model.chart import Cancel, Held, Invoked, On, Send
 from hsm.model.diagnostics import Place
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
-from hsm.model.messages import STORE, Message, Store
+from hsm.model.messages import STORE, Emission, Message, Occurrence, Store
 from hsm.model.topology import Remembered
 
 SPIN = 1000
-"""So many microsteps may follow one another before they count as endless."""
+"""A step with more consecutive microsteps than this counts as endless."""
+
+MOST_DEFERRED = 1000
+"""At most this many events may be deferred at once."""
 
 
 @dataclass(slots=True)
@@ -40,6 +44,9 @@ class RunState:
         outcome: how the run ended, or None.
         acted: conditions that have held long enough, by transition: they wait until they are false.
         store: the data of a chart that has any, between its steps.
+        deferred: events that are kept until another state is active, in the order in which they came.
+        sessions: the charts that were invoked and run, in the order in which they began.
+        invoked: how many charts were invoked so far.
     """
 
     configuration: Configuration
@@ -50,6 +57,9 @@ class RunState:
     outcome: str | None
     acted: frozenset[int] = frozenset()
     store: Store | None = None
+    deferred: tuple[str | Occurrence, ...] = ()
+    sessions: tuple[Session[RunState], ...] = ()
+    invoked: int = 0
 
     @property
     def wake(self) -> float:
@@ -63,7 +73,7 @@ class _Work:
 
     values: list[Any]
     timers: dict[int, int]
-    raised: list[Event | Message | Send | Cancel]
+    raised: list[Event | Message | Send | Emission | Cancel]
 
     def copy(self) -> _Work:
         """The same, to go on from."""
@@ -104,6 +114,8 @@ class MacrostepExecution:
         state: the state of the run, as far as the step has come.
         selections: what was looked at and done so far.
         stopped: states that were left and had an activity, in order.
+        sent: events that were sent to other machines, in order.
+        outbox: events for sessions that this one does not run, each with its target.
     """
 
     def __init__(
@@ -114,14 +126,19 @@ class MacrostepExecution:
         *,
         facts: object,
         memo: dict[Any, Any],
-        hits: list[Any],
+        hits: set[tuple[int, int]],
     ) -> None:
         self.chart = chart
         self.state = replace(state)
         self.selections: list[Selection] = []
         self.stopped: list[int] = []
+        self.sent: list[str | Occurrence] = []
+        self.outbox: list[tuple[str, Message]] = []
+        self._invoking: set[int] = set()
+        self._stepped: set[str] = set()
         self._time = time
         self._settled = False
+        self._moved = False
         self._now = nanoseconds(time)
         self._latest = self._now + tolerance(time)
         self._facts = facts
@@ -144,7 +161,7 @@ class MacrostepExecution:
         self._drain()
         self.state.store = self._memo.get(STORE)
 
-    def run(self, events: Iterable[Event | PendingFault], error: BaseException | None = None) -> None:
+    def run(self, events: Iterable[Event | Message | PendingFault], error: BaseException | None = None) -> None:
         """Handle events, then time-outs, then conditions.
 
         Args:
@@ -180,6 +197,8 @@ class MacrostepExecution:
         match entry:
             case Message():
                 event = entry
+            case Occurrence(name, data):
+                event = Message(name, data=dict(data) or None)
             case str():
                 event = Message(entry)
             case StateEvent(origin=origin, standard=name):
@@ -194,7 +213,8 @@ class MacrostepExecution:
         # The last look for conditions found nothing; a step that ends the machine, or enters it, has none.
         values = state.values if self._settled and state.outcome is None else None
         step = Macrostep()
-        step.raw = (self._time, self.selections, self._memo, values, state.timers, state.configuration)
+        step.sending = tuple(self.sent)
+        step.raw = StepRecord(self._time, self.selections, self._memo, values, state.timers, state.configuration)
         return step
 
     def _reached(self, deadline: int) -> bool:
@@ -223,40 +243,227 @@ class MacrostepExecution:
     def _drain(self) -> None:
         """Handle the events from outside, and those that the machine sends itself meanwhile."""
         bound = len(self._external) + SPIN
-        while self._external and self.state.outcome is None:
+        while self.state.outcome is None:
+            if self._moved and self.state.deferred:
+                self._external.extendleft(reversed(self.state.deferred))
+                self.state.deferred = ()
+            self._moved = False
+            if self._invoking:
+                self._invoke()
+            if self._queue:
+                self._run_to_stability()
+                continue
+            if not self._external and not (self.state.sessions and self._run_sessions()):
+                return
             if bound == 0:
                 raise self._spin()
             bound -= 1
-            self._handle(self._external.popleft())
+            if not self._external:
+                continue
+            entry = self._external.popleft()
+            if self.state.sessions:
+                self._forward(entry)
+            self._handle(entry)
             self._run_to_stability()
 
     def _send(self, send: Send) -> None:
-        if send.delay <= 0:
+        if send.delay <= 0 and send.target is not None:
+            self._deliver(send)
+        elif send.delay <= 0:
             self._external.append(send.message or send.event)
         else:
             self.state.sent = (*self.state.sent, (self._now + nanoseconds(send.delay), send))
+
+    def _emit(self, emission: Emission) -> None:
+        """Send an event to other machines; the members of this one hear of it in the next step."""
+        event = emission.event
+        self.sent.append(event)
+        for name in emission.receivers:
+            message = Occurrence(name, event.data) if isinstance(event, Occurrence) else None
+            self.state.sent = (*self.state.sent, (self._now, Send(name, message=message)))
 
     def _arrived(self) -> list[Event | Message]:
         """The events on their way that arrive now, the earliest first."""
         arrived = sorted((one for one in self.state.sent if self._reached(one[0])), key=lambda one: one[0])
         if arrived:
             self.state.sent = tuple(one for one in self.state.sent if not self._reached(one[0]))
-        return [send.message or send.event for _, send in arrived]
+        for _, send in arrived:
+            if send.target is not None:
+                self._deliver(send)
+        return [send.message or send.event for _, send in arrived if send.target is None]
+
+    # Charts that this one has invoked.
+
+    def _invoke(self) -> None:
+        """Begin the charts of the states that were entered and not left since."""
+        for state in sorted(self._invoking):
+            for one in self.chart.model.states[state].invokes:
+                invoked = one.begin(self._memo, self.state.configuration.active, self._queue)
+                if invoked is not None:
+                    self._begin(state, invoked)
+        self._invoking.clear()
+
+    def _leave_invoked(self, plan: Plan) -> None:
+        """End the charts of the states that a microstep leaves, and note those of the states that it enters."""
+        states = self.chart.model.states
+        self._invoking.difference_update(plan.exited)
+        self._invoking.update(one for one in plan.entered if states[one].invokes)
+        if plan.exited and self.state.sessions:
+            self._put_sessions(tuple(one for one in self.state.sessions if one.source not in plan.exited))
+
+    def _begin(self, state: int, invoked: Invoked) -> None:
+        """Enter an invoked chart."""
+        if len(self.state.sessions) >= MOST_SESSIONS:
+            reason = f"more than {MOST_SESSIONS} charts are invoked"
+            raise MachineFault(reason, self.chart.model.states[state].name, None)
+        chart = self.chart.invoked(invoked.model)
+        self.state.invoked += 1
+        name = f"{self._session_name}.{self.state.invoked}"
+        first = chart.model.store
+        if first is not None:
+            around = frozenset(("#_parent", f"#_scxml_{self._session_name}"))
+            first = replace(first, given=invoked.data, session=name, reachable=around)
+        plan = chart.planner.start()
+        begun = RunState(plan.target, chart.generator.first_values(()), {}, (), {}, None, store=first)
+        session = Session(invoked.identifier, name, chart, begun, state, invoked.autoforward, invoked.finalize)
+        self._put_sessions((*self.state.sessions, session))
+        self._stepped.add(name)
+        execution = self._inner(session)
+        execution.start(plan)
+        self._take_over(session, execution)
+
+    def _inner(self, session: Session[RunState]) -> MacrostepExecution:
+        return MacrostepExecution(session.chart, session.state, self._time, facts=self._facts, memo={}, hits=set())
+
+    def _run_sessions(self) -> bool:
+        """Let invoked charts handle what they were sent; whether this one has more to do then."""
+        for session in self.state.sessions:
+            due = session.inbox or session.name not in self._stepped
+            if due and not session.ended and session in self.state.sessions:
+                self._stepped.add(session.name)
+                execution = self._inner(session)
+                execution.run(session.inbox)
+                self._take_over(replace(session, inbox=()), execution)
+        return bool(self._external) or any(one.inbox for one in self.state.sessions)
+
+    def _take_over(self, session: Session[RunState], execution: MacrostepExecution) -> None:
+        """Adopt what an invoked chart has done, and hand its events on."""
+        ended = execution.state.outcome is not None
+        if ended:
+            execution.leave()
+        after = replace(session, state=execution.state, ended=ended, autoforward=session.autoforward and not ended)
+        self._put_sessions(tuple(after if one.name == session.name else one for one in self.state.sessions))
+        for target, message in execution.outbox:
+            told = replace(message, invokeid=session.identifier)
+            if target in ("#_parent", f"#_scxml_{self._session_name}"):
+                self._external.append(told)
+            else:
+                self._deliver(Send(message.name, message=told, target=target))
+        if ended:
+            store = execution.state.store
+            result = store.results.get(0) if store is not None else None
+            done = f"done.invoke.{session.identifier}"
+            self._external.append(Message(done, "external", result, invokeid=session.identifier))
+
+    @property
+    def _session_name(self) -> str:
+        store = self._memo.get(STORE)
+        return (store.session if store is not None else None) or self.chart.name
+
+    def leave(self) -> None:
+        """Run the exit actions of all active states of a chart that has ended, from the inside out."""
+        queue: list[Any] = []
+        for index in sorted(self.state.configuration.active, reverse=True):
+            block = self.chart.generator.actions(index, Occasion.EXIT, self.chart.model.states[index].exit)
+            if block is not None:
+                arguments = (self._facts, self._memo, self.state.values, self.state.configuration.active)
+                block.run(*arguments, queue, self.state.timers, self._now)
+        for entry in queue:
+            if isinstance(entry, Send) and entry.target is not None and entry.delay <= 0:
+                self._deliver(entry)
+        self.state.store = self._memo.get(STORE)
+
+    def _deliver(self, send: Send) -> None:
+        """Send an event to another session: one that this one has invoked, or one around it."""
+        assert send.target is not None, "events for the chart itself go another way"
+        message = send.message if isinstance(send.message, Message) else Message(send.event)
+        for number, session in enumerate(self.state.sessions):
+            if send.target in session.targets:
+                sessions = list(self.state.sessions)
+                sessions[number] = replace(session, inbox=(*session.inbox, message))
+                self.state.sessions = tuple(sessions)
+                return
+        self.outbox.append((send.target, message))
+
+    def _forward(self, entry: Event | Message | PendingFault) -> None:
+        """Before an event is handled: what the chart it comes from is finalized with, and copies for the others."""
+        if isinstance(entry, PendingFault | StateEvent) or STORE not in self._memo:
+            return
+        self._bind(entry)
+        event: Message = self._memo[STORE].event
+        for session in self.state.sessions:
+            if session.finalize is not None and event.invokeid == session.identifier:
+                session.finalize(self._memo, self.state.configuration.active, self._queue)
+        self.state.sessions = tuple(
+            replace(one, inbox=(*one.inbox, event)) if one.autoforward else one
+            for one in self.state.sessions
+            if not (one.ended and event.name == f"done.invoke.{one.identifier}" and event.invokeid == one.identifier)
+        )
+
+    def _put_sessions(self, sessions: tuple[Session[RunState], ...]) -> None:
+        """Other sessions run now; the chart's data knows which can be reached."""
+        self.state.sessions = sessions
+        store = self._memo.get(STORE)
+        if store is not None:
+            outer = () if store.session is None else ("#_parent", f"#_scxml_{store.session.rpartition('.')[0]}")
+            targets = (one for session in sessions for one in session.targets)
+            self._memo[STORE] = replace(store, reachable=frozenset((*outer, *targets)))
 
     def _handle(self, entry: Event | Message | PendingFault) -> bool:
         """Let one event fire what it can; whether there was anything."""
         if STORE in self._memo:
             self._bind(entry)
         event = _event(entry)
+        declared = self.chart.model.data_of(event.name) if isinstance(event, Occurrence) else None
+        if declared is None or not isinstance(event, Occurrence):
+            return self._let_fire(entry, event)
+        # What the event carries is among the variables for as long as it is handled.
+        carried = {declared.variable(part): event.data[part.name] for part in declared.fields}
+        self._put(carried)
+        fired = self._let_fire(entry, event)
+        self._put(dict.fromkeys(carried))
+        return fired
+
+    def _put(self, carried: Mapping[str, Any]) -> None:
+        """Give slots other values; the old list stays as it is, for the record."""
+        values = self.state.values[:]
+        for name, value in carried.items():
+            values[self.chart.generator.variables[name]] = value
+        self.state.values = values
+
+    def _let_fire(self, entry: Event | Message | PendingFault, event: Event) -> bool:
         selector = self.state.configuration.on(event)
         if selector is not None:
             fired = self._fire(selector, event)
         else:
             fired = False
             self._record(event, NOTHING_DUE, None)
+        plan = self.selections[-1].plan if fired else None
+        if plan is not None and plan.kept and isinstance(event, str | Occurrence):
+            self._defer(event)
         if not fired and isinstance(entry, PendingFault):
             raise entry.unhandled(self.chart)
         return fired
+
+    def _defer(self, event: str | Occurrence) -> None:
+        """Keep an event until another state is active."""
+        if len(self.state.deferred) >= MOST_DEFERRED:
+            plan = self.selections[-1].plan
+            assert plan is not None, "a transition keeps it"
+            line = self.chart.model.transitions[plan.transitions[0]]
+            name = self.chart.model.states[line.source].name
+            raise MachineFault(f"more than {MOST_DEFERRED} events are deferred", name, line.place)
+        self.state.deferred = (*self.state.deferred, event)
 
     def _time_outs(self, due: frozenset[int]) -> None:
         for _ in range(SPIN):
@@ -354,6 +561,9 @@ class MacrostepExecution:
 
     def _take(self, trigger: Phase | Event, due: frozenset[int], plan: Plan) -> None:
         """Do what a microstep asks for; old values stay untouched for the record."""
+        self._moved = self._moved or bool(plan.exited or plan.entered)
+        if self.chart.invokes:
+            self._leave_invoked(plan)
         if plan.plain:
             self._record(trigger, due, plan)
             self.state.configuration = plan.target
@@ -386,11 +596,21 @@ class MacrostepExecution:
         state.values, state.timers = work.values, work.timers
         if plan.acted or state.acted:
             state.acted = state.acted.difference(plan.disarmed).union(plan.acted)
-        self._queue.extend(work.raised)
+        self._put_out(work.raised)
         if plan.remembered:
             state.history = {**state.history, **dict(plan.remembered)}
         self.stopped.extend(plan.stopped)
         state.outcome = plan.outcome or state.outcome
+
+    def _put_out(self, raised: Iterable[Event | Message | Send | Emission | Cancel]) -> None:
+        """Queue what was raised; what is for other machines is sent at once, also when this one has ended."""
+        for entry in raised:
+            if isinstance(entry, Emission):
+                self._emit(entry)
+            elif isinstance(entry, Send) and entry.target is not None and entry.delay <= 0:
+                self._deliver(entry)
+            else:
+                self._queue.append(entry)
 
     # When something goes wrong.
 
@@ -406,7 +626,7 @@ class MacrostepExecution:
                 raise fault.unhandled(self.chart)
             state.configuration = self.chart.configuration(())
             state.values, state.timers = before.values, before.timers
-            self._queue.extend(before.raised)
+            self._put_out(before.raised)
         self._undone.update(plan.transitions)
         if block.role is Occasion.EXIT:
             self._left_out.add(block)
@@ -432,11 +652,13 @@ class MacrostepExecution:
                 waits = isinstance(trigger, On) and matches(trigger, fault.event, origin, origin)
                 if not waits or index in self._undone:
                     continue
+                decision = self.chart.generator.decision(index)
                 try:
-                    held, path = self.chart.generator.decision(index).follow(evaluation.condition)
+                    held, path = decision.follow(evaluation.condition)
                 except Exception:
                     continue
-                self.chart.generator.probes.mark(self._hits, index, path)
+                if decision.conditions:
+                    self._hits.add((index, path))
                 if held:
                     return index
         return None
@@ -456,14 +678,16 @@ class MacrostepExecution:
             for index in chain.candidates:
                 if index in self._undone or (due is not None and index not in due):
                     continue
+                decision = generator.decision(index)
                 try:
-                    held, path = generator.decision(index).follow(evaluation.condition)
+                    held, path = decision.follow(evaluation.condition)
                 except Exception as error:
                     self._report(index, error)
                     continue
                 finally:
                     self._error = None
-                generator.probes.mark(self._hits, index, path)
+                if decision.conditions:
+                    self._hits.add((index, path))
                 if held:
                     if index not in found:
                         found.append(index)

@@ -1,8 +1,8 @@
-"""Why transitions fired or did not, worked out from what a step leaves behind."""
+"""Why transitions fired or did not, computed from what a step records."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -12,7 +12,7 @@ from hsm.engine.configuration import Configuration, Plan
 from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
 from hsm.model.chart import Transition
-from hsm.model.expressions import Binary, Expression, SignalValue, Unary, VariableValue
+from hsm.model.expressions import Binary, Choice, Expression, SignalValue, Unary, VariableValue
 from hsm.model.unparse import call_text, expression_text, trigger_text, value_text
 
 
@@ -65,14 +65,13 @@ class Considered:
         return f"{where}{trigger_text(self.transition.trigger, self.transition.guard)}: {self.reason}"
 
 
-def explain(record: StepRecord, selections: Iterable[Selection]) -> tuple[Considered, ...]:
+def explain(record: StepRecord) -> tuple[Considered, ...]:
     """Every transition that was looked at in a step, in the order of the selections.
 
     Args:
-        record: what the step left behind.
-        selections: its selections in full.
+        record: what the step recorded.
     """
-    found = [one for selection in selections for one in _explain_selection(selection, record.memo)]
+    found = [one for selection in record.selections for one in _explain_selection(selection, record.memo)]
     if record.values is not None:
         last = Selection(Phase.WHEN, record.after, record.values, NOTHING_DUE, None)
         found.extend(_explain_selection(last, record.memo))
@@ -161,6 +160,9 @@ def _values(expression: Expression, evaluation: Evaluation) -> Iterator[tuple[st
         case Binary(_, left, right):
             yield from _values(left, evaluation)
             yield from _values(right, evaluation)
+        case Choice(condition, then, otherwise):
+            for one in (condition, then, otherwise):
+                yield from _values(one, evaluation)
 
 
 def _gone(call: SignalValue) -> Any:

@@ -1,15 +1,17 @@
-"""What a run is given from Python: parameters, the time and the events of a step, checked before anything is done."""
+"""What a run is given from Python: parameters and the time of a step, checked before anything is done."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from enum import StrEnum
 from math import isfinite
 from numbers import Integral, Real
 from typing import Any
 
+from hsm.engine.evaluation import Evaluation
 from hsm.engine.limits import within_limits
 from hsm.model.chart import Model
+from hsm.model.expressions import Expression
 from hsm.model.registry import Parameter
 from hsm.model.types import NUMBER, Boolean, Enumeration, Integer, Type
 
@@ -24,8 +26,8 @@ def parameter_values(model: Model, given: Mapping[str, Any]) -> list[Any]:
         given: values by name, in SI units.
 
     Raises:
-        ValueError: a parameter is unknown, one without a default is missing, or a value is out of bounds, infinite or
-            no number.
+        ValueError: a parameter is unknown, one without a default is missing, or a value, given or made of others, is
+            out of bounds, infinite or no number.
         TypeError: a value is of the wrong type.
     """
     declared = {parameter.name: parameter for parameter in model.parameters}
@@ -36,25 +38,77 @@ def parameter_values(model: Model, given: Mapping[str, Any]) -> list[Any]:
     missing = [name for name, parameter in declared.items() if parameter.required and name not in given]
     if missing:
         raise ValueError(f"machine {model.name} needs a value for its parameter `{missing[0]}`")
-    return [
-        _value(model, parameter, given[name]) if name in given else parameter.default
-        for name, parameter in declared.items()
-    ]
+    checked = {name: _value(model, declared[name], value) for name, value in given.items()}
+    return list(settled(model, checked).values())
+
+
+def settled(model: Model, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of all parameters of a machine by name: those given, what is made of others, and defaults.
+
+    Args:
+        model: the machine.
+        given: values by name, as the engine has them.
+
+    Raises:
+        ValueError: what a parameter is made of divides by zero, or is no value of it.
+    """
+    values: dict[str, Any] = {}
+    for parameter in model.parameters:
+        if parameter.name in given:
+            values[parameter.name] = given[parameter.name]
+        elif parameter.name in model.derived:
+            values[parameter.name] = follow(model.derived[parameter.name], parameter, values)
+        else:
+            values[parameter.name] = parameter.default
+    return values
+
+
+def follow(formula: Expression, parameter: Parameter, values: Mapping[str, Any]) -> Any:
+    """The value of a parameter that is made of others.
+
+    Args:
+        formula: what it is made of.
+        parameter: which one it is.
+        values: those of the parameters before it, by name.
+
+    Raises:
+        ValueError: this is a division by zero, or is no value of the parameter.
+    """
+    slots = {name: slot for slot, name in enumerate(values)}
+    constants = Evaluation(tuple(values.values()), slots, (), {}, {}, _no_signal, _no_signal)
+    try:
+        value = typed(constants.value(formula), parameter.type)
+    except ZeroDivisionError:
+        raise ValueError(f"parameter `{parameter.name}` divides by zero") from None
+    if not within_limits(value, parameter.type):
+        raise ValueError(f"parameter `{parameter.name}` cannot hold {value!r:.{_WIDEST}}")
+    return value
+
+
+def _no_signal(*_: object) -> Any:
+    raise AssertionError("constants and parameters are made of no signal")
 
 
 def _value(model: Model, parameter: Parameter, given: Any) -> Any:
-    value = _typed(given, parameter)
+    default = parameter.default
+    value = typed(given, parameter.type, type(default) if isinstance(default, StrEnum) else None)
     if value is None:
-        wanted = f"parameter `{parameter.name}` of machine {model.name} is {_wanted(parameter.type)}"
+        wanted = f"parameter `{parameter.name}` of machine {model.name} is {wanted_type(parameter.type)}"
         raise TypeError(f"{wanted}, not {given!r:.{_WIDEST}} ({type(given).__name__})")
     if not within_limits(value, parameter.type):
         raise ValueError(f"machine {model.name} cannot hold {given!r:.{_WIDEST}} in its parameter `{parameter.name}`")
     return value
 
 
-def _typed(given: Any, parameter: Parameter) -> Any:
-    """The value as the engine has it; None where it is of another type."""
-    match parameter.type:
+def typed(given: Any, kind: Type, enumeration: type[StrEnum] | None = None) -> Any:
+    """A value from Python as the engine has it; None where it is of another type.
+
+    Args:
+        given: the value.
+        kind: the type that is wanted.
+        enumeration: where the members of an enumeration come from.
+    """
+    match kind:
         case Boolean():
             return given if isinstance(given, bool) else None
         case Integer():
@@ -62,13 +116,13 @@ def _typed(given: Any, parameter: Parameter) -> Any:
         case Enumeration(_, members):
             if not isinstance(given, str) or str(given) not in members:
                 return None
-            default = parameter.default
-            return type(default)(given) if isinstance(default, StrEnum) else given
+            return given if enumeration is None else enumeration(given)
         case _:
             return float(given) if isinstance(given, Real) and not isinstance(given, bool) else None
 
 
-def _wanted(kind: Type) -> str:
+def wanted_type(kind: Type) -> str:
+    """A type in a message about a value from Python."""
     match kind:
         case Boolean():
             return "true or false"
@@ -99,24 +153,3 @@ def check_time(time: float, last: float) -> None:
         raise ValueError(f"the time of a step is a number of seconds, not {time}")
     if time < last:
         raise ValueError(f"time runs backwards: {time} s after {last} s")
-
-
-def check_events(model: Model, events: Iterable[str]) -> None:
-    """Make sure that a machine knows the events that it is sent.
-
-    Args:
-        model: the machine.
-        events: their names.
-
-    Raises:
-        TypeError: it is one text instead of a list of names, or something in the list is no text.
-        ValueError: neither the machine nor its library declares an event of that name.
-    """
-    if isinstance(events, str):
-        raise TypeError(f"events are a list of names: [{events!r:.{_WIDEST}}], not {events!r:.{_WIDEST}}")
-    for event in events:
-        if not isinstance(event, str):
-            raise TypeError(f"the name of an event is a text, not {event!r:.{_WIDEST}} ({type(event).__name__})")
-        if model.events is not None and event not in model.events:
-            known = ", ".join(sorted(model.events)) or "none"
-            raise ValueError(f"nobody declares an event `{event}` for machine {model.name}; its events: {known}")

@@ -56,7 +56,7 @@ def interval(value: float) -> int:
     """
     if found := duration(value):
         return found
-    raise LimitError("what is done every 0 s would be done without end")
+    raise LimitError("`every` needs a duration above 0 s")
 
 
 def following(deadline: int, now: int, step: int) -> int:

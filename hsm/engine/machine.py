@@ -28,7 +28,7 @@ class Machine(CompiledChart, Generic[F, E]):
         """Start a run: set the parameters and enter the initial configuration.
 
         Args:
-            parameters: values by name, in SI units; the declared defaults stand for what is left out.
+            parameters: values by name, in SI units; the declared defaults represent what is left out.
             facts: what signals and actions that are needed at the start are given.
             time: the time of the start in seconds.
 
@@ -46,7 +46,7 @@ class Machine(CompiledChart, Generic[F, E]):
         return Supervisor.begin(self, values, facts, time)
 
     def restore(self, snapshot: Mapping[str, Any]) -> Supervisor[F, E]:
-        """Go on with a run from where ``Supervisor.snapshot`` left it; its activities begin anew.
+        """Go on with a run from where ``Supervisor.snapshot`` left it; its activities begin again.
 
         Args:
             snapshot: what ``Supervisor.snapshot`` gave, also after a way through JSON.

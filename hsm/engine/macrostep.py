@@ -8,9 +8,10 @@ from typing import Any
 
 from hsm.engine.configuration import Plan
 from hsm.engine.explanation import Considered, explain
-from hsm.engine.record import NOTHING_DUE, Phase, RawRecord, Selection, StepRecord
+from hsm.engine.record import Phase, RawRecord, Selection, StepRecord, record_of
 from hsm.model.chart import Action, Model, Transition
 from hsm.model.events import Event, StateEvent
+from hsm.model.messages import Occurrence
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,19 +34,21 @@ class Microstep:
 
 
 class Macrostep:
-    """What one step did: a value that does not change, worked out further when it is asked.
+    """What one step did: a value that does not change; details are computed on demand.
 
     Two are equal when the same was done at the same time. As a truth value: whether anything was done.
 
     Attributes:
-        raw: what the step leaves behind; everything else is worked out from it.
+        raw: what the step records; everything else is computed from it.
+        sending: the events that it has sent to other machines; not set where that is none. See ``sent``.
     """
 
-    # One is made every tick, which itself takes less than a microsecond: what the step leaves behind is set from
+    # One is made every tick, which itself takes less than a microsecond: what the step records is set from
     # outside, without names, which is a quarter faster than an __init__.
-    __slots__ = ("raw",)
+    __slots__ = ("raw", "sending")
 
     raw: RawRecord
+    sending: tuple[str | Occurrence, ...]
 
     @property
     def time(self) -> float:
@@ -59,20 +62,13 @@ class Macrostep:
 
     @property
     def record(self) -> StepRecord:
-        """What the step leaves behind."""
-        return StepRecord._make(self.raw)
+        """What the step records."""
+        return record_of(self.raw)
 
     @property
     def selections(self) -> tuple[Selection, ...]:
-        """Which transitions were looked for and taken, but for the last selection, which took nothing."""
-        record = self.record
-        values = record.values or ()
-        return tuple(
-            Selection(Phase.WHEN, one.source or record.after, values, NOTHING_DUE, one)
-            if isinstance(one, Plan)
-            else Selection._make(one)
-            for one in record.selections
-        )
+        """Which transitions were looked for and taken, except for the last selection, which took nothing."""
+        return tuple(self.record.selections)
 
     @property
     def microsteps(self) -> tuple[Microstep, ...]:
@@ -87,12 +83,12 @@ class Macrostep:
 
     @property
     def exited(self) -> tuple[str, ...]:
-        """Full names of all states left, in order; a state that was left twice stands twice."""
+        """Full names of all states left, in order; a state that was left twice appears twice."""
         return tuple(name for one in self.microsteps for name in one.exited)
 
     @property
     def entered(self) -> tuple[str, ...]:
-        """Full names of all states entered, in order; a state that was entered twice stands twice."""
+        """Full names of all states entered, in order; a state that was entered twice appears twice."""
         return tuple(name for one in self.microsteps for name in one.entered)
 
     @property
@@ -103,7 +99,17 @@ class Macrostep:
     @property
     def handled(self) -> tuple[str, ...]:
         """The events that made a transition fire, in order."""
-        return tuple(str(one.trigger) for one in self._events() if one.plan is not None)
+        return tuple(str(one.trigger) for one in self._events() if one.plan is not None and not one.plan.kept)
+
+    @property
+    def deferred(self) -> tuple[str, ...]:
+        """The events that were put aside until another state is active, in order; one may be so several times."""
+        return tuple(str(one.trigger) for one in self._events() if one.plan is not None and one.plan.kept)
+
+    @property
+    def sent(self) -> tuple[str | Occurrence, ...]:
+        """The events that were sent to other machines, in order, with what they carry."""
+        return getattr(self, "sending", ())
 
     @property
     def ignored(self) -> tuple[str, ...]:
@@ -114,9 +120,9 @@ class Macrostep:
     def considered(self) -> tuple[Considered, ...]:
         """Every transition that was looked at, with what became of it and why.
 
-        Worked out from the signals and variables of the step, so it is true of the step whenever it is asked.
+        Computed from the signals and variables of the step, so it is true of the step whenever it is asked.
         """
-        return explain(self.record, self.selections)
+        return explain(self.record)
 
     def why(self, state: str) -> tuple[Considered, ...]:
         """What became of the transitions of one state, and why.
@@ -132,10 +138,10 @@ class Macrostep:
         return self.record.after.topology.model
 
     def _events(self) -> Iterator[Selection]:
-        return (one for one in self.selections if isinstance(one.trigger, str | StateEvent))
+        return (one for one in self.selections if isinstance(one.trigger, str | Occurrence | StateEvent))
 
     def _said(self) -> tuple[Any, ...]:
-        return self.time, self.microsteps, self.ignored, self.configuration
+        return self.time, self.microsteps, self.ignored, self.sent, self.configuration
 
     def __bool__(self) -> bool:
         return any(one.plan is not None for one in self.selections)

@@ -1,4 +1,4 @@
-"""What a microstep does, worked out once for each combination of configuration, transitions and history.
+"""What a microstep does, computed once for each combination of configuration, transitions and history.
 
 SCXML's procedures ``removeConflictingTransitions``, ``computeExitSet``, ``computeEntrySet``, ``exitStates`` and
 ``enterStates``, as a value.
@@ -13,7 +13,7 @@ from enum import Enum
 
 from hsm.engine.codegen import Block, Generator, Occasion
 from hsm.engine.configuration import CACHE, Configuration, Picked, Plan
-from hsm.model.chart import Every, Held, StateKind, Timed, Transition
+from hsm.model.chart import Defer, Every, Held, StateKind, Timed, Transition
 from hsm.model.events import StateEvent
 from hsm.model.topology import HISTORY, Remembered, Topology
 
@@ -124,7 +124,7 @@ def _both(targets: tuple[int, ...], around: int) -> list[tuple[_Task, int, int]]
 
 
 class Planner:
-    """Works out plans for one model."""
+    """Computes plans for one model."""
 
     def __init__(
         self,
@@ -270,6 +270,7 @@ class Planner:
         disarmed = tuple(index for index in dict.fromkeys(ending) if self._timed(index))
         arming = any(self._timed(index) for state in entry.states for index in self._states[state].transitions)
         stopped = tuple(state for state in exited if self._states[state].activity is not None)
+        kept = bool(taken) and all(isinstance(self._transitions[index].trigger, Defer) for index in taken)
         return Plan(
             transitions=taken,
             preempted=preempted,
@@ -285,7 +286,8 @@ class Planner:
             stopped=stopped,
             restored=tuple(entry.restored.items()),
             outcome=outcome,
-            plain=not (work.done or remembered or disarmed or arming or outcome or stopped or target.always),
+            kept=kept,
+            plain=not (kept or work.done or remembered or disarmed or arming or outcome or stopped or target.always),
         )
 
     def _timed(self, index: int) -> bool:

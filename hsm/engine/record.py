@@ -1,4 +1,4 @@
-"""What a step leaves behind: which transitions it looked for, on what grounds, and what it did."""
+"""What a step records: which transitions it looked for, on what grounds, and what it did."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any, NamedTuple
 
-from hsm.engine.configuration import Configuration, Plan, Selector
+from hsm.engine.configuration import Configuration, Leaf, Plan, Selector
+from hsm.engine.looks import Found
 from hsm.model.events import Event
 
 
@@ -59,12 +60,11 @@ class Selection(NamedTuple):
 
 
 class StepRecord(NamedTuple):
-    """What a step leaves behind.
+    """What a step records.
 
     Attributes:
         time: logical time in seconds.
-        selections: in order; of a step without anything unusual as plain tuples, or as the plan alone where conditions
-            were the trigger and the variables are the last ones. ``Macrostep.selections`` has them in full.
+        selections: in order.
         memo: the signals evaluated.
         values: the variables at the last selection for conditions, which took nothing and is not among the selections;
             None where there was no such selection.
@@ -73,22 +73,25 @@ class StepRecord(NamedTuple):
     """
 
     time: float
-    selections: Sequence[Selection | RawSelection | Plan]
+    selections: Sequence[Selection]
     memo: Mapping[Any, Any]
     values: Sequence[Any] | None
     timers: Mapping[int, int]
     after: Configuration
 
 
-RawSelection = tuple[Event, Configuration, Sequence[Any], frozenset[int], Plan | None]
-"""A ``Selection`` before it has names: to make one takes a fifth of the time of a step."""
+RawRecord = StepRecord | tuple[float, Found, Sequence[Any], Mapping[int, int]]
+"""The same of a step that only moved: the time, what was found, the variables and the deadlines."""
 
-RawRecord = tuple[
-    float,
-    Sequence[Selection | RawSelection | Plan],
-    Mapping[Any, Any],
-    Sequence[Any] | None,
-    Mapping[int, int],
-    Configuration,
-]
-"""A ``StepRecord`` before it has names."""
+
+def record_of(raw: RawRecord) -> StepRecord:
+    """What a step records, computed."""
+    if isinstance(raw, StepRecord):
+        return raw
+    time, found, values, timers = raw
+    leaf: Leaf = found[0]
+    selections = [
+        Selection(Phase.WHEN if one.event is None else one.event, one.configuration, values, NOTHING_DUE, one.plan)
+        for one in leaf.looked
+    ]
+    return StepRecord(time, selections, leaf.memo(found, values), values, timers, leaf.after)

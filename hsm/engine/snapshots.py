@@ -12,9 +12,12 @@ from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Configuration
 from hsm.engine.execution import PendingFault, RunState
 from hsm.engine.limits import duration, within_limits
+from hsm.engine.occurrences import checked_events, event_text, name_of
+from hsm.engine.stores import message_json, message_of, store_json, store_of
 from hsm.model.chart import Held, Send, Timed
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
+from hsm.model.messages import Message, Occurrence, Store
 from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
 from hsm.model.unparse import activity_text, expression_text, trigger_text
 
@@ -45,10 +48,16 @@ def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
 
     A time-out goes by its state and its text, and has a deadline in nanoseconds, or none where it has acted already.
     """
-    if machine.model.store is not None:
-        raise SnapshotError(f"the data of the chart {machine.name} cannot be saved")
+    if run.state.sessions:
+        raise SnapshotError(f"a chart that {machine.name} has invoked runs, and cannot be saved")
     state, names = run.state, [one.name for one in machine.model.states]
     events = [(one.event, one.reason) if isinstance(one, PendingFault) else (one, None) for one in run.pending]
+    store = state.store or machine.model.store
+    try:
+        data = {} if store is None else {"data": store_json(machine, store)}
+        sent = [[due, _sent_text(machine, one), one.delay, one.label, *_carried(one)] for due, one in state.sent]
+    except ValueError as error:
+        raise SnapshotError(f"the data of the chart {machine.name}: {error}") from error
     return {
         "machine": machine.name,
         "time": run.time,
@@ -56,14 +65,16 @@ def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
         "outcome": state.outcome,
         "variables": {
             name: value.value if isinstance(value, StrEnum) else value
-            for name, value in zip(machine.generator.variables, state.values, strict=True)
+            for name, value in zip(machine.generator.own_variables, state.values, strict=False)
         },
         "timers": [[*key, state.timers.get(index)] for key, index in _time_outs(machine, state.configuration).items()],
         "acted": [list(key) for key, index in _time_outs(machine, state.configuration).items() if index in state.acted],
-        "sent": [[due, send.event, send.delay, send.label] for due, send in state.sent],
+        "sent": sent,
+        "deferred": [event_text(machine.model, one) for one in state.deferred],
         "history": {names[index]: [names[one] for one in states] for index, states in sorted(state.history.items())},
         "pending": [[list(one.names), names[one.origin], one.standard, reason] for one, reason in events],
         "finished": [[names[index], _activity(machine, index)] for index in sorted(run.finished)],
+        **data,
     }
 
 
@@ -80,17 +91,21 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
     try:
         leaves = _leaves(machine, snapshot["configuration"])
         given = snapshot["variables"]
-        unknown = sorted(given.keys() ^ machine.generator.variables.keys())
+        unknown = sorted(given.keys() ^ set(machine.generator.own_variables))
         if unknown:
             raise SnapshotError(f"the machine and the snapshot do not have the same variables: `{unknown[0]}`")
-        values = [_typed(machine, name, given[name]) for name in machine.generator.variables]
+        own = [_typed(machine, name, given[name]) for name in machine.generator.own_variables]
+        values = machine.generator.first_values(own)
         configuration = machine.configuration(leaves)
         timers = _restored_timers(machine, configuration, snapshot["timers"])
         history = dict(_restored_history(machine, name, states) for name, states in snapshot["history"].items())
-        sent = tuple((int(due), Send(event, delay, label)) for due, event, delay, label in snapshot["sent"])
+        sent = tuple((int(due), _sent(machine, *one)) for due, *one in snapshot["sent"])
         keys = _time_outs(machine, configuration)
         acted = frozenset(keys[state, text, number] for state, text, number in snapshot["acted"])
-        state = RunState(configuration, values, timers, sent, history, snapshot["outcome"], acted)
+        deferred = _deferred(machine, snapshot.get("deferred", ()))
+        outcome = snapshot["outcome"]
+        store = None if machine.model.store is None else store_of(machine, snapshot["data"])
+        state = RunState(configuration, values, timers, sent, history, outcome, acted, store, deferred)
         pending = tuple(_pending(machine, *one) for one in snapshot["pending"])
         finished = frozenset(_finished(machine, name, activity) for name, activity in snapshot["finished"])
         return SavedRun(float(snapshot["time"]), state, pending, finished)
@@ -121,9 +136,9 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
     configuration = new.configuration(leaves)
     gone = sorted(run.state.configuration.names ^ configuration.names)
     if gone:
-        raise SnapshotError(f"state `{gone[0]}` does not stand where it stood")
+        raise SnapshotError(f"state `{gone[0]}` is no longer at the same place in the machine")
     kept = _kept_values(old, run, new)
-    values: list[Any] = [*parameters, *(None for _ in new.model.variables)]
+    values = new.generator.first_values(parameters)
     for name, slot in new.generator.variables.items():
         if name in kept:
             values[slot] = kept[name]
@@ -142,10 +157,60 @@ def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters
             remembered = tuple(known[names[one]] for one in states)
             if new.topology.recalls(known[names[index]], remembered):
                 history[known[names[index]]] = remembered
-    state = RunState(configuration, values, timers, run.state.sent, history, run.state.outcome, acted)
+    sent = tuple(
+        (due, _sent(new, _sent_text(old, one), one.delay, one.label, *_carried(one))) for due, one in run.state.sent
+    )
+    deferred = _deferred(new, [event_text(old.model, one) for one in run.state.deferred])
+    outcome, store = run.state.outcome, _kept_store(old, run, new)
+    state = RunState(configuration, values, timers, sent, history, outcome, acted, store, deferred)
     pending = tuple(_moved(one, known[names[_origin(one)]]) for one in run.pending if names[_origin(one)] in known)
     finished = frozenset(known[names[one]] for one in run.finished if names[one] in known)
     return SavedRun(run.time, state, pending, finished)
+
+
+def _sent_text(machine: CompiledChart, send: Send) -> str:
+    """An event on its way, with what it carries, as a text."""
+    return event_text(machine.model, send.message) if isinstance(send.message, Occurrence) else send.event
+
+
+def _carried(send: Send) -> list[dict[str, Any]]:
+    """What an event of a chart with data carries on its way, and where it goes; nothing for any other."""
+    message = send.message
+    return [{"message": message_json(message), "target": send.target}] if isinstance(message, Message) else []
+
+
+def _kept_store(old: CompiledChart, run: SavedRun, new: CompiledChart) -> Store | None:
+    """The data of a chart that has changed: it keeps its values where the chart has the same data."""
+    if new.model.store is None or run.state.store is None:
+        return None
+    if run.state.sessions:
+        raise SnapshotError(f"a chart that {old.name} has invoked runs, and cannot be carried over")
+    try:
+        return store_of(new, store_json(old, run.state.store))
+    except (KeyError, ValueError) as error:
+        raise SnapshotError(f"the data does not fit the changed chart: {error}") from error
+
+
+def _sent(
+    machine: CompiledChart, event: str, delay: float, label: str | None, carried: Mapping[str, Any] | None = None
+) -> Send:
+    """The event on its way that a text represents; of a chart with data also what it carries."""
+    if machine.model.events is None:
+        if carried is None:
+            return Send(event, delay, label)
+        return Send(event, delay, label, message=message_of(carried["message"]), target=carried["target"])
+    try:
+        (found,) = checked_events(machine.model, (event,))
+    except (TypeError, ValueError) as error:
+        raise SnapshotError(f"`{event}` is on its way: {error}") from error
+    return Send(name_of(event), delay, label, message=found if isinstance(found, Occurrence) else None)
+
+
+def _deferred(machine: CompiledChart, events: Sequence[str]) -> tuple[str | Occurrence, ...]:
+    try:
+        return tuple(checked_events(machine.model, events))
+    except (TypeError, ValueError) as error:
+        raise SnapshotError(f"an event is deferred in the snapshot: {error}") from error
 
 
 def _leaves(machine: CompiledChart, names: Sequence[str]) -> tuple[int, ...]:

@@ -8,11 +8,13 @@ from typing import Any, Generic
 
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.execution import MacrostepExecution, PendingFault
-from hsm.engine.inputs import check_events, check_time
+from hsm.engine.inputs import check_time
 from hsm.engine.machine import Machine
 from hsm.engine.macrostep import Macrostep
+from hsm.engine.occurrences import checked_events
 from hsm.engine.snapshots import SavedRun, from_json, to_json
 from hsm.model.events import StateEvent
+from hsm.model.messages import Occurrence
 from hsm.model.registry import E, F
 
 
@@ -22,13 +24,13 @@ class Inputs(Generic[F]):
 
     Attributes:
         time: logical time of the step in seconds.
-        events: names of events from outside, in the order in which they happened.
+        events: events from outside, in the order in which they happened, as for ``Supervisor.step``.
         outcomes: how activities have ended since the step before, by the full name of their state.
         facts: what the signals and actions of the step are given.
     """
 
     time: float
-    events: Sequence[str] = ()
+    events: Sequence[str | Occurrence] = ()
     outcomes: Mapping[str, str] = field(default_factory=dict)
     facts: F | None = None
 
@@ -52,15 +54,15 @@ def transition(
     Raises:
         MachineFault: something failed that the machine does not handle, or its transitions spin.
         SnapshotError: the snapshot does not fit the machine.
-        ValueError: the time is before that of the snapshot or not finite, nobody declares an event, or no activity that
-            runs has such an outcome.
-        TypeError: the time is no number, or the events are no list of names.
+        ValueError: the time is before that of the snapshot or not finite, nobody declares an event, it carries
+            something else than declared, or no activity that runs has such an outcome.
+        TypeError: the time is no number, the events are no list of events, or one carries a value of another type.
     """
     run = from_json(machine, snapshot)
     check_time(inputs.time, run.time)
-    check_events(machine.model, inputs.events)
+    events = checked_events(machine.model, inputs.events)
     ended = [_outcome(machine, run, name, outcome) for name, outcome in inputs.outcomes.items()]
-    after, step = advance(machine, run, inputs.time, (*run.pending, *ended, *inputs.events), inputs.facts)
+    after, step = advance(machine, run, inputs.time, (*run.pending, *ended, *events), inputs.facts)
     over = run.finished | {one.origin for one in ended}
     return to_json(machine, replace(after, finished=over.difference(_touched(step)))), step
 
@@ -69,12 +71,11 @@ def advance(
     machine: CompiledChart,
     run: SavedRun,
     time: float,
-    events: Sequence[StateEvent | PendingFault | str],
+    events: Sequence[StateEvent | PendingFault | str | Occurrence],
     facts: object,
 ) -> tuple[SavedRun, Macrostep]:
     """One step in full on a run as a value; ``finished`` stays as it is."""
-    hits = machine.generator.probes.new()
-    execution = MacrostepExecution(machine, run.state, time, facts=facts, memo={}, hits=hits)
+    execution = MacrostepExecution(machine, run.state, time, facts=facts, memo={}, hits=set())
     execution.run(events)
     return SavedRun(time, execution.state, (), run.finished), execution.macrostep()
 

@@ -15,7 +15,7 @@ from transitions.extensions.nesting import NestedState, NestedTransition
 
 from hsm.engine.codegen import Occasion
 from hsm.engine.inputs import parameter_values
-from hsm.model.chart import Action, Cancel, On, Send, State, StateKind, Transition
+from hsm.model.chart import Action, Cancel, On, Raise, Send, State, StateKind, Transition
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place
 from hsm.model.topology import HISTORY
@@ -67,7 +67,7 @@ class TransitionsMachine(HierarchicalMachine):
     def __init__(self, machine: CompiledChart, model: object, parameters: Mapping[str, Any]) -> None:
         self.machine = machine
         generator = machine.generator
-        self._values = [*parameter_values(machine.model, parameters), *(None for _ in machine.model.variables)]
+        self._values = generator.first_values(parameter_values(machine.model, parameters))
         self._set_out = [generator.entry(state) for state in machine.model.states]
         self._paths = {_path(machine, state): state.index for state in machine.model.states}
         root = machine.model.states[0]
@@ -89,7 +89,7 @@ class TransitionsMachine(HierarchicalMachine):
     @property
     def variables(self) -> dict[str, Any]:
         """The values of variables and parameters by their full names."""
-        return dict(zip(self.machine.generator.variables, self._values, strict=True))
+        return dict(zip(self.machine.generator.own_variables, self._values, strict=False))
 
     def active(self, model: Any = None) -> frozenset[str]:
         """Full names of all active states of a model (the only one by default)."""
@@ -222,6 +222,9 @@ def _transition_beyond(machine: CompiledChart, transition: Transition) -> Iterat
         yield "it has several targets"
     elif transition.targets and not _leaves_alike(machine, transition):
         yield "it leaves and enters other states there than here"
+    names = transition.trigger.names if isinstance(transition.trigger, On) else ()
+    if any(machine.model.data_of(name) is not None for name in names):
+        yield "its event carries something"
     yield from _actions_beyond(machine, transition.source, transition.actions)
 
 
@@ -246,7 +249,9 @@ def _leaves_alike(machine: CompiledChart, transition: Transition) -> bool:
 
 
 def _actions_beyond(machine: CompiledChart, state: int, actions: tuple[Action, ...]) -> Iterator[str]:
-    if any(isinstance(action, Send | Cancel) for action in actions):
+    if any(isinstance(action, Raise) and action.arguments for action in actions):
+        yield "an action raises an event that carries something"
+    elif any(isinstance(action, Send | Cancel) for action in actions):
         yield "an action sends an event in time"
     elif (block := machine.generator.actions(state, Occasion.ENTRY, actions)) is not None and block.watches:
         yield "an action asks which states are active"

@@ -1,22 +1,22 @@
 """A machine as declared: immutable, flat, in document order; shared by every run of it.
 
 Readers (the language, SCXML) fill it; the engine, diagrams, coverage and exports read it. States and transitions refer
-to one another by their index, so a deep machine needs no deep recursion. State 0 is the root, which stands for the
+to one another by their index, so a deep machine needs no deep recursion. State 0 is the root, which represents the
 machine.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
 from enum import Enum, StrEnum
 from typing import Any
 
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression
-from hsm.model.messages import Message, Store
+from hsm.model.messages import Message, Occurrence, Store
 from hsm.model.properties import Property
-from hsm.model.registry import ActionDeclaration, ActivityDeclaration, Parameter
+from hsm.model.registry import ActionDeclaration, ActivityDeclaration, EventField, Parameter
 from hsm.model.types import Type
 
 
@@ -58,6 +58,11 @@ class On:
 
     names: tuple[str, ...]
     prefix: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Defer(On):
+    """Keeps any of these events until another state is active, and lets them happen then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,10 +133,17 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Raise:
-    """Put an event into the machine's own queue, handled before those from outside."""
+    """Put an event into the machine's own queue, handled before those from outside.
+
+    Attributes:
+        event: its name.
+        place: where it is written.
+        arguments: what it carries, in the order of its declaration.
+    """
 
     event: str
     place: Place | None = None
+    arguments: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,17 +152,38 @@ class Send:
 
     Attributes:
         event: its name.
-        delay: after so many seconds of logical time.
+        delay: after that many seconds of logical time.
         label: what a ``Cancel`` calls it, or None.
         place: where it is written.
-        message: the event with its data, in charts that have any.
+        message: the event with its data, once it was sent.
+        arguments: what it carries, in the order of its declaration; evaluated when it is sent.
+        target: the session that it goes to; None for the machine itself.
     """
 
     event: str
     delay: float = 0.0
     label: str | None = None
     place: Place | None = None
-    message: Message | None = None
+    message: Message | Occurrence | None = None
+    arguments: tuple[Expression, ...] = ()
+    target: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Emit:
+    """Send an event to other machines; they hear of it in their next step.
+
+    Attributes:
+        event: its name.
+        place: where it is written.
+        arguments: what it carries, in the order of its declaration.
+        receivers: how the members of this machine that hear of it call it; empty where others run elsewhere.
+    """
+
+    event: str
+    place: Place | None = None
+    arguments: tuple[Expression, ...] = ()
+    receivers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +209,39 @@ class Execute:
     place: Place | None = None
 
 
-Action = Assign | Call | Raise | Send | Cancel | Execute
+Action = Assign | Call | Raise | Send | Emit | Cancel | Execute
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Invoked:
+    """A chart that begins to run.
+
+    Attributes:
+        identifier: what the invoking chart calls it.
+        model: the chart.
+        data: values for its data, by name.
+        autoforward: it is sent all events that its invoker is sent.
+        finalize: run on each of its events before the invoker handles it, or None.
+    """
+
+    identifier: str
+    model: Model
+    data: Mapping[str, Any]
+    autoforward: bool = False
+    finalize: Callable[[dict[Any, Any], Collection[int], Any], None] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Invoke:
+    """A chart that runs while a state is active.
+
+    Attributes:
+        begin: makes it, with the signals of the step, the active states and the machine's queue; None after an error.
+        place: where it is written.
+    """
+
+    begin: Callable[[dict[Any, Any], Collection[int], Any], Invoked | None]
+    place: Place | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,6 +295,7 @@ class State:
         exit: actions on exit.
         activity: what it does while active.
         transitions: indices of its transitions, in document order.
+        invokes: the charts that run while it is active.
         instance: name of the machine that this state is an instance of, or None.
         doc: the comment above it.
         place: where its name is written.
@@ -247,6 +313,7 @@ class State:
     exit: tuple[Action, ...] = ()
     activity: ActivityCall | None = None
     transitions: tuple[int, ...] = ()
+    invokes: tuple[Invoke, ...] = ()
     instance: str | None = None
     doc: str = ""
     place: Place | None = None
@@ -267,6 +334,7 @@ class Variable:
         initial: its value on entry of ``scope``.
         scope: index of the state whose entry sets it (0: when the machine starts).
         constant: nothing assigns it (a parameter of an instance).
+        exposed: machines that import this one may read it, also while the instance is not active.
         place: where it is declared.
     """
 
@@ -276,6 +344,26 @@ class Variable:
     scope: int = 0
     constant: bool = False
     place: Place | None = None
+    exposed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class EventData:
+    """What an event carries.
+
+    Attributes:
+        event: the event's name.
+        fields: the names and types of its parts, in order.
+        place: where it is declared.
+    """
+
+    event: str
+    fields: tuple[EventField, ...]
+    place: Place | None = None
+
+    def variable(self, field: EventField) -> str:
+        """How expressions name a part of it: ``floor.number``."""
+        return f"{self.event}.{field.name}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -288,6 +376,8 @@ class Model:
         transitions: all transitions in document order.
         variables: all variables in document order.
         parameters: what may be set when a run is started, with defaults in SI units.
+        derived: how a parameter that is not given follows from those before it, by its name; its default follows from
+            their defaults.
         files: the source files it was read from, the machine's own first.
         doc: the comment at the top of the file.
         properties: what must hold of every run, those of instances included.
@@ -295,6 +385,9 @@ class Model:
             None where nothing is declared and any may come, as in SCXML.
         store: what a chart's data is before it begins; None for a machine without a data model.
         enumerations: those that its files declare.
+        event_data: what its events carry, of those that carry anything.
+        exposed: the variables that a machine which imports this one may read.
+        members: the states that are machines with a robot and events of their own.
     """
 
     name: str
@@ -302,9 +395,17 @@ class Model:
     transitions: tuple[Transition, ...] = ()
     variables: tuple[Variable, ...] = ()
     parameters: tuple[Parameter, ...] = ()
+    derived: Mapping[str, Expression] = field(default_factory=dict)
     files: tuple[str, ...] = ()
     doc: str = ""
     properties: tuple[Property, ...] = ()
     events: frozenset[str] | None = None
     store: Store | None = None
     enumerations: tuple[type[StrEnum], ...] = ()
+    event_data: tuple[EventData, ...] = ()
+    exposed: tuple[str, ...] = ()
+    members: tuple[str, ...] = ()
+
+    def data_of(self, event: str) -> EventData | None:
+        """What an event carries; None where that is nothing."""
+        return next((one for one in self.event_data if one.event == event), None)

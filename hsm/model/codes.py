@@ -1,4 +1,4 @@
-"""The codes of all findings: of the language, of charts in SCXML and of the backend ``transitions``."""
+"""The codes of all diagnostics: of the language, of charts in SCXML and of the backend ``transitions``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hsm.model.diagnostics import Diagnostic, Place, Related, Severity
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """One kind of finding: its stable code and what it is about in a few words; the letter tells its severity."""
+    """One kind of diagnostic: its stable code and its subject in a few words; the letter is its severity."""
 
     name: str
     title: str
@@ -50,28 +50,28 @@ CODES: dict[str, Code] = {
         "E0301": "a value of the wrong type or unit",
         "E0302": "operands that do not go together",
         "E0303": "a value that is not constant",
-        "E0304": "an assignment to what cannot change",
+        "E0304": "an assignment to something that cannot change",
         "E0305": "a division by zero",
         "E0306": "a number that is too large",
         "E0307": "a duration that is negative",
         # structure
         "E0401": "a file that does not begin with its machine",
-        "E0402": "a line that stands in the wrong place",
+        "E0402": "a line in the wrong place",
         "E0403": "a second line where only one can be",
         "E0404": "a transition that does nothing",
-        "E0405": "an initial state that lies elsewhere",
+        "E0405": "an initial state that is elsewhere",
         "E0406": "targets that cannot be active together",
-        "E0407": "history of what has no states inside",
+        "E0407": "history of a state without states inside it",
         "E0408": "a parallel state with fewer than two regions",
         "E0409": "a machine without a state",
         "E0410": "an import cycle",
-        "E0411": "two activities that hold the same thing at once",
+        "E0411": "two activities that use the same resource at once",
         # the way through a machine
         "W0501": "a state that nothing enters",
         "W0502": "a state with no way out",
         "W0503": "a transition that earlier ones hide",
         "W0504": "an outcome that nothing handles",
-        "W0505": "transitions that go round within one tick",
+        "W0505": "transitions that repeat within one tick",
         "W0506": "a condition that never holds",
         # what is there for nothing
         "W0601": "an unused import",
@@ -80,10 +80,10 @@ CODES: dict[str, Code] = {
         "W0604": "an unused event",
         "W0605": "nothing to accept",
         "W0606": "an unused definition",
-        "N0601": "an event that only somebody outside sends",
+        "N0601": "an event that only comes from outside",
         # tables of conditions
-        "N0701": "conditions that overlap",
-        "N0702": "a gap between conditions",
+        "N0701": "two transitions that can fire at once",
+        "N0702": "a case in which no transition fires",
         "N0703": "an outcome that is handled only under a condition",
         "N0704": "regions that exclude each other's transitions",
         # charts in SCXML
@@ -95,13 +95,13 @@ CODES: dict[str, Code] = {
         "E0906": "an unknown state of a chart",
         "E0907": "a name that two states have",
         "E0908": "an initial state that is not inside its state",
-        "E0909": "something that lacks what it needs",
+        "E0909": "an element that lacks a required part",
         "E0910": "a value that cannot be read",
         "E0911": "targets of a chart that cannot be active together",
         # other engines and formats
         "E0921": "something that the library transitions does not share",
         "E0922": "something of a chart that the language does not have",
-        "W0923": "something of a machine that means otherwise in SCXML",
+        "W0923": "something of a machine that has another meaning in SCXML",
     }.items()
 }
 """All codes, in order."""
@@ -114,5 +114,5 @@ def finding(
     suggestion: str | None = None,
     related: tuple[Related, ...] = (),
 ) -> Diagnostic:
-    """A finding with the severity of its code."""
+    """A diagnostic with the severity of its code."""
     return Diagnostic(code, CODES[code].severity, message, place, suggestion, related)

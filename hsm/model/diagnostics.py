@@ -8,7 +8,7 @@ from enum import IntEnum
 
 
 class Severity(IntEnum):
-    """How much a finding matters: only an error keeps a machine from being built."""
+    """How much a diagnostic matters: only an error keeps a machine from being built."""
 
     NOTE = 1
     WARNING = 2
@@ -31,7 +31,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Related:
-    """A second place that explains a finding, such as a first declaration."""
+    """A second place that explains a diagnostic, such as a first declaration."""
 
     place: Place
     message: str
@@ -39,7 +39,7 @@ class Related:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One finding.
+    """One diagnostic.
 
     Attributes:
         code: stable code with a section of its own in the reference, such as ``E0201``.

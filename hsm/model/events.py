@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hsm.model.chart import On
+from hsm.model.chart import Defer, On
+from hsm.model.messages import Occurrence
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +31,8 @@ class StateEvent:
         return (*self.own, *self.names)[-1]
 
 
-Event = str | StateEvent
-"""An event by its name, sent from outside or raised by the machine, or one that comes from a state."""
+Event = str | Occurrence | StateEvent
+"""An event, sent from outside or raised by the machine, by its name or with what it carries, or one from a state."""
 
 
 def matches(trigger: On, event: Event, source: int, last: int) -> bool:
@@ -43,11 +44,15 @@ def matches(trigger: On, event: Event, source: int, last: int) -> bool:
         source: index of the transition's state.
         last: index of the last state inside it.
     """
+    if isinstance(event, Occurrence):
+        event = event.name
     if trigger.prefix:
         name = event if isinstance(event, str) else event.standard
         return any(_describes(descriptor, name) for descriptor in trigger.names)
     if isinstance(event, str):
-        return event in trigger.names or "*" in trigger.names
+        return any(name == event or (name.endswith("*") and event.startswith(name[:-1])) for name in trigger.names)
+    if isinstance(trigger, Defer):
+        return False  # what a state reports itself is not kept
     if event.origin == source and any(name in trigger.names for name in event.own):
         return True
     return source <= event.origin <= last and any(name in trigger.names for name in event.names)

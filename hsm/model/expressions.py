@@ -30,6 +30,11 @@ class VariableValue:
 
 
 @dataclass(frozen=True, slots=True)
+class EventValue(VariableValue):
+    """What the event that is handled carries, by the event's name and its own (``floor.number``)."""
+
+
+@dataclass(frozen=True, slots=True)
 class SignalValue:
     """The value of a signal in this step; its arguments are constants or parameters."""
 
@@ -88,4 +93,15 @@ class Binary:
     place: Place | None = None
 
 
-Expression = Literal | VariableValue | SignalValue | Active | Unary | Binary
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """``then if condition else otherwise``, of two numbers or names; only the one that is chosen is evaluated."""
+
+    condition: Expression
+    then: Expression
+    otherwise: Expression
+    type: Type
+    place: Place | None = None
+
+
+Expression = Literal | VariableValue | SignalValue | Active | Unary | Binary | Choice

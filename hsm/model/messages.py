@@ -1,4 +1,4 @@
-"""Events with data, and the data of a chart: what charts in SCXML hold beyond typed variables."""
+"""Events that carry data, and the data of a chart in SCXML."""
 
 from __future__ import annotations
 
@@ -10,9 +10,38 @@ STORE = "store"
 """Under this key the signals of a step keep the data of the chart."""
 
 
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """An event that carries the data that its machine declares.
+
+    Attributes:
+        name: the event's name.
+        data: the value of each part of its data, by name, in SI units.
+    """
+
+    name: str
+    data: Mapping[str, Any] = field(default_factory=dict, hash=False)
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Emission:
+    """An event on its way to other machines.
+
+    Attributes:
+        event: the event.
+        receivers: how the members of this machine that hear of it call it.
+    """
+
+    event: str | Occurrence
+    receivers: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
-    """An event with data, with SCXML's fields.
+    """An event with data of a chart in SCXML, with SCXML's fields.
 
     Attributes:
         name: its name.
@@ -20,6 +49,7 @@ class Message:
         data: what it carries; None for nothing.
         sendid: the identifier of the ``send`` that failed or made it.
         origin: where an answer would go.
+        invokeid: the invocation that it comes from.
     """
 
     name: str
@@ -27,6 +57,7 @@ class Message:
     data: Any = None
     sendid: str | None = None
     origin: str | None = None
+    invokeid: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,9 +69,15 @@ class Store:
         event: the event that is handled, or was last.
         results: what the completion of each state carries, by index.
         begun: the states whose data was set on their first entry.
+        given: data that the invoking chart has given a value, in place of its own first value.
+        session: the identifier of the session; None where it is the chart's name.
+        reachable: the targets of other sessions that events can be sent to.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
     event: Message | None = None
     results: Mapping[int, Any] = field(default_factory=dict)
     begun: frozenset[int] = frozenset()
+    given: Mapping[str, Any] = field(default_factory=dict)
+    session: str | None = None
+    reachable: frozenset[str] = frozenset()

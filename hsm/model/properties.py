@@ -28,7 +28,7 @@ class AlwaysHolds:
 
 @dataclass(frozen=True, slots=True)
 class Recurrence:
-    """``always eventually CONDITION within DURATION``: never so long without the condition, in seconds."""
+    """``always eventually CONDITION within DURATION``: never longer than this without the condition, in seconds."""
 
     condition: Expression
     within: float
@@ -36,7 +36,7 @@ class Recurrence:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """``after CONDITION, CONDITION within DURATION``: the first is followed by the second in so many seconds."""
+    """``after CONDITION, CONDITION within DURATION``: the first is followed by the second in this many seconds."""
 
     trigger: Expression
     response: Expression
@@ -65,7 +65,7 @@ class Property:
         text: the claim as it is written.
         place: where.
         scope: the instance that it is about, by its state's full name: it is looked at while that state is active, from
-            each entry anew; None where it is about the whole run.
+            each entry again; None where it is about the whole run.
     """
 
     name: str

@@ -19,7 +19,7 @@ are the declaration. The checker, editors, the reference and the engine all read
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -30,6 +30,7 @@ from typing import (
     Generic,
     ParamSpec,
     Protocol,
+    TypeAlias,
     TypeVar,
     get_type_hints,
     runtime_checkable,
@@ -96,6 +97,8 @@ class RegistryError(Exception):
     """A declaration in Python that the registry cannot take; the message names it."""
 
 
+EnumerationClass: TypeAlias = type[StrEnum]
+
 _REQUIRED: Any = inspect.Parameter.empty
 
 
@@ -147,11 +150,27 @@ class ActionDeclaration:
 
 
 @dataclass(frozen=True, slots=True)
+class EventField:
+    """One part of what an event carries.
+
+    Attributes:
+        name: its name.
+        type: its type.
+        enumeration: the enumeration that its values are members of, or None.
+    """
+
+    name: str
+    type: Type
+    enumeration: EnumerationClass | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class EventDeclaration:
-    """An event that somebody outside may send to the machine."""
+    """An event that somebody outside may send to the machine, and what it carries."""
 
     name: str
     doc: str = ""
+    fields: tuple[EventField, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,17 +270,23 @@ class Library(Generic[F, E]):
 
         return register
 
-    def event(self, name: str, doc: str = "") -> None:
+    def event(self, name: str, doc: str = "", *, data: Mapping[str, Any] | None = None) -> None:
         """Declare an event that may come from outside.
 
         Args:
             name: what is sent.
             doc: when it is sent.
+            data: what it carries: the types of its parts by name, written as annotations.
 
         Raises:
-            RegistryError: the name is taken.
+            RegistryError: the name is taken, or a type is none of the language.
         """
-        self._add(self.events, name, EventDeclaration(name, doc))
+        fields = tuple(self._field(name, part, annotation) for part, annotation in (data or {}).items())
+        self._add(self.events, name, EventDeclaration(name, doc, fields))
+
+    def _field(self, event: str, name: str, annotation: Any) -> EventField:
+        kind = self._type(event, annotation)
+        return EventField(name, kind, annotation if isinstance(kind, Enumeration) else None)
 
     def constant(self, name: str, kind: Type, value: bool | float, doc: str = "") -> None:  # noqa: FBT001
         """Declare a value in SI units that is known before a machine runs."""

@@ -11,15 +11,18 @@ from hsm.model.chart import (
     After,
     Assign,
     Call,
+    Emit,
     Every,
     Held,
     Model,
+    Raise,
+    Send,
     State,
     Transition,
     Trigger,
     When,
 )
-from hsm.model.expressions import Binary, Expression, SignalValue, Unary
+from hsm.model.expressions import Binary, Choice, Expression, SignalValue, Unary
 
 Rewrite = Callable[[Expression], Expression]
 
@@ -34,6 +37,9 @@ def rewrite_expression(expression: Expression, rewrite: Rewrite) -> Expression:
         case Binary(left=left, right=right):
             left, right = rewrite_expression(left, rewrite), rewrite_expression(right, rewrite)
             expression = replace(expression, left=left, right=right)
+        case Choice(condition=condition, then=then, otherwise=otherwise):
+            condition, then, otherwise = (rewrite_expression(one, rewrite) for one in (condition, then, otherwise))
+            expression = replace(expression, condition=condition, then=then, otherwise=otherwise)
     return rewrite(expression)
 
 
@@ -49,6 +55,9 @@ def parts_of(expression: Expression) -> Iterator[Expression]:
         case Binary(left=left, right=right):
             yield from parts_of(left)
             yield from parts_of(right)
+        case Choice(condition=condition, then=then, otherwise=otherwise):
+            for one in (condition, then, otherwise):
+                yield from parts_of(one)
 
 
 def actions_of(model: Model) -> Iterator[Action]:
@@ -131,7 +140,9 @@ class Rewriter:
         match action:
             case Assign(value=value):
                 action = replace(action, value=self.expression(value))
-            case Call(arguments=arguments):
+            case Call(arguments=arguments) | Raise(arguments=arguments) | Send(arguments=arguments):
+                action = replace(action, arguments=tuple(map(self.expression, arguments)))
+            case Emit(arguments=arguments):
                 action = replace(action, arguments=tuple(map(self.expression, arguments)))
         return self._replace_action(action)
 
@@ -160,5 +171,7 @@ def expressions_of(model: Model) -> Iterator[Expression]:
         match action:
             case Assign(value=value):
                 yield value
-            case Call(arguments=arguments):
+            case Call(arguments=arguments) | Raise(arguments=arguments) | Send(arguments=arguments):
+                yield from arguments
+            case Emit(arguments=arguments):
                 yield from arguments

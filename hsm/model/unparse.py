@@ -14,7 +14,9 @@ from hsm.model.chart import (
     Assign,
     Call,
     Cancel,
+    Defer,
     Else,
+    Emit,
     Every,
     Execute,
     Held,
@@ -24,7 +26,7 @@ from hsm.model.chart import (
     Trigger,
     When,
 )
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.registry import Parameter
 from hsm.model.types import UNITS, Quantity, Type, si_value
 
@@ -49,6 +51,11 @@ def value_text(value: Any, kind: Type | None = None) -> str:
         written, unit = _quantity_text(value, kind)
         return f"{written} {unit}" if unit in UNITS else f"{written} ({unit})"
     return _number_text(value) if isinstance(value, float) else str(value)
+
+
+def shown_text(value: Any, kind: Type | None = None) -> str:
+    """A value for a person to read: like `value_text`, with at most six significant digits."""
+    return value_text(float(f"{value:.6g}") if isinstance(value, float) else value, kind)
 
 
 def _quantity_text(value: float, kind: Quantity) -> tuple[str, str]:
@@ -96,6 +103,8 @@ def _bound(expression: Expression) -> tuple[str, int]:
             loose = level if level != _BINDING["=="] else level + 1
             tight = level if operator in ("and", "or") else level + 1
             return f"{_inside(left, loose)} {operator} {_inside(right, tight)}", level
+        case Choice(condition, then, otherwise):
+            return f"{_inside(then, 1)} if {_inside(condition, 1)} else {_bound(otherwise)[0]}", 0
 
 
 def _inside(expression: Expression, level: int) -> str:
@@ -122,6 +131,8 @@ def activity_text(call: ActivityCall) -> str:
 def trigger_text(trigger: Trigger, guard: Expression | None = None) -> str:
     """What a transition waits for, with its guard."""
     match trigger:
+        case Defer(names):
+            text = f"defer {', '.join(names)}"
         case On(names):
             text = f"on {', '.join(names)}"
         case Else():
@@ -129,14 +140,18 @@ def trigger_text(trigger: Trigger, guard: Expression | None = None) -> str:
         case When(condition):
             text = f"when {expression_text(condition)}"
         case Held(condition, duration):
-            text = f"when {expression_text(condition)} for {expression_text(duration)}"
+            text = f"when {expression_text(condition)} for {_inside(duration, 1)}"
         case After(duration):
-            text = f"after {expression_text(duration)}"
+            text = f"after {_inside(duration, 1)}"
         case Every(duration):
-            text = f"every {expression_text(duration)}"
+            text = f"every {_inside(duration, 1)}"
         case _:
             text = ""
     return " ".join(part for part in (text, f"if {expression_text(guard)}" if guard else "") if part)
+
+
+def _with_arguments(event: str, arguments: Sequence[Expression]) -> str:
+    return f"{event}({', '.join(map(expression_text, arguments))})" if arguments else event
 
 
 def action_text(action: Action) -> str:
@@ -150,11 +165,14 @@ def action_text(action: Action) -> str:
             return f"{variable} = {expression_text(value)}"
         case Call(declared, arguments):
             return call_text(declared.name, declared.parameters, arguments)
-        case Raise(event):
-            return f"raise {event}"
-        case Send(event, delay):
-            return f"raise {event} after {value_text(delay, Quantity(time=1))}" if delay else f"send {event}"
+        case Raise(event, arguments=arguments):
+            return f"raise {_with_arguments(event, arguments)}"
+        case Send(event, delay, arguments=arguments):
+            sent = _with_arguments(event, arguments)
+            return f"raise {sent} after {value_text(delay, Quantity(time=1))}" if delay else f"send {sent}"
         case Execute(text):
             return text
+        case Emit(event, arguments=arguments):
+            return f"send {_with_arguments(event, arguments)}"
         case Cancel(label):
             return f"cancel {label}"

@@ -10,9 +10,9 @@ import typer
 from maze_machine.arguments.completion import complete_machine, complete_maze, complete_profile
 
 LISTEN = "tcp/127.0.0.1:7447"
-"""Where whoever listens does so unless told otherwise: this machine only."""
+"""The default endpoint of listeners: this machine only."""
 OPEN = "tcp/127.0.0.1:7448"
-"""Where a running machine is open to viewers and operators unless told otherwise."""
+"""Where a running machine is open to viewers and operators by default."""
 
 ChartArgument = Annotated[
     str,
@@ -90,7 +90,11 @@ OdometryTopicOption = Annotated[
 ]
 
 RobotOption = Annotated[
-    str, typer.Option(help="Profile: a TOML file or a shipped one.", autocompletion=complete_profile)
+    str | None,
+    typer.Option(
+        help="Profile: a TOML file or a shipped one. Default: that of the project, or pico.",
+        autocompletion=complete_profile,
+    ),
 ]
 SettingsOption = Annotated[
     list[str] | None,
@@ -98,7 +102,7 @@ SettingsOption = Annotated[
 ]
 TimeLimitOption = Annotated[
     float | None,
-    typer.Option(min=0, max=1e9, metavar="SECONDS", help="Give up a run after so much of the robot's time."),
+    typer.Option(min=0, max=1e9, metavar="SECONDS", help="Give up a run after this much of the robot's time."),
 ]
 TraceOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write states, poses and commands as JSON lines.")
@@ -135,9 +139,30 @@ OpenOption = Annotated[
         help="Let others watch and operate the machine from there, such as tcp/127.0.0.1:7448.",
     ),
 ]
+ViewOption = Annotated[
+    bool,
+    typer.Option("--view", help="Show the run on a page, and begin when a browser does. A simulation keeps real time."),
+]
+HostOption = Annotated[
+    str,
+    typer.Option(metavar="ADDRESS", help="Where the page is served. Anything but the loopback is open to the network."),
+]
+PortOption = Annotated[int, typer.Option(min=0, max=65535, help="The page's port; 0 takes any that is free.")]
+TellOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tell",
+        metavar="ROBOT@ENDPOINT",
+        help="Hand what the machine sends on to the machine of another robot, which is open there; may be repeated.",
+    ),
+]
 EventAtOption = Annotated[
     list[str] | None,
-    typer.Option("--event-at", metavar="SECONDS:EVENT", help="Send an event at a time of the run; may be repeated."),
+    typer.Option(
+        "--event-at",
+        metavar="SECONDS:EVENT",
+        help="Send an event, with what it carries, at a time of the run; may be repeated.",
+    ),
 ]
 LibraryOption = Annotated[
     str | None,

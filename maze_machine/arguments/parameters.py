@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from enum import StrEnum
-from math import isfinite
 from typing import Any
 
 from hsm.model.registry import Parameter
-from hsm.model.types import LARGEST_INTEGER, UNITS, Boolean, Enumeration, Integer, Quantity, si_value
+from hsm.model.types import Enumeration
+from hsm.model.written import value_of
 from maze_machine.errors import UsageError
-
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S*)\s*", re.ASCII)
-_WHOLE = re.compile(r"\s*[-+]?\d{1,19}\s*", re.ASCII)
 
 
 def parameter_values(
@@ -73,37 +69,12 @@ def split_setting(text: str) -> tuple[str, str]:
 
 
 def _value(parameter: Parameter, text: str, enumerations: Mapping[str, type[StrEnum]]) -> Any:
-    match parameter.type:
-        case Boolean():
-            if text.lower() in ("true", "false"):
-                return text.lower() == "true"
-            raise _mismatch(parameter, text, "write true or false")
-        case Integer():
-            if _WHOLE.fullmatch(text) is None or abs(int(text)) > LARGEST_INTEGER:
-                raise _mismatch(parameter, text, f"write a whole number up to {LARGEST_INTEGER}")
-            return int(text)
-        case Enumeration(name, members):
-            if text in members:
-                return enumerations[name](text) if name in enumerations else text  # one of the machine's own
-            raise _mismatch(parameter, text, f"one of {', '.join(members)}")
-        case Quantity() as quantity:
-            return _quantity(parameter, quantity, text)
-
-
-def _quantity(parameter: Parameter, quantity: Quantity, text: str) -> float:
-    units = [unit.name for unit in UNITS.values() if unit.quantity == quantity]
-    way_out = f"write a number and one of {', '.join(units)}" if units else "write a plain number"
-    written = _NUMBER.fullmatch(text)
-    if written is None:
-        raise _mismatch(parameter, text, way_out)
-    number, unit = written.groups()
-    if not isfinite(float(number)):
-        raise _mismatch(parameter, text, "no number is that large")
-    if not unit:
-        return float(number)
-    if unit not in UNITS or UNITS[unit].quantity != quantity:
-        raise _mismatch(parameter, text, way_out)
-    return si_value(number, UNITS[unit])
+    kind = parameter.type
+    enumeration = enumerations.get(kind.name) if isinstance(kind, Enumeration) else None  # or one of the machine's own
+    try:
+        return value_of(text, kind, enumeration)
+    except ValueError as way_out:
+        raise _mismatch(parameter, text, str(way_out)) from None
 
 
 def _mismatch(parameter: Parameter, text: str, way_out: str) -> UsageError:

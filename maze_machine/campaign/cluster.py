@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 FIRST, AGAIN = 10.0, 60.0
 """How long a scheduler is looked for: when a campaign begins, and after it was lost, s."""
 FRUITLESS = 5
-"""So often in a row a scheduler may be lost without a single result in between."""
+"""This often in a row a scheduler may be lost without a single result in between."""
 
 
 class ClusterError(CommandError):
@@ -41,7 +41,7 @@ def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Ite
         try:
             yield _records(clients, setup, list(jobs), address)
         finally:
-            with suppress(Exception):  # a scheduler that is gone need not be told
+            with suppress(Exception):  # a scheduler that is gone needs no message
                 clients[-1].close(timeout=2)
 
 
@@ -89,7 +89,7 @@ def _records(clients: list[Client], setup: Setup, jobs: list[Job], address: str)
 
 
 def _round(client: Client, setup: Setup, jobs: list[Job]) -> Iterator[tuple[Job, Record]]:
-    """The results of jobs, but for those whose scheduler was lost."""
+    """The results of jobs, except for those whose scheduler was lost."""
     from distributed import as_completed  # noqa: PLC0415 - an extra
 
     futures = client.map(partial(run_job, setup), jobs, pure=False)

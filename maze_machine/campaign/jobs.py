@@ -1,4 +1,4 @@
-"""Campaigns: machines driven through mazes with many seeds, the same results whoever does the work.
+"""Campaigns: machines driven through mazes with many seeds, the same results whichever process does the work.
 
 A campaign is a list of jobs, each of which depends on nothing but itself.
 """
@@ -58,7 +58,7 @@ def jobs_of(machines: Iterable[str], mazes: Iterable[str], seeds: int) -> list[J
 
     Args:
         machines: files or names.
-        mazes: files, names, or folders, which stand for all maze files in them.
+        mazes: files, names, or folders, which represent all maze files in them.
         seeds: how many.
 
     Raises:
@@ -77,7 +77,7 @@ def _mazes(name: str) -> list[str]:
         maze_file(name)
         return [name]
     files = {file for file in path.rglob("*") if file.suffix in SUFFIXES}
-    # A map's description stands for its image.
+    # A map's description represents its image.
     images = {file.with_suffix(suffix) for file in files if file.suffix == ".yaml" for suffix in (".pgm", ".png")}
     found = sorted(str(file) for file in files - images)
     if not found:

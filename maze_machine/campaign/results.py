@@ -136,7 +136,7 @@ def _line(value: Record) -> str:
 
 
 def _fingerprints(setup: Setup, jobs: Sequence[Job]) -> dict[str, str]:
-    """A mark of the text of each machine, with all that it imports, and of each maze: it tells when one has changed."""
+    """A mark of the text of each machine, with all that it imports, and of each maze: it shows when one has changed."""
     files = {name: mission_of(setup, name).machine.model.files for name in dict.fromkeys(job.machine for job in jobs)}
     files |= {name: tuple(map(str, files_of(maze_file(name)))) for name in dict.fromkeys(job.maze for job in jobs)}
     if setup.maze.objects is not None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from statistics import median, quantiles
 
 from rich.box import SIMPLE_HEAD
-from rich.table import Table
+from rich.table import Column, Table
 
 from maze_machine.campaign.jobs import Record
 
@@ -63,9 +63,17 @@ def _row(machine: str, runs: Sequence[Record]) -> Row:
     )
 
 
+LONGEST_NAME = 22
+"""That much of a machine's name is always shown, characters."""
+
+
 def table(rows: Iterable[Row]) -> Table:
     """A summary for a person, one line a machine."""
-    shown = Table("machine", "runs", "solved", "touched", "time", "90%", "path", "clearance", box=SIMPLE_HEAD)
+    rows = list(rows)
+    # A name is cut only where it is longer than the figures leave room for on 80 columns.
+    longest = min(max((len(row.machine) for row in rows), default=0), LONGEST_NAME)
+    machine = Column("machine", no_wrap=True, min_width=longest)
+    shown = Table(machine, "runs", "solved", "touched", "time", "90%", "path", "clearance", box=SIMPLE_HEAD)
     for row in rows:
         shown.add_row(
             row.machine,

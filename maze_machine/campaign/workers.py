@@ -16,11 +16,11 @@ from maze_machine.campaign.jobs import Job, Record, Setup, crashed, run_job
 from maze_machine.errors import CommandError, ExitStatus
 
 ATTEMPTS = 2
-"""So often a job is tried whose process dies: it may have been killed for another reason than the job."""
+"""This often a job is tried whose process dies: it may have been killed for another reason than the job."""
 
 
 STARTS = 5
-"""So many processes in a row may die before they are ready."""
+"""This many processes in a row may die before they are ready."""
 
 
 class WorkerError(CommandError):
@@ -31,9 +31,9 @@ class WorkerError(CommandError):
 
 @contextmanager
 def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Generator[Iterator[Record]]:
-    """Do jobs in so many processes: a context in which the results come as they are ready.
+    """Do jobs in that many processes: a context in which the results come as they are ready.
 
-    A process that dies is replaced; a job whose process has died twice has the outcome ``crashed``. Whoever leaves the
+    A process that dies is replaced; a job whose process has died twice has the outcome ``crashed``. Leaving the
     context before the last result, by Ctrl-C too, throws away what has been begun: no process stays, nor does one where
     this process is killed.
 

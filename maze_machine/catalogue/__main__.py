@@ -1,4 +1,4 @@
-"""Write the manifest of the shipped library anew: ``python -m maze_machine.catalogue``."""
+"""Write the manifest of the shipped library again: ``python -m maze_machine.catalogue``."""
 
 from __future__ import annotations
 

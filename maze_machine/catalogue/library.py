@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from hsm.model.registry import Library
 from maze_machine.catalogue.machines import SHIPPED
 from maze_machine.catalogue.manifest import shipped_names
-from maze_machine.catalogue.project import find_project
+from maze_machine.catalogue.project import Project, find_project
 from maze_machine.catalogue.trust import require_trust
 from maze_machine.errors import UsageError
 from maze_machine.installation import HiddenPackageError, require_packages
@@ -37,7 +37,7 @@ def robot_library(settings: SkillSettings | None = None, robot: RobotDescription
         settings: the gains of the robot's motion skills; by default those of PICO.
         robot: the robot; by default PICO.
     """
-    # Whoever only checks a machine needs none of this, and it takes half a second to import.
+    # Checking a machine needs none of this, and it takes half a second to import.
     import perception.signals  # noqa: PLC0415
     import skills.catalogue  # noqa: PLC0415
     from maze_machine.catalogue.constants import robot_constants  # noqa: PLC0415
@@ -60,8 +60,10 @@ def robot_names() -> RobotLibrary:
 def chosen_library(
     named: str | None,
     machine: Path | None = None,
-    shipped: Callable[[], RobotLibrary] = robot_names,
+    shipped: Callable[[], RobotLibrary] | None = None,
     ask: Callable[[str], bool] | None = None,
+    *,
+    vouched: bool = False,
 ) -> RobotLibrary:
     """The library that a machine is written against.
 
@@ -71,8 +73,10 @@ def chosen_library(
     Args:
         named: ``MODULE:NAME``, or None.
         machine: the machine's file; None for whatever lies in the present folder.
-        shipped: gives the shipped library: its names, or for a machine that is to drive, all of it.
+        shipped: gives the shipped library for a machine that is to drive; by default its names are enough, with the
+            constants of the project's robot.
         ask: asks a person whether to trust a project; by default a question on the terminal where there is one.
+        vouched: the caller knows that the user trusts the project.
 
     Raises:
         UsageError: there is no such library, or its project is not trusted.
@@ -83,17 +87,31 @@ def chosen_library(
     is_shipped = machine is not None and machine.resolve().parent == SHIPPED.resolve()
     project = None if is_shipped else find_project(Path.cwd() if machine is None else machine.resolve().parent)
     if project is None:
-        return shipped()
+        return shipped() if shipped is not None else robot_names()
     if project.library is None:
-        library = shipped()
+        library = shipped() if shipped is not None else _names_for(project)
     else:
-        require_trust(project, ask)
+        if not vouched:
+            require_trust(project, ask)
         library = named_library(project.library, project.folder)
     return replace(library, folders=[*project.machines, *library.folders])
 
 
+def _names_for(project: Project) -> RobotLibrary:
+    """The names of the shipped library, with the constants of a project's robot."""
+    names = robot_names()
+    if project.robot is None:
+        return names
+    # Only a project with a robot of its own waits for all that a robot's constants are made from.
+    from maze_machine.catalogue.constants import robot_constants  # noqa: PLC0415
+    from maze_machine.catalogue.profile import load_profile  # noqa: PLC0415
+
+    profile = load_profile(project.robot)
+    return replace(names, constants={**names.constants, **robot_constants(profile.robot, profile.skills).constants})
+
+
 def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
-    """A library of one's own, by its name.
+    """A library of your own, by its name.
 
     Args:
         name: ``module:function`` for a function that gives the library, or ``module:name`` for the library itself.

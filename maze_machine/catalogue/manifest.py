@@ -1,8 +1,8 @@
 """The names of the shipped library without its code, so that checking a machine imports no perception and no skills.
 
 ``names.json`` holds what ``robot_library`` declares: names, types, defaults, documentation, and where each thing lies
-in Python. ``python -m maze_machine.catalogue`` writes it anew; a test holds it to the library. What a name
-stands for is imported when somebody asks for it.
+in Python. ``python -m maze_machine.catalogue`` writes it again; a test holds it to the library. What a name
+represents is imported when somebody asks for it.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from hsm.model.registry import (
     ActivityDeclaration,
     ConstantDeclaration,
     EventDeclaration,
+    EventField,
     Library,
     Parameter,
     SignalDeclaration,
@@ -90,7 +91,7 @@ def manifest_of(library: Library[Any, Any]) -> dict[str, Any]:
             for one in library.activities.values()
         },
         "actions": {one.name: _callable(one.function, one.parameters, one.doc) for one in library.actions.values()},
-        "events": {one.name: one.doc for one in library.events.values()},
+        "events": {one.name: _event(one) for one in library.events.values()},
         "constants": {
             one.name: {"type": str(one.type), "value": one.value, "doc": one.doc} for one in library.constants.values()
         },
@@ -127,8 +128,11 @@ def library_of(manifest: Mapping[str, Any], folder: Path) -> Library[Any, Any]:
     for name, entry in manifest["actions"].items():
         parameters = _parameters(entry["parameters"], kinds)
         library.actions[name] = ActionDeclaration(name, _source(entry), parameters, entry["doc"])
-    for name, doc in manifest["events"].items():
-        library.events[name] = EventDeclaration(name, doc)
+    for name, entry in manifest["events"].items():
+        doc, data = (entry, {}) if isinstance(entry, str) else (entry["doc"], entry["data"])
+        types = {part: _type(kind, kinds) for part, kind in data.items()}
+        fields = tuple(EventField(part, kind, kinds.get(str(kind))) for part, kind in types.items())
+        library.events[name] = EventDeclaration(name, doc, fields)
     for name, entry in manifest["constants"].items():
         kind_of_value = _type(entry["type"], kinds)
         library.constants[name] = ConstantDeclaration(name, kind_of_value, entry["value"], entry["doc"])
@@ -145,6 +149,12 @@ def text_of(manifest: Mapping[str, Any]) -> str:
         lines = [f"  {json.dumps(name)}: {json.dumps(entry)}" for name, entry in entries.items()]
         sections.append(f"{json.dumps(section)}: {{\n" + ",\n".join(lines) + "\n}")
     return "{\n" + ",\n".join(sections) + "\n}\n"
+
+
+def _event(declared: EventDeclaration) -> str | dict[str, Any]:
+    """What is said of an event; of one that carries nothing its documentation alone."""
+    data = {one.name: str(one.type) for one in declared.fields}
+    return {"doc": declared.doc, "data": data} if data else declared.doc
 
 
 def _callable(function: Any, parameters: Sequence[Parameter], doc: str) -> dict[str, Any]:

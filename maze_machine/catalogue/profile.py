@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, Field, ValidationError
 
+from maze_machine.catalogue.project import default_robot
 from maze_machine.catalogue.shipped import find_file
 from maze_machine.errors import CommandError, FileError, UsageError
 from perception.settings import PerceptionSettings
@@ -71,6 +72,22 @@ def load_profile(name: str = "pico", overrides: Iterable[str] = ()) -> Profile:
     for override in settings:
         _set(table, override)
     return _validated(table, lambda place: _override_of(place, settings), UsageError) if settings else profile
+
+
+def chosen_profile(named: str | None, machine: str | None = None, overrides: Iterable[str] = ()) -> Profile:
+    """The profile that is named, else that of a machine's project, else PICO's.
+
+    Args:
+        named: a TOML file or the name of a shipped profile; or None.
+        machine: a machine; where it is a file, its project counts, else that around the present folder.
+        overrides: as for ``load_profile``.
+
+    Raises:
+        ProfileError: the file cannot be used.
+        FileError: the project's settings are wrong.
+        UsageError: an override cannot be used.
+    """
+    return load_profile(default_robot(named, machine), overrides)
 
 
 def _override_of(place: Location, overrides: Sequence[str]) -> str:

@@ -5,7 +5,8 @@ A project is a folder with a file ``maze-machine.toml``, or with a table ``[tool
 
     library = "my_robot:library"       # a function or a Library in Python, as MODULE:NAME
     machines = ["machines"]            # folders whose machines are found by name
-    robot = "robots/vacuum.toml"       # the profile that `run` takes unless told otherwise
+    robot = "robots/vacuum.toml"       # the robot's profile, for every command that takes --robot
+    maze = "mazes/home.maze"           # where `run` drives by default
     ignore = ["N0701"]                 # warnings and notes that `check` leaves out
 """
 
@@ -21,7 +22,7 @@ from maze_machine.errors import FileError
 
 NAME = "maze-machine.toml"
 PYPROJECT = "pyproject.toml"
-_KEYS = {"library": str, "machines": list, "robot": str, "ignore": list}
+_KEYS = {"library": str, "machines": list, "robot": str, "maze": str, "ignore": list}
 _LARGEST = 1_000_000  # bytes: a settings file of this size is none
 
 
@@ -34,6 +35,7 @@ class Project:
         library: ``MODULE:NAME`` of the library that the machines name things from; None for the shipped one.
         machines: folders whose machines are found by name.
         robot: a profile, by name or as a path; None if the project has none.
+        maze: a maze, by name or as a path; None if the project has none.
         ignore: beginnings of codes of warnings and notes that ``check`` leaves out.
     """
 
@@ -41,6 +43,7 @@ class Project:
     library: str | None = None
     machines: tuple[Path, ...] = ()
     robot: str | None = None
+    maze: str | None = None
     ignore: tuple[str, ...] = ()
 
     @property
@@ -107,4 +110,45 @@ def _project(file: Path, table: dict[str, Any]) -> Project:
             expected = "a list of strings" if kind is list else "a string"
             raise FileError(f"{file}: `{key}` is {expected}, not {value!r}")
     folders = tuple(file.parent / one for one in table.get("machines", ()))
-    return Project(file, table.get("library"), folders, table.get("robot"), tuple(table.get("ignore", ())))
+    robot, maze = (_beside(file, table.get(name)) for name in ("robot", "maze"))
+    return Project(file, table.get("library"), folders, robot, maze, tuple(table.get("ignore", ())))
+
+
+def _beside(file: Path, name: str | None) -> str | None:
+    """A file by its path from the project's folder; else a name, as it is written."""
+    path = file.parent / name if name is not None else None
+    return str(path) if path is not None and path.is_file() else name
+
+
+def default_robot(named: str | None = None, near: str | None = None) -> str:
+    """The robot's profile: the one that is named, else that of the project, else PICO's.
+
+    Args:
+        named: what the user has named, or None.
+        near: a machine; where it is a file, its project counts, else that around the present folder.
+
+    Raises:
+        FileError: the project's settings are wrong.
+    """
+    if named is not None:
+        return named
+    project = _project_near(near)
+    return project.robot if project is not None and project.robot is not None else "pico"
+
+
+def default_maze(otherwise: str, near: str | None = None) -> str:
+    """The maze of the project, or another one where it has none.
+
+    Args:
+        otherwise: that one.
+        near: as for ``default_robot``.
+
+    Raises:
+        FileError: the project's settings are wrong.
+    """
+    project = _project_near(near)
+    return project.maze if project is not None and project.maze is not None else otherwise
+
+
+def _project_near(machine: str | None) -> Project | None:
+    return find_project(Path(machine).parent if machine is not None and Path(machine).is_file() else Path.cwd())

@@ -1,7 +1,7 @@
 """Which projects may run their own Python code here: a project file names code, and opening a folder must not run it.
 
 A person trusts a folder once, with ``maze-machine trust``; the decision is kept in the user's configuration folder.
-A library that is named on the command line needs no trust: whoever names it asks for it.
+A library that is named on the command line needs no trust: naming it asks for it.
 """
 
 from __future__ import annotations

@@ -26,17 +26,17 @@ def check(
             autocompletion=complete_machine,
         ),
     ],
-    json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
-    sarif: Annotated[bool, typer.Option("--sarif", help="Print the findings as SARIF 2.1.0.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print the diagnostics as JSON.")] = False,
+    sarif: Annotated[bool, typer.Option("--sarif", help="Print the diagnostics as SARIF 2.1.0.")] = False,
     ignore: Annotated[
         list[str] | None,
         typer.Option(metavar="CODE", help="Leave out warnings and notes whose code begins so; may be repeated."),
     ] = None,
     library: LibraryOption = None,
 ) -> None:
-    """Check machines and all that they import: errors, likely mistakes, and notes on overlaps and gaps.
+    """Check machines and all that they import: errors, likely mistakes, nondeterminism and incompleteness.
 
-    Every finding bears a code, which `maze-machine list codes` and the reference explain. The exit status is 1 if there
+    `maze-machine list codes` and the reference explain the code of each diagnostic. The exit status is 1 if there
     is an error, 3 if a file cannot be read. A comment `# accept CODE` on a line accepts a warning or a note there.
 
     Example: `maze-machine check pledge my.maze-machine`
@@ -86,7 +86,7 @@ def machine_path(name: str) -> str:
 
 
 def print_findings(findings: Sequence[Diagnostic], sources: dict[str, str], files: Sequence[str]) -> None:
-    """Print findings for people, and how many there are."""
+    """Print diagnostics for people, and how many there are."""
     from hsm.dsl.reporting import render
 
     if findings:

@@ -50,11 +50,21 @@ def export(
     """Write a machine for other tools.
 
     States, history, events, time-outs and outcomes are SCXML's own. It has no word for signals, activities and units:
-    they stand in it as this language writes them, so that only a machine without them can be imported again. What means
+    they are in it as this language writes them, so that only a machine without them can be imported again. What means
     otherwise in SCXML is named on standard error.
 
+    A recording is written for the viewer Rerun where the output ends in `.rrd`; this needs the extra `rerun`.
+
     Example: `maze-machine export pledge --to scxml -o pledge.scxml`
+
+    Example: `maze-machine export run.mcap -o run.rrd`
     """
+    if output is not None and output.suffix == ".rrd":
+        from maze_machine.commands.to_rerun import to_rerun
+
+        check_outputs({"--output": output}, [file])
+        to_rerun(Path(file), output)
+        return
     from hsm.dsl.reporting.render import as_text
     from hsm.interchange.scxml import differences, write_text
     from maze_machine.commands.diagram import load_chart

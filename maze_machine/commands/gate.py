@@ -1,4 +1,4 @@
-"""``maze-machine gate``: a dead man, limits and leases in front of a robot's driver that has none."""
+"""``maze-machine gate``: a command time-out, limits and leases in front of a robot's driver that has none."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ def gate(
         str, typer.Option(metavar="NAME", help="The driver's namespace; controllers must not know it.")
     ] = "base",
     listen: ListenOption = LISTEN,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     settings: SettingsOption = None,
     identity: IdentityOption = None,
 ) -> None:
-    """Stand between controllers and a ROS 2 driver: one controller at a time, limits, and a stop when it falls silent.
+    """Guard a ROS 2 driver: admit one controller at a time, limit its commands, and stop the base when it falls silent.
 
     It runs on the robot, next to the driver. The profile's section `[link]` names the driver's topics. It ends with
-    Ctrl-C, and leaves the robot standing.
+    Ctrl-C, and stops the robot.
 
     Example: `maze-machine gate tcp/127.0.0.1:7448 --inside base --listen tcp/0.0.0.0:7447`
     """
     from maze_machine.arguments.network import joined
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from transport.connect import dialling
     from transport.driver import RosDriver
     from transport.endpoints import check_endpoint
@@ -37,7 +37,7 @@ def gate(
     from transport.keys import RobotKeys
 
     check_endpoint(driver)
-    profile = load_profile(robot, settings or ())
+    profile = chosen_profile(robot, None, settings or ())
     outside = profile.link.model_copy(update={"gate": True, "keys": "bridge"})
     with (
         joined(listen, None, identity, outside) as net,

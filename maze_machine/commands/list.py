@@ -34,7 +34,7 @@ def listing(
     json: JsonOption = False,
     library: LibraryOption = None,
 ) -> None:
-    """List what a machine may name, with types, units and a line of documentation; or the codes of findings.
+    """List what a machine may name, with types, units and a line of documentation; or the codes of diagnostics.
 
     Example: `maze-machine list signals`
 
@@ -77,7 +77,8 @@ def _rows(subject: Subject, library: str | None) -> Iterable[dict[str, str]]:
 def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
     """What the registry declares."""
     from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
-    from hsm.model.unparse import value_text
+    from hsm.model.registry import Parameter
+    from hsm.model.unparse import shown_text
 
     match subject:
         case Subject.SIGNALS:
@@ -93,11 +94,12 @@ def _declared(subject: Subject, library: Library) -> Iterable[dict[str, str]]:
                 yield {"name": signature(action.name, action.parameters), "about": first_line(action.doc)}
         case Subject.EVENTS:
             for event in library.events.values():
-                yield {"name": event.name, "about": first_line(event.doc)}
+                fields = [Parameter(one.name, one.type) for one in event.fields]
+                yield {"name": signature(event.name, fields, empty=""), "about": first_line(event.doc)}
         case Subject.CONSTANTS:
             for constant in library.constants.values():
                 row = {"name": constant.name, "type": type_text(constant.type)}
-                yield {**row, "value": value_text(constant.value, constant.type), "about": first_line(constant.doc)}
+                yield {**row, "value": shown_text(constant.value, constant.type), "about": first_line(constant.doc)}
         case _:
             yield from _types(library)
 

@@ -2,16 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 from maze_machine.arguments.options import LibraryOption
-from maze_machine.errors import CommandError, UsageError
-
-if TYPE_CHECKING:
-    from hsm.model.registry import Library
+from maze_machine.errors import UsageError
 
 
 def lsp(library: LibraryOption = None) -> None:
@@ -24,12 +16,19 @@ def lsp(library: LibraryOption = None) -> None:
 
     Example: `maze-machine lsp`
     """
+    import gc
+    import os
+    import sys
+    from contextlib import redirect_stdout
     from importlib.metadata import version
 
+    gc.disable()  # the protocol's types are many objects that never go: nothing is to be looked through while they come
     try:
         from lsprotocol.types import MessageType, ShowMessageParams
 
         from hsm.dsl.lsp.server import make_server
+        from maze_machine.editor.libraries import EditorLibraries
+        from maze_machine.editor.requests import add_requests
     except ImportError as error:
         missing = f"the language server needs the package {error.name}"
         raise UsageError(missing, 'install it with: pip install "maze-machine[lsp]"') from None
@@ -39,40 +38,9 @@ def lsp(library: LibraryOption = None) -> None:
 
     libraries = EditorLibraries(library, warn)
     server = make_server(libraries, version("maze-machine"))
-    server.start_io()
-
-
-@dataclass(slots=True)
-class EditorLibraries:
-    """The library of each file that an editor has open; what a file's project lacks is said once.
-
-    Attributes:
-        named: the library of all files, as ``MODULE:NAME``; None for that of each file's project.
-        warn: shows a message in the editor.
-    """
-
-    named: str | None
-    warn: Callable[[str], object]
-    _found: dict[tuple[Path | None, int], Library] = field(default_factory=dict)
-    _told: set[str] = field(default_factory=set)
-
-    def __call__(self, file: str) -> Library:
-        """The library that a file's machine is written against."""
-        from maze_machine.catalogue.library import chosen_library, robot_names
-        from maze_machine.catalogue.project import find_project
-
-        try:
-            project = find_project(Path(file).parent)
-            key = (None, 0) if project is None else (project.file, project.file.stat().st_mtime_ns)
-            if key not in self._found:
-                self._found[key] = chosen_library(self.named, Path(file), ask=lambda _question: False)
-            return self._found[key]
-        except CommandError as error:
-            message = f"{error}; {error.way_out}" if error.way_out else str(error)
-            if message not in self._told:
-                self._told.add(message)
-                self.warn(f"{message}. Until then machines are checked against the shipped library.")
-        shipped = (None, -1)
-        if shipped not in self._found:
-            self._found[shipped] = robot_names()
-        return self._found[shipped]
+    add_requests(server, libraries, version("maze-machine"))
+    gc.freeze()
+    gc.enable()
+    # A stream of its own: a library that prints must not speak to the editor.
+    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as writing, redirect_stdout(sys.stderr):
+        server.start_io(None, writing)

@@ -47,19 +47,19 @@ def show(
     metres_a_cell: CellOption = 1.0,
     grey: GreyOption = None,
     objects: ObjectsOption = None,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     settings: SettingsOption = None,
 ) -> None:
-    """Tell what a maze is like and save a picture of it.
+    """Show what a maze is like and save a picture of it.
 
     Example: `maze-machine maze show final_2015 --picture final.svg`
     """
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import find_maze
 
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
-    body = load_profile(robot, settings or ()).robot
+    body = chosen_profile(robot, None, settings or ()).robot
     drawn = find_maze(maze, words.choices(), robot=body)
     print(_facts(drawn, body.radius))
     if not no_picture:
@@ -79,7 +79,7 @@ def convert(
     metres_a_cell: CellOption = 1.0,
     grey: GreyOption = None,
     objects: ObjectsOption = None,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     settings: SettingsOption = None,
 ) -> None:
     """Write a maze in another format.
@@ -88,13 +88,13 @@ def convert(
 
     Example: `maze-machine maze convert maze.pgm maze.maze`
     """
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import find_maze
     from sim.formats import write_maze
 
     choices = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects).choices()
-    body = load_profile(robot, settings or ()).robot
+    body = chosen_profile(robot, None, settings or ()).robot
     drawn = find_maze(maze, choices, robot=body)
     write_maze(drawn, output, choices)
     print(f"{output}: {_facts(drawn, body.radius)}")
@@ -110,7 +110,7 @@ def generate(
     corridor: Annotated[float, typer.Option(metavar="METRES", help="Width of the corridors.")] = 1.0,
     loops: Annotated[int, typer.Option(min=0, help="Walls left out, so that there are two ways.")] = 1,
     islands: Annotated[int, typer.Option(min=0, help="Solid blocks with a way all around.")] = 0,
-    open_spaces: Annotated[int, typer.Option(min=0, help="Rooms of two by two to three by three cells.")] = 0,
+    open_spaces: Annotated[int, typer.Option(min=0, help="Open spaces of two by two to three by three cells.")] = 0,
     dead_ends: Annotated[float, typer.Option(min=0, max=1, help="Share of the dead ends that stay.")] = 1.0,
     doors: Annotated[int, typer.Option(min=0, help="Doors in dead ends, all of which must be passed.")] = 0,
     skew: Annotated[float, typer.Option(metavar="DEGREES", help="Walls are turned by up to this angle.")] = 0.0,

@@ -16,7 +16,7 @@ def profile(
     ] = "pico",
     settings: SettingsOption = None,
 ) -> None:
-    """Print a robot profile with every setting, its value and what it means, as a TOML file to start one's own from.
+    """Print a robot profile with every setting, its value and what it means, as a TOML file to start your own from.
 
     Example: `maze-machine profile pico-hardware --set robot.name=pico2 > mine.toml`
     """

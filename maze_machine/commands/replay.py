@@ -26,7 +26,7 @@ def replay(
         typer.Argument(
             metavar="[MACHINE] RECORDING",
             help="A recording: what `maze-machine run --record` wrote, any MCAP file, or a rosbag2 folder or database "
-            "with a laser scan and odometry; before it, perhaps a machine to put in the recorded one's place.",
+            "with a laser scan and odometry; before it, perhaps a machine to use instead of the recorded one.",
         ),
     ],
     second: Annotated[
@@ -82,7 +82,7 @@ def replay(
     mission = recorded_mission(recorded, machine, profile if asked else None)
     check_outputs({"--trace": trace}, [recording, *mission.machine.model.files])
     losses: list[str] = []
-    transitions = Transitions(mission)
+    transitions = Transitions()
     with ExitStack() as stack:
         watchers: list[TickWatcher] = [transitions]
         if trace is not None:

@@ -41,10 +41,10 @@ def sim(
     grey: GreyOption = None,
     objects: ObjectsOption = None,
     seed: Annotated[int, typer.Option(min=0, help="The run, where a controller asks for none.")] = 0,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     settings: SettingsOption = None,
     realtime: Annotated[
-        bool, typer.Option("--realtime", help="Let time pass by the clock on the wall, with a dead man, as hardware.")
+        bool, typer.Option("--realtime", help="Run in real time, with a command time-out, like hardware.")
     ] = False,
     simulate: SimulateOption = None,
     fault: FaultOption = None,
@@ -67,7 +67,7 @@ def sim(
     from math import inf
 
     from maze_machine.arguments.network import joined
-    from maze_machine.catalogue.profile import load_profile
+    from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.settings import pace, simulator_settings
     from maze_machine.simulated.world import SimulatedWorld, find_maze
@@ -76,7 +76,7 @@ def sim(
     from transport.lockstep import LockstepServer
     from transport.ros_robot import RosRobot
 
-    profile = load_profile(robot, settings or ())
+    profile = chosen_profile(robot, None, settings or ())
     description = profile.robot
     if not profile.link.gate and not realtime:
         raise UsageError("a bare ROS 2 robot (link.gate=false) does not wait for commands", "add --realtime")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -14,24 +13,7 @@ from maze_machine.arguments.options import JsonOption, LibraryOption
 from maze_machine.errors import ExitStatus, FileError
 
 if TYPE_CHECKING:
-    from hsm.testing.scenarios.session import Moment, Session
-
-HELP = """\
-lines of a scenario, which are kept:
-  when door.near, not space.front     signals change
-  when rotate reports done            an activity ends
-  when event go                       somebody sends an event
-  after 2 s                           time passes
-  expect driving within 5 s           wait for it, or say that it is not so
-  given door.near                     begin anew, with this from the start
-and words of this program:
-  tick [N]            let N ticks pass
-  why [STATE]         why transitions fired or did not in the last step
-  break [CONDITION]   stop a wait where this comes to hold; alone: do not
-  back [N]            take the last N lines back
-  lines               what was done so far
-  save FILE [NAME]    add the session to a file of scenarios
-  help, quit"""
+    from hsm.testing.scenarios.session import Moment
 
 
 def simulate(
@@ -60,6 +42,7 @@ def simulate(
     from maze_machine.arguments.parameters import parameter_values, split_setting
     from maze_machine.catalogue.library import chosen_library
     from maze_machine.catalogue.machines import find_machine
+    from maze_machine.simulated.console import Console
 
     path = find_machine(machine)
     names = chosen_library(library, path)
@@ -69,79 +52,20 @@ def simulate(
         session = Session(chart, names, values)
     except SessionError as error:
         raise FileError(str(error)) from None
+    console = Console(session)
     _show(session.moment, json=json)
     for line in _typed(names):
-        word, _, rest = line.strip().partition(" ")
+        word = line.strip().partition(" ")[0]
         if not word or word.startswith("#"):
             continue
         if word == "quit":
             break
         try:
-            _answer(session, word, rest.strip(), line, json=json)
+            _show(console.do(line), json=json)
         except SessionError as error:
             print(f"maze-machine: {error}", file=sys.stderr)
             if not sys.stdin.isatty():
                 raise typer.Exit(ExitStatus.FAILED) from None
-
-
-def _answer(session: Session, word: str, rest: str, line: str, *, json: bool) -> None:
-    """Do what a line says.
-
-    Raises:
-        SessionError: it cannot be done.
-        FileError: a file cannot be written.
-    """
-    match word:
-        case "help":
-            print(HELP)
-        case "lines":
-            print("\n".join(session.lines) or "nothing yet")
-        case "why":
-            print("\n".join(session.why(rest or None)))
-        case "break":
-            session.stop_when(rest or None)
-        case "save":
-            _save(session, rest)
-        case "back":
-            _show(session.back(_count(rest)), json=json)
-        case "tick":
-            for _ in range(_count(rest)):
-                moment = session.tick()
-            _show(moment, json=json)
-        case _:
-            _show(session.do(line), json=json)
-
-
-def _count(text: str) -> int:
-    from hsm.testing.scenarios.session import SessionError
-
-    if not text:
-        return 1
-    if not text.isdecimal() or not 1 <= int(text) <= 100_000:
-        raise SessionError(f"`{text}` is no count")
-    return int(text)
-
-
-def _save(session: Session, rest: str) -> None:
-    """Add the session to a file of scenarios, which is begun if it is not there.
-
-    Raises:
-        SessionError: no file is named.
-        FileError: it cannot be written.
-    """
-    from hsm.testing.scenarios.session import SessionError
-    from transport.files import write_text
-
-    name, _, title = rest.partition(" ")
-    if not name:
-        raise SessionError("save FILE [NAME]")
-    path = Path(name)
-    try:
-        before = path.read_text(encoding="utf-8") if path.exists() else f"test {session.machine}\n"
-        write_text(path, f"{before.rstrip()}\n\n{session.scenario(title.strip() or 'what was tried')}")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(f"{path} cannot be written: {getattr(error, 'strerror', None) or error}") from None
-    print(f"saved to {path}")
 
 
 def _typed(names: Any) -> Iterator[str]:
@@ -153,7 +77,21 @@ def _typed(names: Any) -> Iterator[str]:
 
     words = sorted(
         {
-            *("given", "when", "after", "expect", "tick", "why", "break", "back", "lines", "save", "help", "quit"),
+            *(
+                "given",
+                "when",
+                "after",
+                "expect",
+                "tick",
+                "why",
+                "break",
+                "back",
+                "lines",
+                "save",
+                "set",
+                "help",
+                "quit",
+            ),
             *("reports", "event", "not", "doing", "within"),
             *names.signals,
             *names.activities,
@@ -171,23 +109,15 @@ def _typed(names: Any) -> Iterator[str]:
             return
 
 
-def _show(moment: Moment, *, json: bool) -> None:
-    """Where the run stands."""
+def _show(answer: Moment | str, *, json: bool) -> None:
+    """The state of the run, or what was asked."""
     from dataclasses import asdict
     from json import dumps
 
-    if json:
-        print(dumps(asdict(moment)), flush=True)
-        return
-    print(f"{moment.time:8.3f} s  {', '.join(moment.states) or 'no state'}")
-    for head, parts in (
-        ("took", moment.taken),
-        ("called", moment.called),
-        ("raised", moment.raised),
-        ("doing", moment.doing),
-        ("with", [f"{name} = {value}" for name, value in moment.variables.items()]),
-    ):
-        if parts:
-            print(f"            {head} {', '.join(parts)}")
-    if moment.outcome is not None:
-        print(f"            ended in {moment.outcome}")
+    from maze_machine.simulated.console import moment_text
+
+    if isinstance(answer, str):
+        if answer:
+            print(answer)
+    else:
+        print(dumps(asdict(answer)) if json else moment_text(answer), flush=True)

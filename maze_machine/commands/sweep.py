@@ -46,7 +46,7 @@ def sweep(
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Hand the runs to this dask.distributed cluster instead.")
     ] = None,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     settings: SettingsOption = None,
     time_limit: TimeLimitOption = None,
     json: JsonOption = False,
@@ -70,6 +70,7 @@ def sweep(
     from maze_machine.campaign.results import Results
     from maze_machine.campaign.summary import failures, summary, table
     from maze_machine.campaign.workers import on_cores
+    from maze_machine.catalogue.project import default_robot
     from maze_machine.simulated.choices import MazeWords
     from transport.connect import controller_name
     from transport.files import locked
@@ -78,7 +79,7 @@ def sweep(
         raise UsageError("--workers does not go with --scheduler", "the cluster has its own workers")
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     words.choices()
-    setup = Setup(robot, tuple(settings or ()), time_limit, words)
+    setup = Setup(default_robot(robot), tuple(settings or ()), time_limit, words)
     jobs = jobs_of(_each(machines), _each(mazes), seeds)
     loss = ""
     with locked(out, controller_name()):
@@ -116,7 +117,7 @@ def sweep(
 
 @contextmanager
 def shown(total: int) -> Iterator[Callable[[], None]]:
-    """A bar on a terminal for so many runs; what is yielded moves it on by one."""
+    """A bar on a terminal for this many runs; what is yielded moves it on by one."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -40,7 +40,8 @@ def test(
         Path | None, typer.Option(metavar="FILE", help="Where --generate writes the scenarios instead.")
     ] = None,
     mutate: Annotated[
-        bool, typer.Option("--mutate", help="Change the machine in small ways; tell which changes no scenario notices.")
+        bool,
+        typer.Option("--mutate", help="Change the machine in small ways; list mutants that no scenario kills."),
     ] = False,
     steps: Annotated[
         int | None,
@@ -48,7 +49,7 @@ def test(
     ] = None,
     depth: Annotated[
         int | None,
-        typer.Option(min=1, metavar="STEPS", help="Look at runs of so many steps only; otherwise at all."),
+        typer.Option(min=1, metavar="STEPS", help="Look only at runs of this many steps; otherwise at all."),
     ] = None,
     require: Annotated[
         Requirement | None,
@@ -56,9 +57,7 @@ def test(
     ] = None,
     longest_tick: Annotated[
         float,
-        typer.Option(
-            min=1e-6, metavar="SECONDS", help="What proofs assume: a step comes at most so long after the last."
-        ),
+        typer.Option(min=1e-6, metavar="SECONDS", help="What proofs assume: the longest time between two steps."),
     ] = 0.1,
     parameters: Annotated[
         list[str] | None,
@@ -84,7 +83,7 @@ def test(
     """Run a machine's scenarios and decide its properties for all its runs.
 
     A property is proved, or violated by a run that is shown, or there is no violation in runs of a certain number of
-    steps, or it is not decided, with what stands in the way.
+    steps, or it is not decided, with what is in the way.
 
     The exit status is 0 only if all scenarios pass, no property is violated, all are what `--require` demands, and
     coverage is enough; with `--mutate` only if every change is noticed; with `--generate` if everything in the machine

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from maze_machine.arguments.options import OPEN, IdentityOption, JsonOption, RobotOption
 from maze_machine.errors import ExitStatus, UsageError
-
-if TYPE_CHECKING:
-    from maze_machine.remote.client import RemoteMachine
 
 ConnectOption = Annotated[
     str, typer.Option(metavar="ENDPOINT", help="Where the running machine listens: its `run --open`.")
@@ -22,13 +16,13 @@ ConnectOption = Annotated[
 
 def watch(
     connect: ConnectOption = OPEN,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     identity: IdentityOption = None,
     why: Annotated[
         str | None, typer.Option(metavar="STATE", help="Say once why this state's transitions fire or not, and end.")
     ] = None,
     silence: Annotated[
-        float, typer.Option(min=0.1, metavar="SECONDS", help="End when nothing has come for so long.")
+        float, typer.Option(min=0.1, metavar="SECONDS", help="End when nothing has come for this long.")
     ] = 5.0,
     json: JsonOption = False,
 ) -> None:
@@ -42,7 +36,9 @@ def watch(
     """
     from json import dumps
 
-    with remote(connect, robot, identity) as machine:
+    from maze_machine.remote.reaching import reaching
+
+    with reaching(connect, robot, identity) as machine:
         if why is not None:
             found = machine.why(why)
             print(dumps(found) if json else "\n".join(_reasons(found)))
@@ -64,54 +60,38 @@ def watch(
 
 
 def send(
-    event: Annotated[str | None, typer.Argument(help="The event; the machine must declare it.")] = None,
+    event: Annotated[
+        str | None,
+        typer.Argument(help='The event, with what it carries: go, or "floor(3)"; the machine must declare it.'),
+    ] = None,
     connect: ConnectOption = OPEN,
-    robot: RobotOption = "pico",
+    robot: RobotOption = None,
     identity: IdentityOption = None,
     pause: Annotated[bool, typer.Option("--pause", help="Have a simulation stand still.")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="Have it go on.")] = False,
-    advance: Annotated[
-        int | None, typer.Option(min=1, metavar="TICKS", help="Have it go on for so many ticks.")
-    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Resume it.")] = False,
+    advance: Annotated[int | None, typer.Option(min=1, metavar="TICKS", help="Advance it by this many ticks.")] = None,
     stop: Annotated[bool, typer.Option("--stop", help="End the run; the robot is stopped.")] = False,
 ) -> None:
     """Send an event to a running machine, or have its run pause, go on or end.
 
-    The event is part of the run: it stands in the trace and in the recording, and a replay gives it again.
+    The event is part of the run: it is in the trace and in the recording, and a replay gives it again.
 
     Example: `maze-machine send go --connect tcp/127.0.0.1:7448`
 
     Example: `maze-machine send --stop`
     """
     from maze_machine.remote.messages import AdvanceRun, EndRun, Pause, Resume, SendEvent
+    from maze_machine.remote.reaching import reaching
 
     asked: list[Any] = [SendEvent(name=event)] if event else []
     asked += [Pause()] * pause + [Resume()] * resume + [EndRun()] * stop
     asked += [AdvanceRun(ticks=advance)] if advance is not None else []
     if len(asked) != 1:
         raise UsageError("give one thing to do", "an event, --pause, --resume, --advance TICKS or --stop")
-    with remote(connect, robot, identity) as machine:
+    with reaching(connect, robot, identity) as machine:
         answer = machine.operate(asked[0])
     if not answer.done:
         raise UsageError(f"the machine refuses: {answer.reason}")
-
-
-@contextmanager
-def remote(endpoint: str, robot: str, identity: Path | None) -> Iterator[RemoteMachine]:
-    """The machine that listens at an endpoint, for as long as the block runs.
-
-    Raises:
-        LinkError: nobody can be reached there.
-    """
-    from maze_machine.arguments.network import secured
-    from maze_machine.catalogue.profile import load_profile
-    from maze_machine.remote.client import RemoteMachine
-    from transport.connect import dialling
-
-    profile = load_profile(robot)
-    security = secured(endpoint, identity, profile.link)
-    with dialling(endpoint, wait=profile.link.connect, security=security) as bus:
-        yield RemoteMachine(bus, profile.robot.name)
 
 
 def _line(step: dict[str, Any]) -> str:
@@ -119,9 +99,10 @@ def _line(step: dict[str, Any]) -> str:
     parts = [f"{step.get('stamp', 0) / 1e9:8.1f} s", ", ".join(map(str, step.get("states", ())))]
     parts += [f"took {taken}" for taken in step.get("taken", ())]
     parts += [f"heard {event}" for event in step.get("events", ())]
+    parts += [f"sent {event}" for event in step.get("sent", ())]
     variables = ", ".join(f"{name} = {value}" for name, value in step.get("variables", {}).items())
     parts += [variables] if variables else []
-    parts += [f"standing: {step['blind']}"] if step.get("blind") else []
+    parts += [f"stopped: {step['blind']}"] if step.get("blind") else []
     parts += [f"ended in {step['outcome']}"] if step.get("outcome") else []
     return "  ".join(parts)
 

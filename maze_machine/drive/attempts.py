@@ -1,4 +1,4 @@
-"""Attempts: a mission begun anew at the start after it has failed, as the challenge grants it."""
+"""Attempts: a mission begun again at the start after it has failed, as the challenge grants it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive
 from maze_machine.drive.operation import NOBODY, Operator
 from maze_machine.drive.path_recorder import PathRecorder
 from perception import Perception
+from transport.messages import Pose
 from transport.robot import Robot
 from transport.world import Refereed
 
@@ -20,7 +21,7 @@ class RefereedRobot(Robot, Refereed, Protocol):
 
 
 class KeptRobot:
-    """A robot for several attempts: to let go of it is left to whoever took hold of it."""
+    """A robot for several attempts: on release it is left to its owner."""
 
     def __init__(self, robot: RefereedRobot) -> None:
         self._robot = robot
@@ -62,6 +63,7 @@ def attempts(
     try_again: Callable[[], bool] = lambda: False,
     *,
     operator: Operator = NOBODY,
+    truth: Callable[[int], Pose] | None = None,
 ) -> Iterator[Attempt]:
     """Drive a mission until the robot is out or no attempt is left.
 
@@ -75,6 +77,7 @@ def attempts(
         most: how many to make at most.
         try_again: puts the robot, which has been stopped, back to the start, if another attempt is granted.
         operator: who sends events to the machine, and may end the run.
+        truth: where the robot really is at a tick of the present attempt, if anybody knows.
 
     Yields:
         Each attempt, before the next one begins.
@@ -88,7 +91,7 @@ def attempts(
         trail = PathRecorder()
         with watchers(number) as watching:
             driven = robot()
-            ending = drive(mission, driven, driven, [trail, *watching], perception, operator=operator)
+            ending = drive(mission, driven, driven, [trail, *watching], perception, operator=operator, truth=truth)
         yield Attempt(number, driven, ending, trail)
         if number == most or ending.limited or operator.ended or not try_again():
             return

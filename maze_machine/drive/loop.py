@@ -2,84 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import count
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
-from hsm import Machine, Macrostep, Supervisor
-from hsm.engine.monitoring import Monitor, Violation
+from hsm import Machine, Supervisor
+from hsm.engine.monitoring import Monitor
+from hsm.engine.occurrences import event_text
+from hsm.interchange.reports import StepReport
 from maze_machine.drive.operation import NOBODY, Operator
+from maze_machine.drive.tick import Phases, Tick
 from perception import Perception
 from perception.facts import Facts
 from skills.chain import MotionChain
-from transport.messages import Command, Observation, Pose, Twist
+from transport.messages import Command, Pose, Twist
 from transport.robot import Robot
 from transport.settings import LinkSettings
 from transport.trust import Trust
 
 BLINDED = "blinded"
 """The event that the loop sends to a machine when it stops the base because of the sensors."""
-
-
-class Phases(NamedTuple):
-    """Where a tick's time went, s of the wall clock; statistics that nothing decides by.
-
-    Perception is lazy: what it takes falls to the phase that first asks for a fact.
-    """
-
-    observe: float
-    prepare: float
-    coordinate: float
-    act: float
-    command: float
-
-
-@dataclass(frozen=True, slots=True)
-class Tick:
-    """What happened in one tick.
-
-    Attributes:
-        index: number of the tick, from 0.
-        observation: what the robot sensed.
-        step: what the machine did about it.
-        configuration: names of all active states, in document order.
-        doing: name of the first state whose activity asked for something; where none did, of the first innermost one.
-        outcome: how the machine ended, or None while it runs.
-        command: what the robot was told.
-        violations: properties of the machine that do not hold, and did before.
-        phases: where the time went.
-        events: the events that somebody outside has sent for this tick.
-        variables: variables and parameters after the step, by their full names.
-    """
-
-    index: int
-    observation: Observation
-    step: Macrostep
-    configuration: tuple[str, ...]
-    doing: str
-    outcome: str | None
-    command: Command
-    violations: tuple[Violation, ...]
-    phases: Phases
-    events: tuple[str, ...]
-    variables: Mapping[str, Any]
-
-    @property
-    def blind(self) -> str:
-        """Why the loop keeps the base standing; empty where scan and odometry are fresh and credible."""
-        return self.observation.link.blind
-
-    @property
-    def time(self) -> float:
-        """The tick's time on the robot's clock, s."""
-        return self.observation.time
-
-    @property
-    def pose(self) -> Pose:
-        """Where the odometry sees the robot."""
-        return self.observation.odometry.pose
 
 
 def ticks(
@@ -91,6 +34,7 @@ def ticks(
     *,
     settings: LinkSettings,
     operator: Operator = NOBODY,
+    truth: Callable[[int], Pose] | None = None,
 ) -> Iterator[Tick]:
     """Run a machine on a robot, tick by tick, until the machine ends.
 
@@ -98,7 +42,7 @@ def ticks(
     wait; the machine goes on, and hears of it by the event ``blinded``. Once both have been good for a while, the
     activities go on where they were.
 
-    The last phase, log, is what the caller does with a tick. Whoever calls closes the robot, which stops it, in every
+    The last phase, log, is what the caller does with a tick. The caller closes the robot, which stops it, in every
     case: at the end, on a fault, and when a run is given up by closing the iterator.
 
     Args:
@@ -109,6 +53,7 @@ def ticks(
         chain: shapes what the activities want into what the base is sent.
         settings: when sensor data are too old.
         operator: who sends events to the machine.
+        truth: where the robot really is at a tick, if known; it is passed on and decides nothing.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
@@ -123,7 +68,7 @@ def ticks(
         observation = trust.judged(robot.observe())  # communicate
         observed = perf_counter()
         blind = trust.reason
-        sent = tuple(operator.events(index, observation.time))
+        sent = tuple(event_text(machine.model, one) for one in operator.events(index, observation.time))
         happened = (BLINDED, *sent) if blind and seeing and hears_it else sent
         facts = perception.facts(observation)  # prepare
         prepared = perf_counter()
@@ -141,22 +86,10 @@ def ticks(
             observed - began, prepared - observed, coordinated - prepared, acted - coordinated, commanded - acted
         )
         violations = monitor.look(facts, step)
-        active = tuple(sorted(supervisor.configuration, key=machine.indices.__getitem__))
-        innermost = (name for name in active if not machine.model.states[machine.indices[name]].children)
-        doing = next((state for state, _ in effects), None) or next(innermost, "")
-        yield Tick(
-            index,
-            observation,
-            step,
-            active,
-            doing,
-            supervisor.outcome,
-            command,
-            violations,
-            phases,
-            sent,
-            supervisor.variables,
-        )  # log
+        report = StepReport(machine, step, supervisor.outcome, supervisor.variables, supervisor.arguments, violations)
+        leading = next((state for state, _ in effects), "")
+        really = None if truth is None else truth(index)
+        yield Tick(index, observation, report, leading, command, phases, sent, really, facts)  # log
         if supervisor.outcome is not None:
             return
 
@@ -167,10 +100,11 @@ def merged(commands: Iterable[Command]) -> Command:
     At most one of them holds the base, which the checker sees to; the others ask for no motion, so twists add up.
     """
     forward = left = turn = 0.0
-    ring = False
+    ring, goal = False, None
     for command in commands:
         forward += command.twist.forward
         left += command.twist.left
         turn += command.twist.turn
         ring = ring or command.ring
-    return Command(Twist(forward, left, turn), ring)
+        goal = goal or command.goal
+    return Command(Twist(forward, left, turn), ring, goal=goal)

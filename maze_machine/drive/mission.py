@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import hsm
 from hsm import Machine
@@ -14,17 +14,29 @@ from maze_machine.arguments.parameters import parameter_values
 from maze_machine.catalogue.library import chosen_library, robot_library
 from maze_machine.catalogue.machines import find_machine
 from maze_machine.catalogue.profile import Profile
-from maze_machine.drive.loop import Tick, ticks
+from maze_machine.drive.loop import ticks
 from maze_machine.drive.operation import NOBODY, Operator
+from maze_machine.drive.tick import Tick
+from maze_machine.drive.verdict import read_verdict
+from maze_machine.errors import UsageError
 from perception import Perception
 from perception.facts import Facts
 from skills.chain import MotionChain
-from transport.messages import Command
+from transport.messages import Command, Pose
 from transport.robot import Robot
 from transport.world import Refereed
 
 TickWatcher = Callable[[Tick], object]
 """Somebody who sees each tick: a trace, a progress display, a recording, a live page."""
+
+
+@runtime_checkable
+class EndWatcher(Protocol):
+    """A watcher of ticks who wants to know, too, how the run ended."""
+
+    def end(self, ending: Ending) -> object:
+        """Take in the end; the robot has been stopped and let go by then."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +47,7 @@ class Mission:
         machine: the checked machine.
         profile: what is tunable of the robot.
         parameters: the machine's parameters, in SI units.
-        time_limit: the run is ended after so many seconds on the robot's clock; None for no limit.
+        time_limit: the run is ended after that many seconds on the robot's clock; None for no limit.
     """
 
     machine: Machine[Facts, Command]
@@ -57,6 +69,7 @@ class Ending:
         report: the referee's verdict, of JSON values; empty where there is no referee.
         limited: whether the mission's time limit ended it.
         violations: properties of the machine that did not hold, in words, with time and place.
+        unread: why the referee's verdict cannot be read, if it cannot.
     """
 
     outcome: str | None
@@ -67,6 +80,19 @@ class Ending:
     report: Mapping[str, Any]
     limited: bool = False
     violations: tuple[str, ...] = ()
+    unread: str = ""
+
+    @property
+    def solved(self) -> bool:
+        """Whether the robot has done what was to be done; where nobody judges, whether the machine came to its end."""
+        return bool(self.report["solved"]) if self.report else self.outcome is not None
+
+    def as_json(self) -> dict[str, Any]:
+        """How it ended, for display: ``line`` says it in a sentence, ``lines`` in full."""
+        ended = f"ended in {self.outcome}" if self.outcome else self.reason
+        words = str(self.report["line"]) if "line" in self.report else ended
+        lines = [words, self.reason, *self.violations]
+        return {"line": words, "solved": self.solved, "lines": lines, "outcome": self.outcome}
 
 
 def prepare(
@@ -88,14 +114,45 @@ def prepare(
     Raises:
         FileError: there is no such machine.
         MachineError: the machine has faults.
-        UsageError: a parameter is unknown or has a value that is not of its type.
+        UsageError: a parameter is unknown or has a value that is not of its type, or the machine has members.
     """
     path = find_machine(name)
     names = chosen_library(library, path, lambda: robot_library(profile.skills, profile.robot))
     machine = hsm.load(path, names)
+    if members := machine.model.members:
+        reason = f"machine {machine.name} has members ({', '.join(members)}), and each needs a robot of its own"
+        raise UsageError(reason, "run each one's machine on its robot, connected by --tell ROBOT@ENDPOINT")
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
     values = parameter_values(machine.model.parameters, written, names.enumerations)
     return Mission(machine, profile, values, time_limit)
+
+
+def mission_ticks(
+    mission: Mission,
+    robot: Robot,
+    perception: Perception | None = None,
+    *,
+    operator: Operator = NOBODY,
+    truth: Callable[[int], Pose] | None = None,
+) -> Iterator[Tick]:
+    """The ticks of a mission, as ``drive.loop.ticks`` gives them; the caller closes the robot.
+
+    Args:
+        mission: what to do; its time limit is the caller's to keep.
+        robot: the robot.
+        perception: as for ``drive``.
+        operator: who sends events to the machine.
+        truth: where the robot really is at a tick, if anybody knows.
+
+    Raises:
+        MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
+        LinkError: the robot is out of reach.
+    """
+    profile = mission.profile
+    perception = perception or Perception(profile.robot, profile.perception)
+    chain = MotionChain(profile.robot, profile.skills)
+    machine, parameters = mission.machine, mission.parameters
+    return ticks(robot, machine, parameters, perception, chain, settings=profile.link, operator=operator, truth=truth)
 
 
 def drive(
@@ -106,6 +163,7 @@ def drive(
     perception: Perception | None = None,
     *,
     operator: Operator = NOBODY,
+    truth: Callable[[int], Pose] | None = None,
 ) -> Ending:
     """Run a mission on a robot to its end; the robot is stopped and let go, whatever happens.
 
@@ -113,9 +171,10 @@ def drive(
         mission: what to do.
         robot: the robot.
         referee: who may end the run and knows the verdict: a simulated robot itself, or nobody.
-        watchers: called with each tick, after its command has been sent.
+        watchers: called with each tick, after its command has been sent; an ``EndWatcher`` with the end, too.
         perception: what sees for the mission, where it shall remember something from before; else a fresh one.
         operator: who sends events to the machine, and may end the run.
+        truth: where the robot really is at a tick, if anybody knows.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
@@ -127,10 +186,7 @@ def drive(
     limited = False
     reason = "the machine ended"
     with closing(robot):
-        perception = perception or Perception(mission.profile.robot, mission.profile.perception)
-        chain = MotionChain(mission.profile.robot, mission.profile.skills)
-        link, machine, parameters = mission.profile.link, mission.machine, mission.parameters
-        for tick in ticks(robot, machine, parameters, perception, chain, settings=link, operator=operator):
+        for tick in mission_ticks(mission, robot, perception, operator=operator, truth=truth):
             first, last = first or tick, tick
             violations.extend(map(str, tick.violations))
             for watch in watchers:
@@ -145,9 +201,13 @@ def drive(
             if limited:
                 reason = f"the time limit of {mission.time_limit:g} s was reached"
                 break
-        report = {} if referee is None else dict(referee.report())
+        report, unread = read_verdict({} if referee is None else referee.report())
     assert first is not None
     assert last is not None
     elapsed = perf_counter() - began
     duration = last.time - first.time
-    return Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations))
+    ending = Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations), unread)
+    for watch in watchers:
+        if isinstance(watch, EndWatcher):
+            watch.end(ending)
+    return ending

@@ -8,15 +8,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Protocol
 
-from hsm import Machine
+from hsm import Machine, Occurrence
+from hsm.engine.occurrences import event_text, name_of
 from maze_machine.errors import UsageError
 
 
 class Operator(Protocol):
     """Somebody who sends events to a running machine, and may end its run."""
 
-    def events(self, index: int, time: float) -> Sequence[str]:
-        """The events for a tick, in the order in which they were sent.
+    def events(self, index: int, time: float) -> Sequence[str | Occurrence]:
+        """The events for a tick, with what they carry, in the order in which they were sent.
 
         Args:
             index: the tick's number.
@@ -48,7 +49,7 @@ class ScheduledEvents:
     """Events at fixed times of a run.
 
     Args:
-        entries: seconds after the first tick, and the event's name.
+        entries: seconds after the first tick, and the event as a text.
     """
 
     ended = ""
@@ -85,7 +86,7 @@ class Together:
     def __init__(self, *operators: Operator) -> None:
         self._operators = operators
 
-    def events(self, index: int, time: float) -> Sequence[str]:
+    def events(self, index: int, time: float) -> Sequence[str | Occurrence]:
         """The events of all of them."""
         return [event for one in self._operators for event in one.events(index, time)]
 
@@ -123,13 +124,16 @@ def scheduled(entries: Iterable[str], machine: Machine) -> ScheduledEvents:
 
 
 def checked_event(event: str, machine: Machine) -> str:
-    """An event's name, if the machine knows it.
+    """An event with what it carries, such as ``floor(number = 3)``, in the form in which recordings hold it.
 
     Raises:
-        UsageError: it does not.
+        UsageError: the machine does not know it, or it carries something else than declared.
     """
     known = machine.model.events
-    if known is not None and event not in known:
+    if known is not None and name_of(event) not in known:
         listed = ", ".join(sorted(known)) or "none"
-        raise UsageError(f"machine {machine.name} knows no event `{event}`", f"its events: {listed}")
-    return event
+        raise UsageError(f"machine {machine.name} knows no event `{name_of(event)}`", f"its events: {listed}")
+    try:
+        return event_text(machine.model, event)
+    except (TypeError, ValueError) as error:
+        raise UsageError(str(error)) from None

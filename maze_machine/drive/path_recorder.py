@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from maze_machine.drive.loop import Tick
+from maze_machine.drive.tick import Tick
 from transport.messages import Pose
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -13,86 +13,73 @@ from pydantic import TypeAdapter, ValidationError
 
 from hsm import Machine
 from hsm.engine.explanation import Verdict
-from hsm.model.chart import StateKind
+from hsm.engine.occurrences import event_text
+from hsm.model.chart import Model
 from hsm.model.unparse import value_text
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.catalogue.profile import Profile
-from maze_machine.drive.loop import Tick
 from maze_machine.drive.mission import Ending, Mission, TickWatcher, drive, prepare
 from maze_machine.drive.operation import Recorded
-from maze_machine.drive.trace import trace_line
+from maze_machine.drive.tick import Tick
+from maze_machine.drive.tick_json import line_of
 from maze_machine.errors import FileError
-from transport.messages import Pose
 from transport.recording import Recorder, Recording, ReplayRobot
 from transport.wording import in_words
 
 MACHINES = (".maze-machine", ".scxml")
 """How the files end that a recording may name as its machine."""
 LONGEST = 2_000
-"""So much of a recorded value is shown, characters."""
+"""This much of a recorded value is shown, characters."""
 _PARAMETERS = TypeAdapter(dict[str, bool | int | float | str])
-REASONS = "reasons"
-"""Where a recorded step says of each transition that was looked at why it fired or did not."""
 
 
-def described(mission: Mission, machine: str) -> dict[str, str]:
+def described(mission: Mission, machine: str, more: Mapping[str, str] | None = None) -> dict[str, str]:
     """What a recording says of its run: all that a replay needs beside the sensors and the machine's file.
 
     Args:
         mission: the run.
         machine: the machine's file, or the name of a shipped one.
+        more: what else is to be kept.
     """
     return {
+        **(more or {}),
         "machine": machine if machine in shipped_machines() else str(Path(machine).resolve()),
         "parameters": json.dumps(dict(mission.parameters)),
         "profile": mission.profile.model_dump_json(),
     }
 
 
-def keeper(recorder: Recorder, mission: Mission, pose: Callable[[int], Pose] | None = None) -> TickWatcher:
-    """A watcher of ticks that records them, with what the machine did in each and, where something fired, why.
+class Keeper:
+    """A watcher of ticks that records them, and how the run ended.
 
     Args:
         recorder: where to.
-        mission: the run.
-        pose: where the robot really was at a tick, if anybody knows.
     """
 
-    def keep(tick: Tick) -> None:
-        step, regions = reasoned(mission.machine, tick), active_regions(mission.machine, tick.configuration)
-        recorder.record(tick.observation, tick.command, step, pose=pose and pose(tick.index), regions=regions)
+    def __init__(self, recorder: Recorder) -> None:
+        self._recorder = recorder
 
-    return keep
+    def __call__(self, tick: Tick) -> None:
+        """Record a tick."""
+        self._recorder.record(tick.observation, tick.command, lambda: tick.json, pose=tick.truth)
 
-
-def active_regions(machine: Machine, configuration: Sequence[str]) -> dict[str, str]:
-    """The innermost active state in each region: a region is a child of a parallel state, or the whole machine.
-
-    Args:
-        machine: the machine.
-        configuration: names of all active states, in document order.
-    """
-    states, regions = machine.model.states, {}
-    for name in configuration:
-        state = above = states[machine.indices[name]]
-        while above.parent >= 0 and states[above.parent].kind is not StateKind.PARALLEL:
-            above = states[above.parent]
-        if not state.children:
-            regions[machine.name if above.parent < 0 else above.name] = name
-    return regions
+    def end(self, ending: Ending) -> None:
+        """Record the end."""
+        self._recorder.conclude(
+            {
+                "outcome": ending.outcome or "",
+                "reason": ending.reason,
+                "report": json.dumps(dict(ending.report)),
+                "violations": json.dumps(list(ending.violations)),
+            }
+        )
 
 
-def reasoned(machine: Machine, tick: Tick) -> dict[str, Any]:
-    """What a trace says of a tick and, where something fired, what became of each transition that was looked at."""
-    reasons = [str(considered) for considered in tick.step.considered] if tick.step else []
-    return trace_line(machine, tick) | ({REASONS: reasons} if reasons else {})
-
-
-def fired(machine: Machine, tick: Tick) -> list[str]:
+def fired(tick: Tick) -> list[str]:
     """Each transition that fired in a tick, for a person: its states, and the values of what it looked at."""
-    taken = (one for one in tick.step.considered if one.verdict is Verdict.TAKEN)
+    taken = (one for one in tick.report.considered if one.verdict is Verdict.TAKEN)
     seen = (", ".join(f"{text} = {value_text(value)}" for text, value in one.values) for one in taken)
-    lines = zip(trace_line(machine, tick)["taken"], [*seen, *[""] * len(tick.step.transitions)], strict=False)
+    lines = zip(tick.report.taken, [*seen, *[""] * len(tick.report.taken)], strict=False)
     return [f"{transition}{': ' if values else ''}{values}" for transition, values in lines]
 
 
@@ -221,14 +208,15 @@ def replay(
     """
     lines: list[dict[str, Any]] = []
     robot = ReplayRobot(recording)
-    known = mission.machine.model.events
-    operator = Recorded(
-        [[one for one in recorded_events(tick.step) if known is None or one in known] for tick in recording.ticks]
-    )
-    watching = [lambda tick: lines.append(trace_line(mission.machine, tick)), *watchers]
+    operator = recorded_operator(recording, mission.machine)
+    watching = [lambda tick: lines.append(dict(tick.line)), *watchers]
     ending = drive(mission, robot, robot, watching, operator=operator)
-    recorded = [{name: value for name, value in tick.step.items() if name != REASONS} for tick in recording.ticks]
-    return ending, first_difference(recorded, lines) if recording.own else None
+    return ending, first_difference([line_of(tick.step) for tick in recording.ticks], lines) if recording.own else None
+
+
+def recorded_operator(recording: Recording, machine: Machine) -> Recorded:
+    """The operator of a recorded run: sends a machine the events of it that the machine knows."""
+    return Recorded([known_events(machine.model, tick.step) for tick in recording.ticks])
 
 
 def recorded_events(step: Mapping[str, Any]) -> list[str]:
@@ -237,8 +225,19 @@ def recorded_events(step: Mapping[str, Any]) -> list[str]:
     return [one for one in events if isinstance(one, str)] if isinstance(events, list) else []
 
 
+def known_events(model: Model, step: Mapping[str, Any]) -> list[str]:
+    """The recorded events of a tick that a machine can be given: others are left out, as by a machine that changed."""
+    found = []
+    for one in recorded_events(step):
+        try:
+            found.append(event_text(model, one))
+        except (TypeError, ValueError):
+            continue
+    return found
+
+
 def first_difference(recorded: Iterable[Mapping[str, Any]], replayed: Iterable[Mapping[str, Any]]) -> Difference | None:
-    """The first tick that two traces tell differently; None if they are the same."""
+    """The first tick that two traces show differently; None if they are the same."""
     nothing: Mapping[str, Any] = {}
     for index, (one, other) in enumerate(zip_longest(recorded, replayed, fillvalue=nothing)):
         if one != other:

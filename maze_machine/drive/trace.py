@@ -1,13 +1,13 @@
 """The trace of a run: one JSON line a tick, the same bytes for the same run, wherever the robot is.
 
-The first line names the machine and its parameters, each further one tells a tick:
+The first line names the machine and its parameters, each further one shows a tick (``tick_json.TickLine``):
 
     {"tick": 0, "stamp": 100000000, "states": ["maze", "maze.straight"], "taken": ["start -> maze (line 21)"],
      "pose": [x, y, heading], "twist": [forward, left, turn], "ring": false}
 
 ``stamp`` is the observation's time in ns; ``pose`` is odometry, in metres and radians; ``twist`` is the command, in m/s
 and rad/s. Floats are written so that reading them back gives the same bits. ``events`` are those that somebody outside
-sent for this tick. Where the loop keeps the base standing, ``blind`` says why. Where the machine has ended, ``outcome``
+sent for this tick. Where the loop keeps the base stopped, ``blind`` says why. Where the machine has ended, ``outcome``
 names its final state; ``violated`` names properties of the machine that do not hold from this tick on.
 """
 
@@ -17,46 +17,13 @@ import json
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from hsm import Machine
-from hsm.model.chart import Transition
-from maze_machine.drive.loop import Tick
 from maze_machine.drive.mission import Mission
+from maze_machine.drive.tick import Tick
 
 
 def trace_head(mission: Mission) -> dict[str, Any]:
     """What the first line of a trace says."""
     return {"machine": mission.machine.name, "parameters": dict(mission.parameters)}
-
-
-def trace_line(machine: Machine, tick: Tick) -> dict[str, Any]:
-    """What a trace says of a tick."""
-    pose, twist = tick.pose, tick.command.twist
-    line: dict[str, Any] = {
-        "tick": tick.index,
-        "stamp": tick.observation.stamp,
-        "states": list(tick.configuration),
-        "taken": [_described(machine, transition) for transition in tick.step.transitions],
-        "pose": [pose.x, pose.y, pose.heading],
-        "twist": [twist.forward, twist.left, twist.turn],
-        "ring": tick.command.ring,
-    }
-    if tick.events:
-        line["events"] = list(tick.events)
-    if tick.blind:
-        line["blind"] = tick.blind
-    if tick.outcome is not None:
-        line["outcome"] = tick.outcome
-    if tick.violations:
-        line["violated"] = [violation.property.name for violation in tick.violations]
-    return line
-
-
-def _described(machine: Machine, transition: Transition) -> str:
-    states = machine.model.states
-    targets = ", ".join(states[target].name for target in transition.targets)
-    arrow = f" -> {targets}" if targets else ""
-    place = f" (line {transition.place.line})" if transition.place else ""
-    return f"{states[transition.source].name}{arrow}{place}"
 
 
 class SupportsWrite(Protocol):
@@ -72,12 +39,11 @@ class TraceWriter:
 
     def __init__(self, file: SupportsWrite, mission: Mission) -> None:
         self._file = file
-        self._machine = mission.machine
         self._write(trace_head(mission))
 
     def __call__(self, tick: Tick) -> None:
         """Write one tick."""
-        self._write(trace_line(self._machine, tick))
+        self._write(tick.line)
 
     def _write(self, line: Mapping[str, Any]) -> None:
         self._file.write(json.dumps(line, separators=(",", ":")) + "\n")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from pydantic import ValidationError
@@ -64,7 +64,7 @@ class RemoteMachine:
         Raises:
             NoMachineError: nobody answers.
         """
-        self.model()  # whoever is not discovered yet hears nothing: this question may be repeated
+        self.model()  # a program that is not discovered yet hears nothing: this question may be repeated
         answer = self._bus.ask(self._keys.operate, operation.model_dump_json().encode(), self._patience)
         if answer is None:
             raise self._nobody()
@@ -73,23 +73,36 @@ class RemoteMachine:
         except ValidationError:
             return Answer(done=False, reason="the answer cannot be read")
 
+    def ask(self, payload: bytes) -> bytes:
+        """Pass an operation on as it is; the answer says that nobody answers where that is so."""
+        answer = self._bus.ask(self._keys.operate, payload, self._patience)
+        return answer or Answer(done=False, reason="the machine does not answer").model_dump_json().encode()
+
     def steps(self, silence: float) -> Iterator[dict[str, Any]]:
         """The ticks of the run, as they are published, until none has come for a while.
 
         Args:
             silence: for how long, s.
         """
-        newest = self._bus.newest(self._keys.step)
+        newest = self.newest_step()
         heard = self._clock.now()
         while self._clock.now() - heard < silence:
-            message = newest.take()
-            if message is None:
+            step = newest()
+            if step is None:
                 self._clock.wait(_LOOK)
                 continue
             heard = self._clock.now()
-            step = _object(message.payload)
-            if step is not None:
-                yield step
+            yield step
+
+    def newest_step(self) -> Callable[[], dict[str, Any] | None]:
+        """A function that gives the newest tick that was published, or None where there is none since the last call."""
+        newest = self._bus.newest(self._keys.step)
+
+        def take() -> dict[str, Any] | None:
+            message = newest.take()
+            return None if message is None else _object(message.payload)
+
+        return take
 
     def _asked(self, key: str, payload: bytes) -> dict[str, Any]:
         answer = ask_until(self._bus, key, payload, self._patience, self._clock)

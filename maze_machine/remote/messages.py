@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from hsm import Machine
-from hsm.model.chart import StateKind
-from hsm.model.unparse import activity_text, trigger_text
-from maze_machine.drive.loop import Tick
-from maze_machine.drive.trace import trace_line
+from hsm.model.unparse import trigger_text
+from maze_machine.drive.tick import Tick
 from transport.wording import in_words, printable
 
 LONGEST = 4096
@@ -24,14 +21,14 @@ class _Question(BaseModel):
 
 
 class SendEvent(_Question):
-    """An event for the next tick."""
+    """An event for the next tick, with what it carries: ``floor(number = 3)``."""
 
     kind: Literal["event"] = "event"
-    name: Annotated[str, Field(min_length=1, max_length=200)]
+    name: Annotated[str, Field(min_length=1, max_length=1000)]
 
 
 class Pause(_Question):
-    """Stand still after this tick; only where time is simulated in the machine's own process."""
+    """Stand still after this tick; only where time is simulated and waits for the controller."""
 
     kind: Literal["pause"] = "pause"
 
@@ -49,13 +46,21 @@ class AdvanceRun(_Question):
     ticks: Annotated[int, Field(ge=1, le=1_000_000)] = 1
 
 
+class SetSpeed(_Question):
+    """Keep another pace; only where time is simulated and waits for the controller."""
+
+    kind: Literal["speed"] = "speed"
+    factor: Annotated[float, Field(gt=0, le=1000)] | None = None
+    """A multiple of real time; None for as fast as it can."""
+
+
 class EndRun(_Question):
     """End the run; the robot is stopped."""
 
     kind: Literal["end"] = "end"
 
 
-Operation = SendEvent | Pause | Resume | AdvanceRun | EndRun
+Operation = SendEvent | Pause | Resume | AdvanceRun | SetSpeed | EndRun
 _OPERATIONS: TypeAdapter[Operation] = TypeAdapter(Annotated[Operation, Field(discriminator="kind")])
 
 
@@ -84,46 +89,6 @@ def read_operation(payload: bytes) -> Operation:
         return _OPERATIONS.validate_json(payload)
     except ValidationError as error:
         raise OperationError(in_words(error.errors()[0])) from None
-
-
-def tick_json(machine: Machine, tick: Tick) -> dict[str, Any]:
-    """What is published of a tick: its trace line, what each active state does, and the variables."""
-    states = machine.model.states
-    active = (states[machine.indices[name]] for name in tick.configuration)
-    doing = {state.name: activity_text(state.activity) for state in active if state.activity is not None}
-    return {**trace_line(machine, tick), "doing": doing, "variables": dict(tick.variables)}
-
-
-def model_json(machine: Machine, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """What does not change during a run: states with their kinds and parents, transitions, events, parameters."""
-    model = machine.model
-    states = [
-        {
-            "name": state.name,
-            "kind": state.kind.value,
-            "parent": None if state.parent in (None, 0) else model.states[state.parent].name,
-            "activity": None if state.activity is None else activity_text(state.activity),
-            "line": None if state.place is None else state.place.line,
-        }
-        for state in model.states[1:]
-        if state.kind not in (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY)
-    ]
-    transitions = [
-        {
-            "source": model.states[one.source].name,
-            "targets": [model.states[target].name for target in one.targets],
-            "trigger": trigger_text(one.trigger, one.guard),
-            "line": None if one.place is None else one.place.line,
-        }
-        for one in model.transitions
-    ]
-    return {
-        "machine": machine.name,
-        "parameters": dict(parameters),
-        "events": None if model.events is None else sorted(model.events),
-        "states": states,
-        "transitions": transitions,
-    }
 
 
 def why_json(machine: Machine, tick: Tick | None, state: str) -> dict[str, Any]:

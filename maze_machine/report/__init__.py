@@ -1,1 +1,1 @@
-"""What a run shows and leaves behind: progress, results, pictures and test reports."""
+"""What a run shows and writes: progress, results, pictures and test reports."""

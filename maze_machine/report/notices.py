@@ -1,4 +1,4 @@
-"""What a person is told at once while a machine drives: that the robot stands, and why."""
+"""What a person gets at once while a machine drives: that the robot stands still, and why."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import math
 
 from rich.console import Console
 
-from maze_machine.drive.loop import Tick
+from maze_machine.drive.tick import Tick
 from transport.messages import Pose
 
 UNMOVED = 2.0
-"""A robot that has been told to move for so long and has not, does not hear, s."""
+"""A robot that has been commanded to move for this long and has not, does not hear, s."""
 SLOW, SLOWLY = 0.05, 0.1
 """Commands below these are not noticed in so short a time, m/s and rad/s."""
 SHIFT, TURN = 0.01, 0.02
@@ -40,7 +40,7 @@ class Notices:
             self._look_for_movement(tick, self._first.pose)
 
     def _look_for_movement(self, tick: Tick, start: Pose) -> None:
-        """Tell once that the robot does not move, if it has never moved since the run began."""
+        """Show once that the robot does not move, if it has never moved since the run began."""
         pose, twist = tick.pose, tick.command.twist
         shifted = math.hypot(pose.x - start.x, pose.y - start.y) > SHIFT
         self._moves = shifted or abs(math.remainder(pose.heading - start.heading, math.tau)) > TURN
@@ -51,7 +51,7 @@ class Notices:
         elif tick.time - self._told > UNMOVED and not self._moves:
             self._moves = True
             way_out = "does it hear this topic, and is this its type (link.command, link.command_type)?"
-            self._say(tick, f"the robot is told to move and its odometry stands still: {way_out}")
+            self._say(tick, f"the robot is commanded to move, but its odometry does not change: {way_out}")
 
     def _say(self, tick: Tick, what: str) -> None:
         began = tick.time if self._first is None else self._first.time

@@ -9,10 +9,19 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from maze_machine.drive.loop import Tick
+from maze_machine.drive.tick import Tick
 
 REFRESH = 0.1
 """Time between two updates, s of the wall clock."""
+
+
+NAME = 28
+"""That much of a state's name is shown that the line has less than 80 characters."""
+
+
+def cut(name: str, longest: int) -> str:
+    """A state's name, or the end of one that is too long."""
+    return name if len(name) <= longest else f"...{name[3 - longest :]}"
 
 
 class ProgressDisplay:
@@ -54,7 +63,7 @@ class ProgressDisplay:
         pose = tick.pose
         return Text.assemble(
             (f"{simulated:7.1f} s  ", "bold"),
-            (f"{tick.doing:<40}", "cyan"),
+            (f"{cut(tick.doing, NAME):<{NAME}}", "cyan"),
             f"  at {pose.x:6.2f}, {pose.y:6.2f} m  ",
             (f"{speed:5.0f} x real time", "dim"),
         )

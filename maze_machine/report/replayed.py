@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from maze_machine.drive.loop import Tick
-from maze_machine.drive.mission import Ending, Mission
+from maze_machine.drive.mission import Ending
 from maze_machine.drive.replay import Difference, fired
+from maze_machine.drive.tick import Tick
 from transport.recording import Recording
 from transport.wording import printable
 
@@ -16,14 +16,13 @@ from transport.wording import printable
 class Transitions:
     """A watcher of ticks that keeps every transition that fires, with the values that made it fire."""
 
-    def __init__(self, mission: Mission) -> None:
-        self._machine = mission.machine
+    def __init__(self) -> None:
         self.found: list[tuple[float, str]] = []
 
     def __call__(self, tick: Tick) -> None:
         """Take note of a tick."""
         if tick.step.transitions:
-            self.found += [(tick.time, line) for line in fired(self._machine, tick)]
+            self.found += [(tick.time, line) for line in fired(tick)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from maze_machine.drive.mission import Ending
+from maze_machine.drive.verdict import readable
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +34,7 @@ class Result:
     @property
     def solved(self) -> bool:
         """Whether the robot has done what was to be done; where nobody judges, whether the machine came to its end."""
-        report = self.ending.report
-        return bool(report["solved"]) if report else self.ending.outcome is not None
+        return self.ending.solved
 
     def as_json(self) -> dict[str, Any]:
         """JSON values; lengths in m, times in s."""
@@ -48,7 +48,7 @@ class Result:
             "ticks": ending.ticks,
             "duration": ending.duration,
             "verdict": dict(ending.report) or None,
-            "attempts": [dict(attempt) for attempt in self.attempts],
+            "attempts": readable(self.attempts),
             "violations": list(ending.violations),
             "link": dict(self.link),
             "files": {kind: str(path) for kind, path in self.files.items()},
@@ -69,7 +69,7 @@ class Result:
     def lines(self) -> list[str]:
         """The result for a person."""
         report = self.ending.report
-        told: dict[str, object] = {f"attempt {one['attempt']}": one["line"] for one in self.attempts}
+        told: dict[str, object] = {f"attempt {one['attempt']}": one["line"] for one in readable(self.attempts)}
         if report:
             clearance = report["clearance"]
             told |= {
@@ -79,6 +79,8 @@ class Result:
                 "smallest distance to a wall": "none was near" if clearance is None else f"{clearance:.3f} m",
                 "doors opened": ", ".join(report["doors_opened"]) or "none",
             }
+        if self.ending.unread:
+            told["verdict"] = f"cannot be read: {self.ending.unread}"
         counted = {name: count for name, count in self.link.items() if count}
         told |= counted | dict(self.files)
         return [self.line, *(f"  {name:<28} {value}" for name, value in told.items()), *self.ending.violations]

@@ -70,7 +70,7 @@ class Demand:
     Attributes:
         assumptions: what proofs take for granted.
         required: what every verdict is to be at least; None for anything that is not violated.
-        depth: look at runs of so many steps only.
+        depth: look at runs of that many steps only.
     """
 
     assumptions: Assumptions = field(default_factory=Assumptions)
@@ -149,7 +149,7 @@ def generated(machine: Machine, steps: int | None, output: Path | None) -> Trial
         "machine": model.name,
         "scenarios": len(found.scenarios),
         "unreached": unreached,
-        "situations": found.moments,
+        "states": found.moments,
         "steps": found.steps,
         "text": text,
     }
@@ -158,8 +158,8 @@ def generated(machine: Machine, steps: int | None, output: Path | None) -> Trial
     losses: list[str] = []
     with _noting(losses):
         write_text(output, text)
-    told = f"{output}: {len(found.scenarios)} scenarios from {found.moments} situations; {len(unreached)} not reached"
-    return TrialReport(all_proved, [*unreached, told], as_json, losses)
+    report = f"{output}: {len(found.scenarios)} scenarios from {found.moments} states; {len(unreached)} not reached"
+    return TrialReport(all_proved, [*unreached, report], as_json, losses)
 
 
 def mutated(trial: TestedMachine) -> TrialReport:

@@ -107,7 +107,7 @@ class SimulatedWorld:
     def try_again(self) -> bool:
         """Begin the next attempt at the start, if the rules grant one; time runs on.
 
-        A robot that is still inside stands there until the referee has ended its attempt.
+        A robot that is still inside is there until the referee has ended its attempt.
 
         Returns:
             Whether they did. Where nothing is to be done, there is one attempt.

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from perception.mapping.frames import placed, turned
 from perception.mapping.settings import CloudSettings
 from perception.sweep import Floats, Mask, ScanPoints
+from transport.arithmetic import square
 from transport.messages import Pose
 
 
@@ -85,7 +86,7 @@ def cloud_of(sweep: ScanPoints, settings: CloudSettings) -> Cloud:
     normals *= np.where(towards < 0, -1.0, 1.0)
     # A range errs along its beam: across a wall that the beam grazes the point is known the better.
     slant = towards * towards / np.maximum(dx * dx + dy * dy, 1e-9)
-    variances = settings.range_noise**2 * slant / counts + settings.least_noise**2
+    variances = square(settings.range_noise) * slant / counts + square(settings.least_noise)
     return Cloud(points[:, straight], normals[:, straight], variances[straight])
 
 
@@ -147,8 +148,8 @@ def _normals(points: Floats, joined: Mask, settings: CloudSettings) -> tuple[Flo
     cxy = sums[4] / number - mean_x * mean_y
     cyy = sums[5] / number - mean_y * mean_y
     # The eigenvalues of a symmetric matrix of two rows.
-    middle, half = (cxx + cyy) / 2, np.sqrt(((cxx - cyy) / 2) ** 2 + cxy * cxy)
-    straight: Mask = (number >= 3) & (middle - half <= settings.crooked**2 * (middle + half))
+    middle, half = (cxx + cyy) / 2, np.sqrt(square((cxx - cyy) / 2) + cxy * cxy)
+    straight: Mask = (number >= 3) & (middle - half <= square(settings.crooked) * (middle + half))
     return np.stack(_bisected((cyy - cxx) / 2, -cxy, half)), straight
 
 
@@ -173,7 +174,7 @@ def _bisected(x: Floats, y: Floats, length: Floats) -> tuple[Floats, Floats]:
 
 
 def thinned(cloud: Cloud, most: int) -> Cloud:
-    """At most so many of a cloud's points, evenly taken."""
+    """At most this many of a cloud's points, evenly taken."""
     stride = max(math.ceil(len(cloud) / most), 1)
     if stride == 1:
         return cloud

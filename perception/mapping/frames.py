@@ -5,15 +5,14 @@ All sums are written out: products of matrices go through BLAS, whose last bits 
 
 from __future__ import annotations
 
-import math
-
 from perception.sweep import Floats
+from transport.arithmetic import cos_sin
 from transport.messages import Pose, wrap_angle
 
 
 def compose(frame: Pose, inner: Pose) -> Pose:
     """A pose given in ``frame``, in the frame that ``frame`` itself is given in."""
-    cosine, sine = math.cos(frame.heading), math.sin(frame.heading)
+    cosine, sine = cos_sin(frame.heading)
     return Pose(
         frame.x + inner.x * cosine - inner.y * sine,
         frame.y + inner.x * sine + inner.y * cosine,
@@ -23,14 +22,14 @@ def compose(frame: Pose, inner: Pose) -> Pose:
 
 def between(frame: Pose, outer: Pose) -> Pose:
     """``outer`` seen from ``frame``; the inverse of `compose`."""
-    cosine, sine = math.cos(frame.heading), math.sin(frame.heading)
+    cosine, sine = cos_sin(frame.heading)
     dx, dy = outer.x - frame.x, outer.y - frame.y
     return Pose(dx * cosine + dy * sine, dy * cosine - dx * sine, wrap_angle(outer.heading - frame.heading))
 
 
 def turned(vectors: Floats, heading: float) -> Floats:
     """Vectors turned counter-clockwise, shape (2, n)."""
-    cosine, sine = math.cos(heading), math.sin(heading)
+    cosine, sine = cos_sin(heading)
     out = vectors * cosine
     out[0] -= sine * vectors[1]
     out[1] += sine * vectors[0]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from perception.mapping.frames import compose, placed
 from perception.mapping.settings import FreeSpaceSettings
 from perception.sweep import Mask, ScanPoints
-from transport.arithmetic import directions, distance_between
+from transport.arithmetic import directions, distance_between, norms
 from transport.description import Point
 from transport.messages import Pose
 
@@ -19,7 +19,7 @@ Cells = NDArray[np.intp]
 Cell = tuple[int, int]
 
 GROWTH = 40
-"""The grid grows by at least so many cells at a time."""
+"""The grid grows by at least this many cells at a time."""
 
 
 @dataclass(slots=True)
@@ -86,7 +86,7 @@ class FreeSpace:
         belief = self.belief.astype(np.int16)
         belief[seen] += settings.gain
         belief[hits] -= settings.gain * seen[hits] + settings.loss
-        # Where the robot stands it is free, also behind it, where it may see nothing.
+        # Where the robot stands still it is free, also behind it, where it may see nothing.
         own = self._disc(pose, settings.body)
         belief[own] = np.where(belief[own] == 0, settings.gain, belief[own])
         np.clip(belief, -settings.most, settings.most, out=belief)
@@ -111,10 +111,11 @@ class FreeSpace:
         high = self.cell_of((sensor.x + reach, sensor.y + reach))
         x = (np.arange(low[0], high[0] + 1) + (self.corner[0] + 0.5)) * settings.cell - sensor.x
         y = (np.arange(low[1], high[1] + 1) + (self.corner[1] + 0.5)) * settings.cell - sensor.y
-        away = np.sqrt(x[:, None] ** 2 + y[None, :] ** 2)
+        across, along = x[:, None].astype(np.float64), y[None, :].astype(np.float64)
+        away = norms(across, along)
         heading = sensor.heading - fan.mount.heading
         first = float(fan.angles[0])
-        towards = directions(x[:, None].astype(np.float64), y[None, :].astype(np.float64))
+        towards = directions(across, along)
         bearing = (towards - heading - first) % math.tau
         beam = np.rint(bearing / fan.step).astype(np.intp)
         inside = beam < len(sweep.ranges)

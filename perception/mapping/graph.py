@@ -8,7 +8,6 @@ of matrices: the same bits on every processor.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
 
@@ -19,6 +18,7 @@ from perception.mapping.frames import between, compose
 from perception.mapping.information import Symmetric
 from perception.mapping.settings import GraphSettings
 from perception.sweep import Floats
+from transport.arithmetic import cos_sin, square
 from transport.messages import Pose, wrap_angle
 
 
@@ -86,7 +86,7 @@ class PoseGraph:
         loops = list(self.loops)
         if not loops:
             return
-        doubtful = self.settings.doubtful * 4.0**3
+        doubtful = self.settings.doubtful * 64.0
         for _ in range(self.settings.rounds):
             problem = Linearised.of(self.poses, self.steps, loops)
             yield
@@ -148,7 +148,7 @@ class Terms:
             actual = poses[link.second]
             away = between(expected, actual)
             off[:, index] = away.x, away.y, away.heading
-            headings[:, index] = math.cos(expected.heading), math.sin(expected.heading)
+            headings[:, index] = cos_sin(expected.heading)
         return cls(
             np.array([link.first for link in links], dtype=np.intp),
             np.array([link.second for link in links], dtype=np.intp),
@@ -256,7 +256,7 @@ class Linearised:
         rest = right
         ahead = along = weighed(self.covariance, rest)
         measure = float(np.sum(rest * along))
-        enough = measure * settings.tolerance**2
+        enough = measure * square(settings.tolerance)
         for number in range(settings.most_steps):
             if measure <= enough or measure == 0.0:
                 break

@@ -6,8 +6,9 @@ processor to processor.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple, Self
+
+from transport.arithmetic import cos_sin, square
 
 
 class Symmetric(NamedTuple):
@@ -43,7 +44,7 @@ class Symmetric(NamedTuple):
 
     def turned(self, heading: float) -> Symmetric:
         """The same matrix in axes turned so that what points along x then points along ``heading``."""
-        c, s = math.cos(heading), math.sin(heading)
+        c, s = cos_sin(heading)
         return Symmetric(
             c * c * self.xx - 2 * c * s * self.xy + s * s * self.yy,
             c * s * (self.xx - self.yy) + (c * c - s * s) * self.xy,
@@ -70,7 +71,7 @@ class Symmetric(NamedTuple):
 
     def limited(self, deviation: float, lever: float) -> Symmetric:
         """The information left when an independent error is added: in place, and in heading that over a lever, m."""
-        place, turn = deviation * deviation, (deviation / lever) ** 2
+        place, turn = deviation * deviation, square(deviation / lever)
         # (I^-1 + C)^-1 = C^-1 - C^-1 (I + C^-1)^-1 C^-1, which also holds where nothing is known along some axis.
         most = Symmetric.diagonal(1 / place, 1 / place, 1 / turn)
         rest = self.plus(most).inverse()

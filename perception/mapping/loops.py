@@ -18,10 +18,10 @@ from perception.mapping.matching import Match, Reference, matched
 from perception.mapping.searching import BlurredWalls, Window, search
 from perception.mapping.settings import MappingSettings
 from perception.mapping.uncertainty import Moments, Paths
-from transport.arithmetic import norm
+from transport.arithmetic import norm, square
 from transport.messages import Pose, wrap_angle
 
-MATCHING = Symmetric.diagonal(0.03**2, 0.03**2, 0.01**2)
+MATCHING = Symmetric.diagonal(square(0.03), square(0.03), square(0.01))
 """Covariance of what a match itself may be off where the graph's poses bend the walls, m and rad."""
 
 
@@ -117,7 +117,7 @@ class Loops:
         if found is None or found.share < settings.share:
             return None
         own = found.seen.inverse()
-        if own.xx + own.yy > settings.place_known**2 or own.tt > settings.heading_known**2:
+        if own.xx + own.yy > square(settings.place_known) or own.tt > square(settings.heading_known):
             return None
         seen, here = compose(poses[old], found.pose), poses[number]
         allowed = candidate.covariance.plus(own.turned(seen.heading)).plus(MATCHING)

@@ -15,16 +15,16 @@ from perception.mapping.loops import Loops
 from perception.mapping.matching import Match, Reference, matched
 from perception.mapping.searching import BlurredWalls, Window, search
 from perception.mapping.settings import DriftSettings, MappingSettings
-from transport.arithmetic import norm
+from transport.arithmetic import norm, square
 from transport.messages import Pose
 
 
 def drift_of(step: Pose, settings: DriftSettings) -> Symmetric:
     """The covariance of a step that odometry has measured, with axes of the robot's frame."""
     way, turn = norm(step.x, step.y), abs(step.heading)
-    least = settings.least**2
-    place = settings.way**2 * way + settings.turn_place**2 * turn + least
-    heading = settings.way_turn**2 * way + settings.turn**2 * turn + least
+    least = square(settings.least)
+    place = square(settings.way) * way + square(settings.turn_place) * turn + least
+    heading = square(settings.way_turn) * way + square(settings.turn) * turn + least
     return Symmetric.diagonal(place, place, heading)
 
 
@@ -128,7 +128,7 @@ class Mapper:
         return self.match is not None
 
     def work(self, pieces: int) -> None:
-        """Do so many pieces of the work of finding and closing loops, if there are as many."""
+        """Do this many pieces of the work of finding and closing loops, if there are as many."""
         while pieces and self._work:
             if next(self._work[0], self) is self:
                 self._work.popleft()

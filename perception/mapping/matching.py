@@ -19,6 +19,7 @@ from perception.mapping.frames import between, compose, placed, turned
 from perception.mapping.information import Symmetric
 from perception.mapping.settings import MatchSettings
 from perception.sweep import Floats
+from transport.arithmetic import atan2, cos_sin
 from transport.messages import Pose
 
 
@@ -159,7 +160,7 @@ def _step(said: _Equations, guess: Pose, pose: Pose, prior: Symmetric | None) ->
 
 
 def _in_the_frame_of(off: Pose) -> tuple[float, float, float]:
-    cosine, sine = math.cos(off.heading), math.sin(off.heading)
+    cosine, sine = cos_sin(off.heading)
     return off.x * cosine + off.y * sine, off.y * cosine - off.x * sine, off.heading
 
 
@@ -186,7 +187,7 @@ def _equations(pairs: _Pairs, pose: Pose, scale: float, settings: MatchSettings)
     off = (points[0] - pairs.walls[0]) * pairs.normals[0] + (points[1] - pairs.walls[1]) * pairs.normals[1]
     ratio = off / np.sqrt(pairs.variances)
     measured = max(1.4826 * _median(np.abs(ratio)), 1.0)
-    # Cauchy's weights: what deviates much tells little.
+    # Cauchy's weights: what deviates much shows little.
     ratio *= 1.0 / (3.0 * scale)
     weights = 1.0 / ((1.0 + ratio * ratio) * pairs.variances * (measured * measured * settings.correlated))
     nx, ny = turned(pairs.normals, -pose.heading)
@@ -210,10 +211,10 @@ def _without_noise_of_normals(
     """Information and gradient with less weight along the axis that the walls do not fix.
 
     Along a bare corridor the normals' noise alone pretends to know where the robot is, and holds it where it was. An
-    axis that is known so much worse than the other counts the less.
+    axis that is known that much worse than the other counts the less.
     """
-    axis = math.atan2(2 * information.xy, information.xx - information.yy) / 2
-    cosine, sine = math.cos(axis), math.sin(axis)
+    axis = atan2(2 * information.xy, information.xx - information.yy) / 2
+    cosine, sine = cos_sin(axis)
     main, _, main_turn, minor, minor_turn, turn = information.turned(-axis)
     share = minor / (minor + weak * main) if main > 0 else 1.0
     pull, aside = gradient[0] * cosine + gradient[1] * sine, (gradient[1] * cosine - gradient[0] * sine) * share

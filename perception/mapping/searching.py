@@ -17,7 +17,7 @@ from perception.mapping.cloud import Cloud, thinned
 from perception.mapping.frames import placed
 from perception.mapping.settings import SearchSettings
 from perception.sweep import Floats
-from transport.arithmetic import norm
+from transport.arithmetic import exp, norm, square
 from transport.messages import Pose, wrap_angle
 
 Bytes = NDArray[np.uint8]
@@ -78,7 +78,7 @@ class BlurredWalls:
         shape = high - low + 1
         at = np.floor(cloud.points / cell).astype(np.intp) - low[:, None]
         stamps = sorted(
-            (round(255 * math.exp(-((i * i + j * j) * cell * cell) / (2 * settings.blur**2))), i, j)
+            (round(255 * exp(-((i * i + j * j) * cell * cell) / (2 * square(settings.blur)))), i, j)
             for i in range(-radius, radius + 1)
             for j in range(-radius, radius + 1)
         )

@@ -23,17 +23,17 @@ class CloudSettings(Settings):
     jump: Positive = 0.12
     """Neighbouring points farther apart than this are on two walls, m."""
     steep: Positive = 5.0
-    """Unless they are at most so many times as far apart as their beams are: walls that the beams graze."""
+    """Unless they are at most this many times as far apart as their beams are: walls that the beams graze."""
     max_missing: Annotated[int, Field(ge=0)] = 3
-    """So many beams without a hit do not interrupt a wall."""
+    """This many beams without a hit do not interrupt a wall."""
     neighbours: Count = 3
-    """A normal is that of the line through so many points to each side."""
+    """A normal is that of the line through this many points to each side."""
     range_noise: Positive = 0.006
     """Standard deviation of a reading, m."""
     least_noise: Positive = 0.001
     """And of a point's place across its wall, at least, m."""
     crooked: Positive = 0.3
-    """Points deviate from that line by at most so much of how far they extend along it."""
+    """Points deviate from that line by at most this much of how far they extend along it."""
 
 
 class MatchSettings(Settings):
@@ -50,24 +50,24 @@ class MatchSettings(Settings):
     along: Positive = 0.15
     """Along a wall its nearest known point may be so far from where a point is, m."""
     rounds: Count = 12
-    """Neighbours are looked up so often, at most."""
+    """Neighbours are looked up this often, at most."""
     paired: Positive = 0.02
     """Neighbours stay the same while the scan moves less than this, m and rad."""
     settled: Positive = 0.0005
     """A step shorter than this, m and rad, is the last."""
     first_scale: Positive = 10.0
-    """Deviations are assumed to be so many times what the readings' noise makes, at first; later they are measured."""
+    """Deviations are at first assumed to be this many times the noise of the readings; later they are measured."""
     correlated: Positive = 4.0
-    """So many points of a scan tell as much as one point that is independent of all others."""
+    """This many points of a scan show as much as one point that is independent of all others."""
     common: Positive = 0.3
-    """All points together may be off by so much of their root mean square deviation, for no map is exact."""
+    """All points together may be off by this much of their root mean square deviation, for no map is exact."""
     common_lever: Positive = 3.0
     """And in heading as if that error were so far away, m."""
     weak: Positive = 0.01
     """Where the walls fix a place along one axis by less than this share of what they fix it along the other, the
     normals' noise is most of it."""
     least_points: Count = 15
-    """A match has at least so many points."""
+    """A match has at least this many points."""
 
 
 class SearchSettings(Settings):
@@ -78,7 +78,7 @@ class SearchSettings(Settings):
     blur: Positive = 0.07
     """Standard deviation of the points' places in the grid, m."""
     block: Count = 5
-    """The coarse search goes in steps of so many cells."""
+    """The coarse search goes in steps of this many cells."""
     turn: Positive = math.radians(2.5)
     """Angle between two headings tried, rad."""
     points: Count = 90
@@ -99,7 +99,7 @@ class GraphSettings(Settings):
     tolerance: Positive = 0.01
     """In each, the linear equations are solved until the residual has shrunk so far."""
     most_steps: Count = 100
-    """Or for so many conjugate-gradient steps."""
+    """Or for this many conjugate-gradient steps."""
     doubtful: Positive = 12.0
     """A loop whose squared deviation, in standard deviations, is larger than this loses weight."""
 
@@ -123,30 +123,30 @@ class TrackSettings(Settings):
     """Following the pose from scan to scan, and when a scan is kept."""
 
     every: Count = 2
-    """Where odometry is good, each so many ticks a scan is looked at; else each tick."""
+    """Where odometry is good, each this many ticks a scan is looked at; else each tick."""
     good: Positive = 0.005
     """Odometry is good where the last match corrected it by less than this, m."""
     good_turn: Positive = 0.003
     """And by less than this, rad."""
 
     way: Positive = 0.4
-    """A scan is kept as a keyframe after so much way, m."""
+    """A scan is kept as a keyframe after this much way, m."""
     turn: Positive = math.radians(25)
-    """Or after so much turn, rad."""
+    """Or after this much turn, rad."""
     recent: Count = 15
-    """Scans are matched with so many keyframes, the last ones."""
+    """Scans are matched with this many keyframes, the last ones."""
     neighbours: Count = 4
-    """Where the map is gone on with from a keyframe, the scan is matched with it and so many before and after it."""
+    """Where the map is gone on with from a keyframe, the scan is matched with it and this many before and after it."""
     sure: Share = 0.75
     """With a smaller share of the scan on known walls the wide search is made, too."""
     better: Share = 0.1
-    """Its answer is taken if the share is larger by so much."""
+    """Its answer is taken if the share is larger by this much."""
     least: Share = 0.4
     """A match with a smaller share is believed only where it agrees with odometry: much may be new in sight."""
     gate: Positive = 16.0
     """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
     lost: Positive = 0.15
-    """Where no scan fits, the robot no longer knows where it is once its place deviates by so much, m."""
+    """Where no scan fits, the robot no longer knows where it is once its place deviates by this much, m."""
     new: Share = 0.15
     """And with a share that is smaller still no match is believed; odometry alone is followed."""
     across: Positive = 0.6
@@ -161,19 +161,19 @@ class LoopSettings(Settings):
     """Finding places again."""
 
     pieces: Count = 3
-    """So many pieces of the work on loops are done in a tick."""
+    """This many pieces of the work on loops are done in a tick."""
     gap: Count = 20
-    """Keyframes fewer than so many apart make no loop."""
+    """Keyframes fewer than this many apart make no loop."""
     reach: Positive = 4.0
     """A keyframe nearer than this, m, may show the same place."""
     most_reach: Positive = 5.0
-    """So much is added to it, m, at most, where the pose is uncertain."""
+    """This much is added to it, m, at most, where the pose is uncertain."""
     stretch: Count = 15
-    """Of keyframes within so many of each other only the nearest is tried."""
+    """Of keyframes within this many of each other only the nearest is tried."""
     candidates: Count = 2
-    """So many are tried, at most."""
+    """This many are tried, at most."""
     around: Count = 4
-    """A scan is matched with the keyframe and so many before and after it."""
+    """A scan is matched with the keyframe and this many before and after it."""
     near: Positive = 0.15
     """Deviation of the pose, m, up to which a match needs no wide search."""
     most_across: Positive = 6.0
@@ -189,21 +189,21 @@ class LoopSettings(Settings):
     gate: Positive = 16.0
     """Squared deviation from what the graph says, in standard deviations, at most."""
     caution: Positive = 2.0
-    """Standard deviations of what the graph says are taken so many times as large."""
+    """Standard deviations of what the graph says are taken this many times as large."""
     agreeing: Positive = 0.15
     """Two loops confirm each other if they agree within this, m."""
     agreeing_way: Positive = 0.02
-    """And so much more for each keyframe between them, m."""
+    """And this much more for each keyframe between them, m."""
     agreeing_turn: Positive = 0.05
     """And within this, rad."""
     waiting: Count = 8
-    """They are at most so many keyframes apart."""
+    """They are at most this many keyframes apart."""
     worth: Positive = 0.05
     """A loop that moves the pose by at least this, m, has the graph solved at once."""
     worth_turn: Positive = 0.01
     """Or by this, rad."""
     every: Count = 40
-    """After so many loops it is solved in any case."""
+    """After this many loops it is solved in any case."""
 
 
 class FreeSpaceSettings(Settings):
@@ -218,7 +218,7 @@ class FreeSpaceSettings(Settings):
     before: Positive = 0.1
     """A beam says nothing of what is nearer than this before what it hit, m."""
     every: Count = 5
-    """Each so many ticks a scan is drawn."""
+    """Each this many ticks a scan is drawn."""
     gain: Count = 2
     """What a beam that goes through a cell counts for it."""
     loss: Count = 3
@@ -231,15 +231,15 @@ class PlanSettings(Settings):
     """The shortest ways over the grid."""
 
     room: Positive = 0.9
-    """The robot's origin keeps so many of its radii from cells with a wall, middle to middle, at least."""
+    """The robot's origin keeps this many of its radii from cells with a wall, middle to middle, at least."""
     ease: Positive = 0.5
     """Nearer to a wall than this a way is the longer the nearer it is, m."""
     dear: Positive = 3.0
-    """At a wall by so many times."""
+    """At a wall by this many times."""
     rim_room: Positive = 1.12
-    """The rim of what has been seen counts where there is so much room, in radii."""
+    """The rim of what has been seen counts where there is this much room, in radii."""
     least_rim: Count = 3
-    """A piece of the rim has at least so many cells: what is smaller no robot fits through."""
+    """A piece of the rim has at least this many cells: what is smaller no robot fits through."""
 
 
 class MappingSettings(Settings):

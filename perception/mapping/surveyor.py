@@ -17,7 +17,7 @@ from transport.arithmetic import norm
 from transport.messages import Pose
 
 FORGETTING = 0.9
-"""From scan to scan, so much is left of how rough odometry was."""
+"""From scan to scan, this much is left of how rough odometry was."""
 
 
 @dataclass(slots=True)
@@ -81,7 +81,7 @@ class Surveyor:
         return bool(self.mapper.clouds) and (self.fits or self.deviation < self.settings.track.lost)
 
     def from_the_start(self) -> Surveyor:
-        """What keeps the same map for a robot that stands where the map was begun, once more."""
+        """What keeps the same map for a robot that is back where the map was begun."""
         again = Surveyor(self.settings, self.start)
         again.mapper, again.free_space, again._resumes = self.mapper, self.free_space, True
         return again

@@ -27,7 +27,7 @@ AS_THE_FILE_SAYS = Choices()
 def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: float | None = None) -> Maze:
     """Read a maze of any format, complete its exits and make sure that a robot can do in it what is to be done.
 
-    The content tells the format: an image, a map's description, a micromouse drawing, six numbers a line, or else our
+    The content shows the format: an image, a map's description, a micromouse drawing, six numbers a line, or else our
     own ``.maze``.
 
     Args:

@@ -20,7 +20,7 @@ def chosen(maze: Maze, choices: Choices) -> Maze:
     """The maze as chosen.
 
     Chosen exits replace the file's, which are walled up, and walls and edges of the unknown are opened along them.
-    Whoever chooses an exit and no goal wants the robot to leave.
+    An exit without a goal means that the robot is to leave.
     """
     if choices.start is not None:
         maze = replace(maze, start=choices.start)

@@ -8,7 +8,6 @@ speed limits and what the simulator shows; here those are settings of the simula
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import replace
 from typing import Annotated
 
@@ -16,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from sim.formats.format import Source
 from sim.maze import LARGEST_COORDINATE, Maze, MovingObject, Point, Start
+from transport.arithmetic import cos_sin
 from transport.messages import Pose
 from transport.wording import in_words
 
@@ -71,7 +71,7 @@ def furnished(maze: Maze, source: Source) -> Maze:
 
 def _object(number: int, said: _Object) -> MovingObject:
     (x, y, heading), (to_x, to_y, _) = said.init_pose, said.final_pose
-    cos, sin = math.cos(heading), math.sin(heading)
+    cos, sin = cos_sin(heading)
     length, width = said.length / 2, said.width / 2
     outline: tuple[Point, ...] = tuple(
         (cos * u - sin * v, sin * u + cos * v)

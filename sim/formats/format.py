@@ -157,7 +157,7 @@ class Format:
     Attributes:
         name: what people call it.
         suffixes: of its files, each with its dot; a maze is written in the format that has the file's suffix.
-        recognises: whether a file is of this format, told by its content.
+        recognises: whether a file is of this format, by its content.
         read: from a file to a maze; raises a `MazeError` with the place in the file.
         write: from a maze and a suffix to a file's bytes; raises a `CannotHoldError`. None for a format that is only
             read.

@@ -22,6 +22,7 @@ from sim.formats.image import MOST_PIXELS, decoded, is_image
 from sim.formats.raster import PixelFrame, Raster, sketch
 from sim.free_space import DistanceGrid
 from sim.maze import Leave, Maze, Segments, Start
+from transport.arithmetic import cos_sin
 
 WALL_BELOW = 50
 """Pixels darker than this are walls."""
@@ -72,7 +73,7 @@ def draw(maze: Maze, metres_a_pixel: float) -> NDArray[np.uint8]:
         Grey values, shape (rows, columns).
     """
     pose = maze.start.pose
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    cos, sin = cos_sin(pose.heading)
 
     def moved(segments: Segments) -> Segments:
         x, y = (segments.reshape(-1, 2) - [pose.x, pose.y]).T

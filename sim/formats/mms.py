@@ -77,7 +77,7 @@ def read(source: Source, choices: Choices) -> Sketch:
 
 
 def numbered(cells: CellMaze) -> str:
-    """Cells as an mms ``.num`` file; which cells are entrance and goals is not told by such a file."""
+    """Cells as an mms ``.num`` file; such a file does not say which cells are entrance and goals."""
     lines = []
     for column in range(cells.columns):
         for row in range(cells.rows):

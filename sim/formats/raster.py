@@ -13,6 +13,7 @@ from sim.formats.image import MOST_EDGES, areas, outlines
 from sim.free_space import Flags
 from sim.geometry import distances
 from sim.maze import Goal, Leave, Maze, MazeDoor, Point, Segments, Start, merge_collinear
+from transport.arithmetic import halfway
 
 DOOR_SLOT = 0.06
 """A door slides along a wall if it is as near to it as this, m."""
@@ -143,11 +144,9 @@ def _axis(rows: NDArray[np.intp], columns: NDArray[np.intp], frame: PixelFrame) 
     centres = frame.points(np.stack([columns + 0.5, rows + 0.5], axis=1))
     middle = centres.mean(axis=0)
     spread = centres - middle
-    angle = 0.5 * math.atan2(
-        2.0 * float((spread[:, 0] * spread[:, 1]).sum()),
-        float((spread[:, 0] ** 2).sum() - (spread[:, 1] ** 2).sum()),
-    )
-    direction = np.array([math.cos(angle), math.sin(angle)])
+    along, across = spread[:, 0], spread[:, 1]
+    twice = float((along * along).sum() - (across * across).sum()), 2.0 * float((along * across).sum())
+    direction = np.array(halfway(*twice))
     direction[np.abs(direction) < 1e-9] = 0.0
     corners = np.concatenate([frame.points(np.stack([columns + i, rows + j], axis=1)) for i in (0, 1) for j in (0, 1)])
     reach = ((corners - middle) * direction).sum(axis=1)

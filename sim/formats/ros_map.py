@@ -28,6 +28,7 @@ from sim.formats.raster import PixelFrame, Raster, sketch
 from sim.free_space import Flags
 from sim.geometry import distances
 from sim.maze import Nothing, Start
+from transport.arithmetic import cos_sin
 from transport.messages import Pose
 from transport.wording import in_words
 
@@ -38,7 +39,7 @@ MOST_BRACKETS = 50
 SAVED_WALL, SAVED_UNKNOWN, SAVED_FREE = 0, 205, 254
 """The grey values that mapping tools save."""
 SAVED_RESOLUTION = 0.05
-"""What they save a pixel as, unless told otherwise, m."""
+"""Their default size of a pixel, m."""
 ROOM = 0.3
 """The robot is put down at the map's origin, or else at its middle, where nothing is nearer than this, m."""
 
@@ -166,9 +167,7 @@ def _read(source: Source, picture: Picture, description: Description, choices: C
     nowhere = np.zeros_like(wall)
     rows, columns = wall.shape
     x, y, yaw = (*description.origin, 0.0)[:3]
-    frame = PixelFrame(
-        rows, columns, description.resolution, (0.0, float(rows)), (x, y), (math.cos(yaw), math.sin(yaw))
-    )
+    frame = PixelFrame(rows, columns, description.resolution, (0.0, float(rows)), (x, y), cos_sin(yaw))
     match choices.grey:
         case Grey.DOOR:
             raster = Raster(wall, between, nowhere, frame)

@@ -14,7 +14,7 @@ from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway
 from skills.sides import Side
 from skills.steering import OnPath
-from transport.arithmetic import norm
+from transport.arithmetic import atan2, norm
 from transport.messages import Command, Pose, wrap_angle
 
 QUARTER = math.pi / 2
@@ -96,6 +96,6 @@ class _Circle:
         """The circle where the robot is beside it: in its direction from the centre."""
         here = self.frame.local(pose)
         x, y = here.x, here.y - self._sign * self.radius
-        angle = math.atan2(x, -self._sign * y)
+        angle = atan2(x, -self._sign * y)
         error = wrap_angle(self._sign * angle - here.heading)
         return OnPath(self._sign * (norm(x, y) - self.radius), error, self._sign / self.radius)

@@ -1,4 +1,4 @@
-"""Driving to a target past what stands in the way."""
+"""Driving to a target past what is in the way."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from transport.messages import Command, Pose
 THERE = 0.05
 """The robot has arrived when it is this near, m."""
 PATIENCE = 8.0
-"""A way round an obstacle that brings the robot no nearer for so long is none, s."""
+"""A way round an obstacle that brings the robot no nearer for this long is none, s."""
 
 
 @LIBRARY.activity("drive_to", outcomes=("done", "blocked"), holds=("base",))
 class DriveTo(Skill):
-    """Drive to a target past what stands in the way.
+    """Drive to a target past what is in the way.
 
-    The target is given as the robot stands at first: so far away, in such a direction; odometry measures the way to it.
-    The robot turns to where it drives. It goes through a potential field: the target draws it, and what stands in the
+    The target is given relative to the first pose: a distance and a direction; odometry measures the way to it.
+    The robot turns to where it drives. It goes through a potential field: the target draws it, and what is in the
     way pushes it to the side by which the way round is the shorter. A base that cannot move sideways drives in the
     direction in which the way is free for longest. So it rounds obstacles; it does not leave a room or a dead end that
     opens away from the target.

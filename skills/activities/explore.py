@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from hsm.model.registry import Outcome
 from hsm.model.types import Speed
 from perception.facts import Facts
@@ -13,7 +11,7 @@ from perception.world import DoorPlace
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, above_zero
 from skills.steering.way import along_way
-from transport.arithmetic import distance_between, norm
+from transport.arithmetic import atan2, cos, distance_between, norm, sin
 from transport.messages import Command, Pose, Twist
 from transport.section import Point
 
@@ -28,11 +26,11 @@ THERE = 0.1
 SQUARE = 0.06
 """And when less than this is left to turn, rad."""
 WITHIN = 0.4
-"""A place on the map that the robot cannot stand on is replaced by one at most so far away, m."""
+"""A place on the map that the robot cannot are on is replaced by one at most so far away, m."""
 
 
 class OnMap(Skill):
-    """An activity that drives along ways over the map, which are found anew each time the map has changed."""
+    """An activity that drives along ways over the map, which are found again each time the map has changed."""
 
     def __init__(self, speed: Speed) -> None:
         self._speed = above_zero("speed", speed)
@@ -99,7 +97,7 @@ class Explore(OnMap):
         if self._headway.lost(facts):
             return BLOCKED
         target = between(facts.pose, Pose(*frontier.beyond))
-        bearing = math.atan2(target.y, target.x)
+        bearing = atan2(target.y, target.x)
         if abs(bearing) < SQUARE:
             self._given_up.append(frontier.place)
             self._changes = -1
@@ -136,7 +134,7 @@ def _way_out(facts: Facts, plan: ShortestWays) -> Way:
 class GoToDoor(OnMap):
     """Drive to the nearest dead end that may be a door, that has not been tried and not been driven to in this way.
 
-    Outcomes: `done` when the robot stands before it, square to it; `none` when there is no such dead end; `blocked`
+    Outcomes: `done` when the robot is in front of it, square to it; `none` when there is no such dead end; `blocked`
     when the robot gets no farther.
     """
 
@@ -169,7 +167,7 @@ class GoToDoor(OnMap):
 
     def _before(self, door: DoorPlace) -> Point:
         away = self.settings.explore.before_door
-        return door.centre[0] - away * math.cos(door.facing), door.centre[1] - away * math.sin(door.facing)
+        return door.centre[0] - away * cos(door.facing), door.centre[1] - away * sin(door.facing)
 
     def _nearest(self, facts: Facts, plan: ShortestWays) -> DoorPlace | None:
         """The dead end to which the way is the shortest."""

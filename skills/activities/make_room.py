@@ -7,7 +7,7 @@ from hsm.model.types import Duration
 from perception.facts import Facts
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Skill, not_negative
-from transport.arithmetic import norm, norms
+from transport.arithmetic import norm, norms, square
 from transport.messages import Command
 
 
@@ -35,7 +35,7 @@ class MakeRoom(Skill):
             return BLOCKED
         distance = norms(facts.points[:, 0], facts.points[:, 1])
         near = facts.points[distance < facts.robot.radius + 2 * clear]
-        push = -(near / (near**2).sum(axis=1, keepdims=True)).sum(axis=0)
+        push = -(near / square(near).sum(axis=1, keepdims=True)).sum(axis=0)
         size = norm(*push.tolist()) or 1.0
         direction = float(push[0]) / size, float(push[1]) / size
         return Command(self.steering(facts).away(direction, self.settings.motion.lateral_speed))

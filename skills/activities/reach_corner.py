@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hsm.model.types import Length, Speed
 from perception.facts import Facts
 from skills.activities.advance import Advance
@@ -10,29 +12,30 @@ from skills.passage import DENSE, points_along
 from skills.sides import Side
 
 JUST_PASSED = 2.0
-"""The corner is reached when it is beside the robot's origin, or so many periods at full speed behind it."""
+"""The corner is reached when it is beside the robot's origin, or this many periods at full speed behind it."""
 BEAMS = 4
-"""Of a laser whose beams are far apart so many are to lie between a wall's end beside the robot and behind it."""
+"""Of a laser whose beams are far apart this many are to lie between a wall's end beside the robot and behind it."""
 
 
 class ToCorner(Advance):
-    """Drives on until something stands beside the robot."""
+    """Drives on until something is beside the robot."""
 
     def _stands_beside(self, facts: Facts, side: Side, farthest: float) -> bool:
-        """Whether something no farther than that stands beside the robot, along the walls."""
+        """Whether something no farther than that is beside the robot, along the walls."""
         points = points_along(facts, facts.misalignment, self.settings.passage)
         x, y = points[:, 0], points[:, 1] * side.sign
         behind = JUST_PASSED * facts.robot.limits.speed * facts.robot.period
         spacing = facts.observation.scan.geometry.spacing
-        if spacing >= DENSE:  # so far that some beams meet what stands there, seen from its end
+        if spacing >= DENSE:  # so far that some beams meet what is there, seen from its end
             behind += BEAMS * spacing * self.settings.opening.aside
-        near = (x > -behind) & (x <= 0) & (y > self.settings.opening.beside) & (y < farthest)
-        return bool(near.sum() >= 2)
+        # Two hits, so that one of noise is not enough; of a thin wall seen from its end only the first need be so near.
+        beside = np.sort(y[(x > -behind) & (x <= 0) & (y > self.settings.opening.beside)])
+        return len(beside) >= 2 and bool(beside[0] < farthest)
 
 
 @LIBRARY.activity("reach_corner", outcomes=("done", "blocked"), holds=("base",))
 class ReachCorner(ToCorner):
-    """Drive straight on until a wall or its end stands beside the robot.
+    """Drive straight on until a wall or its end is beside the robot.
 
     After a turn into an opening the corner is still ahead; to look for space at that side before it is reached would
     find the way that the robot came from. Outcomes: `done` when it is reached, or not found within the distance;
@@ -49,7 +52,7 @@ class ReachCorner(ToCorner):
 
 @LIBRARY.activity("leave_junction", outcomes=("done", "blocked"), holds=("base",))
 class LeaveJunction(ToCorner):
-    """Drive straight on until a wall or its end stands at both sides of the robot.
+    """Drive straight on until a wall or its end is at both sides of the robot.
 
     Outcomes: `done` when the robot is in the way beyond the junction, or has driven the distance, as in open space;
     `blocked` when the robot gets no farther.

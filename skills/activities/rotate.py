@@ -32,11 +32,11 @@ PUSHED = 0.05
 class Rotate(Skill):
     """Turn on the spot by an angle, counter-clockwise positive.
 
-    The turn is measured by odometry from the axis of the walls that the robot stands along at first; quarter turns end
+    The turn is measured by odometry from the axis of the walls that the robot is along at first; quarter turns end
     along the walls, where there are any. Where a wall is too near for the robot's corners, the robot moves off it while
     it turns; one whose base cannot move sideways backs from a wall ahead before it turns. A turn that meets an obstacle
     is taken back, and tried again should that fail too, so that the robot does not stay between two headings as long as
-    it can turn at all. Outcomes: `done`; `blocked` when the robot stands as before, when it can turn neither way, and
+    it can turn at all. Outcomes: `done`; `blocked` when the robot faces as before, when it can turn neither way, and
     when neither way has led anywhere several times.
     """
 
@@ -98,15 +98,17 @@ class Rotate(Skill):
 
     def _to_the_spot(self, facts: Facts, pose: Pose) -> tuple[float, float]:
         """Where the spot is, in the robot's frame, m; a robot that can only go there first goes there once."""
+        if not self.steering(facts).sideways and not self._there:
+            self._spot = self._roomy_spot(facts, pose)  # what is ahead may come nearer meanwhile
         here = self._spot.local(pose)
         distance = norm(here.x, here.y)
-        if self._pushed_off(distance):
-            self._spot, self._away, self._nearest = Frame(pose), 0.0, 0.0
-            return 0.0, 0.0
         if not self.steering(facts).sideways:
             self._there = self._there or distance < self.settings.motion.dead_zone
             if self._there:
                 return 0.0, 0.0
+        elif self._pushed_off(distance):
+            self._spot, self._away, self._nearest = Frame(pose), 0.0, 0.0
+            return 0.0, 0.0
         return rotated(-here.x, -here.y, -here.heading)
 
     def _pushed_off(self, distance: float) -> bool:

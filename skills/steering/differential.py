@@ -10,20 +10,20 @@ from skills.settings import SkillSettings
 from skills.steering.gaps import GapSeeker
 from skills.steering.path import OnPath
 from skills.steering.speed import speed_ahead
-from transport.arithmetic import norm
+from transport.arithmetic import atan2, cos, norm
 from transport.description import RobotDescription
 from transport.messages import Pose, Twist
 from transport.section import Point
 
 SLANT = math.radians(20)
-"""The robot slants at most so much to its course to get aside, rad."""
+"""The robot slants at most this much to its course to get aside, rad."""
 STEEPEST = math.radians(80)
 """The same where something ahead holds it up, rad."""
 SIDEWAYS = 0.5
 """A direction of which less than this is along the robot's axis is one to its side."""
 
 BLIND = 0.3
-"""It moves forward also where so much of a direction is backward: behind it sees nothing."""
+"""It moves forward also where this much of a direction is backward: behind it sees nothing."""
 CREEP = 0.4
 """Share of the speed with which it moves away to a side: on the spot its rear would swing to what it leaves."""
 
@@ -48,10 +48,10 @@ class DifferentialSteering:
         # Held up by what is ahead, it turns as far as it takes to get by.
         held_up = forward < speed and abs(aside) > motion.needed
         steepest = STEEPEST if held_up else SLANT
-        slant = max(-steepest, min(steepest, math.atan2(left, forward))) if forward > 0 or held_up else 0.0
+        slant = max(-steepest, min(steepest, atan2(left, forward))) if forward > 0 or held_up else 0.0
         error += slant
         allowed = norm(forward, left) if held_up else forward
-        return Twist(allowed * max(0.0, math.cos(2 * error)), 0.0, motion.heading_gain * error)
+        return Twist(allowed * max(0.0, cos(2 * error)), 0.0, motion.heading_gain * error)
 
     def turn(self, rate: float, spot: Point) -> Twist:
         """First back or forward to the spot, then turn about the axle."""
@@ -66,25 +66,25 @@ class DifferentialSteering:
         sharpest = self.robot.limits.turn_rate / abs(path.curvature) if path.curvature else math.inf
         allowed = min(speed, sharpest)
         way = motion.settle * allowed
-        error = path.error + (max(-SLANT, min(SLANT, math.atan2(path.aside, way))) if way > 0 else 0.0)
-        forward = allowed * max(0.0, math.cos(2 * error))
+        error = path.error + (max(-SLANT, min(SLANT, atan2(path.aside, way))) if way > 0 else 0.0)
+        forward = allowed * max(0.0, cos(2 * error))
         # On a circle beside the path's own the same angle is another way.
         nearer = max(0.5, 1 + path.aside * path.curvature)
         return Twist(forward, 0.0, forward * path.curvature / nearer + motion.heading_gain * error)
 
     def to_point(self, target: Pose, speed: float) -> Twist:
         """Turn to it and drive there."""
-        bearing = math.atan2(target.y, target.x)
-        return Twist(speed * max(0.0, math.cos(2 * bearing)), 0.0, self.settings.motion.heading_gain * bearing)
+        bearing = atan2(target.y, target.x)
+        return Twist(speed * max(0.0, cos(2 * bearing)), 0.0, self.settings.motion.heading_gain * bearing)
 
     def away(self, direction: Point, speed: float) -> Twist:
         """Forward or back; where the direction is to a side, along an arc that leads there."""
         if abs(direction[0]) >= SIDEWAYS:
             return Twist(math.copysign(speed, direction[0]))
         ahead = math.copysign(1.0, direction[0] + BLIND)
-        bearing = math.atan2(ahead * direction[1], ahead * direction[0])
+        bearing = atan2(ahead * direction[1], ahead * direction[0])
         return Twist(ahead * CREEP * speed, 0.0, self.settings.motion.heading_gain * bearing)
 
     def seeker(self, speed: float) -> GapSeeker:
-        """Through gaps between what stands in the way."""
+        """Through gaps between what is in the way."""
         return GapSeeker(self.robot, self.settings, self, speed)

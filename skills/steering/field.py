@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 from perception.facts import Facts, turned
 from skills.frames import rotated
 from skills.settings import SkillSettings
 from skills.sides import Side
 from skills.steering.round import in_the_way, shorter_way
-from transport.arithmetic import norm, norms
+from transport.arithmetic import atan2, cos, norm, norms
 from transport.description import RobotDescription
 from transport.messages import Twist
 from transport.section import Point
@@ -18,7 +16,7 @@ from transport.section import Point
 class FieldSeeker:
     """Drives with the sum of the target's pull and the walls' push, and looks at the target meanwhile.
 
-    What stands in the way pushes the robot to the side by which the way round is the shorter, not back.
+    What is in the way pushes the robot to the side by which the way round is the shorter, not back.
     """
 
     def __init__(self, robot: RobotDescription, settings: SkillSettings, speed: float) -> None:
@@ -27,7 +25,7 @@ class FieldSeeker:
 
     def towards(self, facts: Facts, target: Point) -> Twist:
         """The next velocity on the way to a target in the robot's frame, m."""
-        distance, bearing = norm(*target), math.atan2(target[1], target[0])
+        distance, bearing = norm(*target), atan2(target[1], target[0])
         forward, left = self._field(facts, distance, bearing)
         return Twist(
             forward,
@@ -38,7 +36,7 @@ class FieldSeeker:
     def _field(self, facts: Facts, distance: float, bearing: float) -> tuple[float, float]:
         """The velocity that target and walls make together, in the robot's frame, m/s."""
         drawn = min(self._speed, max(self._settings.target.arrival, self._settings.motion.lateral_gain * distance))
-        facing = max(0.0, math.cos(bearing))  # what is behind the laser does not see: turn first
+        facing = max(0.0, cos(bearing))  # what is behind the laser does not see: turn first
         drawn *= facing
         share = facing * min(1.0, distance / self._settings.target.near)
         back, aside = share * facts.repulsion.forward, share * facts.repulsion.left

@@ -12,12 +12,13 @@ from perception.facts import Facts, turned
 from skills.passage import off_the_walls, passage_of
 from skills.settings import SkillSettings
 from skills.surroundings import Points
-from transport.arithmetic import cosines, norm, norms, sines
+from transport.arithmetic import atan2, cosines_and_sines, norm, norms
 from transport.description import RobotDescription
 from transport.messages import Twist
 from transport.section import Point
 
 DIRECTIONS = np.radians(np.arange(-130, 131, 5))
+_COSINES, _SINES = cosines_and_sines(DIRECTIONS)
 """The directions that are compared, from that to the target, rad."""
 SHUT = 3.0
 """As much as a direction is worse which is not free at all, it may be off the target, rad."""
@@ -48,7 +49,7 @@ class GapSeeker:
 
     def towards(self, facts: Facts, target: Point) -> Twist:
         """The next velocity on the way to a target in the robot's frame, m."""
-        distance, bearing = norm(*target), math.atan2(target[1], target[0])
+        distance, bearing = norm(*target), atan2(target[1], target[0])
         settings, target_settings = self._settings, self._settings.target
         horizon = min(distance, target_settings.horizon)
         points = facts.points[norms(*facts.points.T) < target_settings.horizon + self._robot.radius]
@@ -82,7 +83,7 @@ def free_ways(points: Points, half_width: float, horizon: float) -> NDArray[np.f
         half_width: of the lane, m.
         horizon: m.
     """
-    cos, sin = cosines(DIRECTIONS)[:, None], sines(DIRECTIONS)[:, None]
+    cos, sin = _COSINES[:, None], _SINES[:, None]
     x = cos * points[:, 0] + sin * points[:, 1]
     y = cos * points[:, 1] - sin * points[:, 0]
     ahead = np.where((np.abs(y) < half_width) & (x > 0), x, horizon)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,7 +10,7 @@ from skills.settings import SkillSettings
 from skills.steering.field import FieldSeeker
 from skills.steering.path import OnPath
 from skills.steering.speed import speed_ahead
-from transport.arithmetic import norm
+from transport.arithmetic import cos, norm
 from transport.description import RobotDescription
 from transport.messages import Pose, Twist
 from transport.section import Point
@@ -28,7 +27,7 @@ class HolonomicSteering:
     def along(self, error: float, speed: float, aside: float, ahead: float) -> Twist:
         """Forward at a speed that the way ahead allows, sideways to where the robot should be."""
         motion = self.settings.motion
-        forward = speed_ahead(speed, ahead, motion) * max(0.0, math.cos(2 * error))  # turn first when far off course
+        forward = speed_ahead(speed, ahead, motion) * max(0.0, cos(2 * error))  # turn first when far off course
         left = 0.0
         if abs(aside) > motion.dead_zone:
             left = max(-motion.lateral_speed, min(motion.lateral_speed, motion.lateral_gain * aside))

@@ -16,7 +16,7 @@ from transport.section import Point
 
 
 class Seeker(Protocol):
-    """The way to a point past what stands between; it remembers by which side it rounds something."""
+    """The way to a point past what is between; it remembers by which side it rounds something."""
 
     def towards(self, facts: Facts, target: Point) -> Twist:
         """The next velocity on the way to a target in the robot's frame, m."""

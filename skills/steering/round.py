@@ -1,4 +1,4 @@
-"""What stands between the robot and a target, and by which side it is rounded."""
+"""What is between the robot and a target, and by which side it is rounded."""
 
 from __future__ import annotations
 

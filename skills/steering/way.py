@@ -7,7 +7,7 @@ import math
 from perception.mapping.frames import between
 from perception.mapping.planning import Way
 from skills.steering.law import Steering
-from transport.arithmetic import distance_between
+from transport.arithmetic import atan2, distance_between
 from transport.messages import Pose, Twist
 from transport.section import Point
 
@@ -39,7 +39,7 @@ def ahead_on(way: Way, here: Point) -> tuple[Point, float]:
     if not stretch or total < FARTHEST:
         return way[-1], total
     count = len(stretch)
-    return (sum(place[0] for place in stretch) / count, sum(place[1] for place in stretch) / count), total
+    return (math.fsum(place[0] for place in stretch) / count, math.fsum(place[1] for place in stretch) / count), total
 
 
 def along_way(steering: Steering, way: Way, pose: Pose, speed: float, *, to_rest: bool) -> Twist:
@@ -54,7 +54,7 @@ def along_way(steering: Steering, way: Way, pose: Pose, speed: float, *, to_rest
     """
     place, left = ahead_on(way, (pose.x, pose.y))
     target = between(pose, Pose(*place))
-    bearing = math.atan2(target.y, target.x)
+    bearing = atan2(target.y, target.x)
     if abs(bearing) > BACK:
         return steering.turn(math.copysign(TURNING, bearing), (0.0, 0.0))
     if to_rest:

@@ -15,13 +15,13 @@ def junction_arrive(facts: Facts) -> None:
 
 @LIBRARY.action("junction.mark")
 def junction_mark(facts: Facts, way: Direction) -> None:
-    """Mark a way of this junction, named as the robot stood when it arrived."""
+    """Mark a way of this junction, named from the robot's heading on arrival."""
     facts.world.marks.mark(way)
 
 
 @LIBRARY.signal("junction.marks")
 def junction_marks(facts: Facts, way: Direction) -> int:
-    """How many marks a way of this junction bears, named as the robot stood when it arrived."""
+    """How many marks a way of this junction has, named from the robot's heading on arrival."""
     return facts.world.marks.count(way)
 
 

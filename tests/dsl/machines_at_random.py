@@ -21,6 +21,11 @@ CONDITIONS = st.recursive(
             "side != left",
             "abs( heading )<5 deg",
             "min(ahead,near)<1 m",
+            "(ahead if space.left else near)<1m",
+            "(n if (m>0 or space.left) else 2*n)==3",
+            "(junction.kind if space.front else dead_end) == corner",
+            "busy",
+            "pace == quick",
             "true",
         ]
     ),
@@ -32,8 +37,20 @@ CONDITIONS = st.recursive(
     ),
     max_leaves=5,
 )
+MORE_ACTIONS = [
+    "n = n if space.left else m+1",
+    "raise lift( 1m,up=true , side=left )",
+    "raise lift(near, n>2, side) after 2s",
+    "cancel lift",
+    "send lift(height=1m, up = false,side=side)",
+    "send go",
+    "pace=quick",
+]
+CARRIED = ["lift.up", "lift.height>1m", "not (lift.side == left)", "(lift.height if lift.up else near) < 2 m"]
 ACTIONS = st.lists(
-    st.sampled_from(["n+=1", "m = n*2 -1", "door.remember( )", "beep(2)", "raise go", "n = -3"]), min_size=1, max_size=3
+    st.sampled_from(["n+=1", "m = n*2 -1", "door.remember( )", "beep(2)", "raise go", "n = -3", *MORE_ACTIONS]),
+    min_size=1,
+    max_size=3,
 ).map(lambda actions: " / " + ",".join(actions))
 COMMENTS = st.sampled_from(["", "", "", "  # a remark", " #tight"])
 ACTIVITIES = st.sampled_from(["rotate( 90deg )", "ring()", "wait(duration=2s,times= 3)", "align(  side=left)"])
@@ -44,8 +61,24 @@ def machines(draw: st.DrawFn) -> str:
     """The text of a machine that is right, laid out carelessly."""
     count = draw(st.integers(1, 6))
     names = [f"s{number}" for number in range(count)] + ["end"]
-    lines = ["#top", "machine   m  # name", "", "event go,stop", "param near:length=0.5m", "param side : Side=right #c"]
+    lines = [
+        "#top",
+        "machine   m  # name",
+        "",
+        "event go,stop",
+        "param near:length=0.5m",
+        "param side : Side=right #c",
+    ]
     lines += ["", "", "var n:int=0", "var m : int = -1", ""]
+    lines += [
+        "event lift(height:length,up:bool, side : Side)",
+        "enum Pace = slow,quick",
+        "expose n,pace",
+        "var pace:Pace = slow",
+        "define busy = n>1 and (pace==quick or m<0)",
+        "entry / raise lift(1m, n>0 ,side) after 90s",
+        "",
+    ]
     previous = 0
     for number in range(count):
         depth = draw(st.integers(0, previous + 1)) if number else 0
@@ -59,18 +92,25 @@ def machines(draw: st.DrawFn) -> str:
         for _ in range(draw(st.integers(0, 3))):
             trigger = draw(
                 st.one_of(
-                    st.sampled_from(["on go", "on go,stop", "on done", "on fault"]),
+                    st.sampled_from(["on go", "on go,stop", "on done", "on fault", "on lift", "on *", "defer"]),
                     st.builds("when {}".format, CONDITIONS),
-                    st.sampled_from(["after 5s", "after (near / 0.5 m/s)"]),
+                    st.builds("when {} for  0.5s".format, CONDITIONS),
+                    st.sampled_from(
+                        ["after 5s", "after (near / 0.5 m/s)", "every 2s", "after (1s if space.left else 2 s)"]
+                    ),
                 )
             )
-            guard = draw(st.one_of(st.just(""), st.builds(" if {}".format, CONDITIONS)))
+            carried = [st.builds(" if {}".format, st.sampled_from(CARRIED))] if trigger == "on lift" else []
+            guard = draw(st.one_of(st.just(""), st.builds(" if {}".format, CONDITIONS), *carried))
             target = draw(
                 st.one_of(
                     st.just(""), st.builds("{}{}".format, st.sampled_from(["->", " =>  "]), st.sampled_from(names))
                 )
             )
             actions = draw(ACTIONS) if not target or draw(st.booleans()) else ""
+            if trigger == "defer":
+                lines.append(f"{pad}defer {draw(st.sampled_from(['lift', 'go,stop', '*']))}{guard}{draw(COMMENTS)}")
+                continue
             lines.append(f"{pad}{trigger}{guard} {target}{actions}{draw(COMMENTS)}")
         if draw(st.booleans()):
             lines.append(f"{pad}entry {draw(ACTIONS).strip()}")

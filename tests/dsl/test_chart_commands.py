@@ -69,7 +69,7 @@ def drawn(path):
 def test_a_diagram_names_all_that_a_machine_has(folder, pledge, form):
     if form != "mmd":
         pytest.importorskip("pygraphviz")
-    result = run("diagram", "pledge", "-o", f"pledge.{form}")
+    result = run("diagram", "pledge", "-o", f"pledge.{form}", "--depth", "9")
     assert (result.exit_code, result.output) == (0, "")
     text = drawn(folder / f"pledge.{form}")
     for state in pledge.states[1:]:
@@ -162,3 +162,21 @@ def test_another_format_of_export_is_refused(folder):
     assert run("export", "pledge", "--to", "yaml").exit_code == 2
     result = run("export", "pledge", "-o", "nowhere/pledge.scxml")
     assert (result.exit_code, "nowhere/pledge.scxml: No such file or directory" in result.output) == (3, True)
+
+
+def test_without_rerun_a_recording_is_not_written_for_it(folder, monkeypatch):
+    monkeypatch.setattr("maze_machine.commands.to_rerun.find_spec", lambda _: None)
+    result = run("export", "run.mcap", "-o", "run.rrd")
+    assert result.exit_code == 2
+    assert "maze-machine[rerun]" in result.stderr
+    assert not (folder / "run.rrd").exists()
+
+
+def test_what_rerun_cannot_read_is_told_in_a_line(folder, monkeypatch):
+    monkeypatch.setattr("maze_machine.commands.to_rerun.find_spec", lambda _: object())
+    monkeypatch.setattr("maze_machine.commands.to_rerun.sys.executable", "false")
+    (folder / "run.mcap").write_bytes(b"none")
+    result = run("export", "run.mcap", "-o", "run.rrd")
+    assert result.exit_code == 3
+    assert "Rerun cannot read run.mcap" in result.stderr
+    assert run("export", "nothing.mcap", "-o", "run.rrd").exit_code == 3

@@ -15,7 +15,7 @@ from hsm.model.codes import CODES
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "reference" / "diagnostics.md").read_text(encoding="utf-8")
 SECTIONS = {match[1]: match[0] for match in re.finditer(r"### ([EWN]\d{4}): .*?(?=\n##|\Z)", PAGE, re.DOTALL)}
-BLOCK = re.compile(r"```(maze-machine wrong|xml wrong|maze-machine|xml|text)\n(.*?)```", re.DOTALL)
+BLOCK = re.compile(r"```(maze-machine title=\"wrong\"|xml title=\"wrong\"|maze-machine|xml|text)\n(.*?)```", re.DOTALL)
 OF_CHARTS = {code for code in CODES if code.startswith("E090") or code in ("E0910", "E0911", "E0922")}
 OF_ENGINES = {"E0921"}
 OF_FILES = {"E0107"}
@@ -36,7 +36,7 @@ def test_every_code_has_its_section():
 @pytest.mark.parametrize("code", sorted(CODES.keys() - OF_CHARTS - OF_ENGINES - OF_FILES - OF_EXPORTS))
 def test_the_examples_of_a_code(code, library):
     blocks = dict(BLOCK.findall(SECTIONS[code]))
-    wrong = check_text(blocks["maze-machine wrong"], library, "example.maze-machine")
+    wrong = check_text(blocks['maze-machine title="wrong"'], library, "example.maze-machine")
     assert {found.code for found in wrong.diagnostics} == {code}
     assert as_text(wrong.diagnostics, wrong.sources) + "\n" == blocks["text"]
     assert (wrong.model is None) == code.startswith("E")
@@ -49,9 +49,9 @@ def test_the_examples_of_a_code(code, library):
 def test_the_charts_of_a_code(code):
     blocks = dict(BLOCK.findall(SECTIONS[code]))
     with pytest.raises(MachineError) as raised:
-        use_chart(code, blocks["xml wrong"])
+        use_chart(code, blocks['xml title="wrong"'])
     assert {found.code for found in raised.value.diagnostics} == {code}
-    assert as_text(raised.value.diagnostics, {"example.scxml": blocks["xml wrong"]}) + "\n" == blocks["text"]
+    assert as_text(raised.value.diagnostics, {"example.scxml": blocks['xml title="wrong"']}) + "\n" == blocks["text"]
     use_chart(code, blocks["xml"])
 
 
@@ -65,7 +65,7 @@ def use_chart(code, text):
 @pytest.mark.parametrize("code", sorted(OF_ENGINES))
 def test_the_machines_of_a_code(code, library):
     blocks = dict(BLOCK.findall(SECTIONS[code]))
-    wrong = check_text(blocks["maze-machine wrong"], library, "example.maze-machine")
+    wrong = check_text(blocks['maze-machine title="wrong"'], library, "example.maze-machine")
     assert wrong.diagnostics == ()
     with pytest.raises(MachineError) as raised:
         to_transitions(build(wrong.model))
@@ -78,7 +78,7 @@ def test_the_machines_of_a_code(code, library):
 @pytest.mark.parametrize("code", sorted(OF_EXPORTS))
 def test_the_exports_of_a_code(code, library):
     blocks = dict(BLOCK.findall(SECTIONS[code]))
-    wrong = check_text(blocks["maze-machine wrong"], library, "example.maze-machine")
+    wrong = check_text(blocks['maze-machine title="wrong"'], library, "example.maze-machine")
     found = differences(wrong.model)
     assert {one.code for one in found} == {code}
     assert as_text(found, wrong.sources) + "\n" == blocks["text"]

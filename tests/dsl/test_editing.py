@@ -1,6 +1,8 @@
 """What an editor is told: completion, hovering, definitions, outline; and all of it over the protocol once."""
 
+import importlib
 import json
+import linecache
 import subprocess
 import sys
 from pathlib import Path
@@ -8,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from hsm.dsl import check_text
-from hsm.dsl.lsp import actions, navigation
+from hsm.dsl.lsp import actions, navigation, refactoring
 from hsm.dsl.lsp.editing import Document, SymbolKind
 from hsm.dsl.lsp.occurrences import Role
+from maze_machine.catalogue.library import robot_names
 
 MACHINES = Path(__file__).parent / "machines"
 TEXT = """\
@@ -305,3 +308,206 @@ def unframed(stream):
         )
         yield json.loads(rest[:length])
         stream = rest[length:]
+
+
+# Events with data, what instances expose, machines that talk.
+
+TALKING = """machine m
+import door
+enum Pace = slow, fast
+event floor(number : int, pace : Pace), stop
+var at : int = 0
+state a
+    on floor if floor.number > at / at = floor.number, raise floor(1, slow)
+    defer stop
+    on stop -> d / send stop
+state d = door()
+    when d.rings > 1 -> a
+"""
+
+
+@pytest.fixture
+def talking(tmp_path, library):
+    (tmp_path / "door.maze-machine").write_text(
+        "machine door\nexpose rings\n# How often it rang.\nvar rings : int = 0\nvar other : int = 0\n"
+        "state x\n    when rings > other -> over\nfinal over\n"
+    )
+    return Document(TALKING, str(tmp_path / "m.maze-machine"), library)
+
+
+def at_line(document, number, text):
+    line = document.tree.lines[number - 1]
+    return number - 1, line.index(text) + 1
+
+
+def test_hovering_over_an_event_and_what_it_carries(talking):
+    assert talking.hover(*at_line(talking, 7, "floor")).detail == "event floor(number : int, pace : Pace)"
+    entry = talking.hover(*at_line(talking, 7, "number > at"))
+    assert (entry.label, entry.detail) == ("number", "int")
+
+
+def test_hovering_over_what_an_instance_exposes(talking):
+    entry = talking.hover(*at_line(talking, 11, "rings"))
+    assert (entry.label, entry.doc) == ("d.rings", "How often it rang.")
+
+
+@pytest.mark.parametrize(
+    ("line", "expected", "absent"),
+    [
+        ("    on floor if ", {"floor.number", "floor.pace", "at", "d.rings", "d.outcome"}, {"d.other", "stop"}),
+        ("    on stop if ", {"at", "d.rings"}, {"floor.number"}),
+        ("    on floor / at = ", {"floor.number"}, set()),
+        ("    defer ", {"floor", "stop"}, {"at"}),
+        ("    entry / send ", {"floor", "stop"}, {"at"}),
+        ("    entry / ", {"send", "raise", "cancel", "at"}, set()),
+        ("    entry / raise floor(", {"number = ", "pace = "}, set()),
+        ("    entry / raise floor(1, pace = ", {"slow", "fast"}, {"at"}),
+        ("event lift(up : ", {"bool", "length", "Pace"}, {"at"}),
+        ("event lift(", set(), {"at", "floor"}),
+    ],
+)
+def test_completion_of_the_newer_words(talking, line, expected, absent):
+    text = f"{TALKING}state b\n{line}\n"
+    document = Document(text, talking.file, talking.library)
+    number = text.splitlines().index(line) if line.strip() in text else len(text.splitlines()) - 1
+    labels = {one.label for one in document.completions(number, len(line))}
+    assert expected <= labels
+    assert not absent & labels
+
+
+def test_going_to_what_an_event_carries_and_what_an_instance_exposes(talking):
+    found = navigation.definition(talking, *at_line(talking, 7, "number > at"))
+    assert (found.line, TALKING.splitlines()[found.line][found.column : found.end_column]) == (3, "number")
+    found = navigation.definition(talking, *at_line(talking, 11, "rings"))
+    assert (Path(found.file).name, found.line) == ("door.maze-machine", 3)
+
+
+def test_what_an_event_carries_is_renamed_everywhere(talking):
+    found = [one for _, one in navigation.rename(talking, *at_line(talking, 7, "number > at"), "storey", [])]
+    lines = TALKING.splitlines()
+    assert {(one.line, lines[one.line][one.column : one.end]) for one in found} == {(3, "number"), (6, "number")}
+    assert len(found) == 3
+
+
+def test_the_newer_words_have_their_colours(talking):
+    lines, found = TALKING.splitlines(), navigation.colours(talking)
+    named = {(one.line + 1, lines[one.line][one.column : one.column + one.length]) for one in found}
+    assert {(8, "defer"), (9, "stop"), (7, "number"), (7, "raise"), (11, "rings")} <= named
+
+
+OUTER = """machine outer
+
+event go
+
+var turns : int = 0
+
+initial calm
+
+state calm
+    on go -> busy
+
+state busy
+    initial first
+    on over -> calm / turns += 1
+
+    # The beginning.
+    state first
+        do stop()
+        after 1 s -> second
+
+    state second
+        do stop()
+        after 1 s -> over
+
+    final over
+"""
+
+
+def applied(text, edits):
+    lines = text.split("\n")
+    for one in sorted(edits, key=lambda edit: (edit.line, edit.column), reverse=True):
+        before, after = lines[one.line][: one.column], lines[one.end_line][one.end_column :]
+        lines[one.line : one.end_line + 1] = f"{before}{one.text}{after}".split("\n")
+    return "\n".join(lines)
+
+
+def errors_of(text, library, file):
+    return [one.message for one in check_text(text, library, file).diagnostics if one.severity.name == "ERROR"]
+
+
+def extractions(text, library, folder):
+    document = Document(text, str(folder / "outer.maze-machine"), library)
+    line = text.split("\n").index("state busy")
+    return [one for one in refactoring.refactorings(document, line) if one.kind == refactoring.EXTRACT]
+
+
+def test_the_inside_of_a_state_becomes_a_machine(tmp_path):
+    library = robot_names()
+    (found,) = extractions(OUTER, library, tmp_path)
+    ((path, made),) = found.created
+    assert path == tmp_path / "busy.maze-machine"
+    assert "# The beginning." in made
+    path.write_text(made, encoding="utf-8")
+    rest = applied(OUTER, found.edits)
+    assert "state busy = busy()\n    on over -> calm / turns += 1\n" in rest
+    before, after = (check_text(text, library, str(tmp_path / "outer.maze-machine")) for text in (OUTER, rest))
+    assert [one.code for one in after.diagnostics] == [one.code for one in before.diagnostics]
+    own = [one.name.removeprefix("busy.") for one in after.model.states[1:]]
+    assert own == [one.name for one in before.model.states[1:]]
+    assert extractions(OUTER, library, tmp_path) == []  # the file is there already
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("after 1 s -> over", "after 1 s -> calm"),
+        ("after 1 s -> over", "when turns > 1 -> over"),
+        ("after 1 s -> over", "on go -> over"),
+        ("on go -> busy", "on go -> second"),
+        ("    initial first\n", "    initial first\n    entry / raise go\n"),
+    ],
+)
+def test_what_is_bound_to_its_surroundings_stays(tmp_path, old, new):
+    assert extractions(OUTER.replace(old, new), robot_names(), tmp_path) == []
+
+
+def fixed(text, library, file, title):
+    checked = check_text(text, library, file).diagnostics
+    (found,) = [one for one in actions.fixes(Document(text, file, library), checked) if one.title == title]
+    return found
+
+
+def test_unknown_names_are_declared(tmp_path):
+    library, file = robot_names(), str(tmp_path / "outer.maze-machine")
+    wrong = OUTER.replace("on go -> busy", "on go -> bus").replace("after 1 s -> second", "on nudge -> second")
+    wrong = wrong.replace("    on over -> calm", "    when tired -> calm\n    on over -> calm")
+    for title in ("Declare state `bus`", "Declare `event nudge`", "Declare `var tired : bool = false`"):
+        wrong = applied(wrong, fixed(wrong, library, file, title).edits)
+    assert errors_of(wrong, library, file) == []
+
+
+def test_unknown_names_of_the_robot_are_declared_in_python(tmp_path, monkeypatch):
+    source = tmp_path / "declared_lamp.py"
+    source.write_text(
+        "from hsm import Library\n\nLIBRARY: Library = Library('lamp')\n\n\n"
+        "@LIBRARY.signal('dark')\ndef dark(facts) -> bool:\n    'It is dark.'\n    return True\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    text = (
+        "machine lamp\n\ninitial off\n\nstate off\n    do glow()\n    when dark -> lit / click()\n\n"
+        "state lit\n    when not near.wall -> off\n"
+    )
+    file = str(tmp_path / "lamp.maze-machine")
+    for title in ("activity `glow`", "action `click`", "signal `near.wall`"):
+        found = fixed(text, imported("declared_lamp"), file, f"Declare {title} in declared_lamp.py")
+        assert found.file == str(source)
+        source.write_text(applied(source.read_text(), found.edits))
+    assert errors_of(text, imported("declared_lamp"), file) == []
+
+
+def imported(name):
+    sys.modules.pop(name, None)
+    importlib.invalidate_caches()
+    linecache.clearcache()
+    return importlib.import_module(name).LIBRARY

@@ -32,7 +32,7 @@ def test_formatting_is_idempotent_and_keeps_meaning_and_comments(text):
     formatted = format_text(text)
     assert format_text(formatted) == formatted
     before, after = parse_model(text, LIBRARY), parse_model(formatted, LIBRARY)
-    assert stripped(replace(before, doc="")) == stripped(replace(after, doc=""))
+    assert stripped(replace(before, doc="", enumerations=())) == stripped(replace(after, doc="", enumerations=()))
     assert (before.doc, [state.doc for state in before.states]) == (after.doc, [state.doc for state in after.states])
     comments = [line.partition("#")[2].strip() for line in text.split("\n") if "#" in line]
     assert [line.partition("#")[2].strip() for line in formatted.split("\n") if "#" in line] == comments

@@ -14,6 +14,7 @@ from pygls.lsp.client import LanguageClient
 from hsm.dsl import check_text
 from hsm.dsl.lsp import navigation
 from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.server import make_server
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import SHIPPED
 from maze_machine.catalogue.trust import trust
@@ -44,7 +45,7 @@ class Client(LanguageClient):
 
 
 @asynccontextmanager
-async def serving(folder, *, pulls=True):
+async def serving(folder, *, pulls=True, options=None):
     client = Client()
     await client.start_io(str(Path(sys.executable).parent / "maze-machine"), "lsp")
     text = types.TextDocumentClientCapabilities(
@@ -57,6 +58,7 @@ async def serving(folder, *, pulls=True):
         types.InitializeParams(
             types.ClientCapabilities(text_document=text),
             root_uri=folder.as_uri(),
+            initialization_options=options,
             workspace_folders=[types.WorkspaceFolder(folder.as_uri(), folder.name)],
         )
     )
@@ -256,5 +258,22 @@ def test_completion_replaces_what_was_typed(tmp_path):
             found = await client.text_document_completion_async(types.CompletionParams(**at))
             assert [one.label for one in found] == ["space.left"]
             assert found[0].text_edit.range == types.Range(types.Position(5, 9), types.Position(5, 16))
+
+    served(work())
+
+
+def test_nothing_is_kept_of_notifications(tmp_path):
+    async def work():
+        server = make_server(lambda _: robot_library(), "1")
+        handled = asyncio.Event()
+
+        async def later(_params):
+            handled.set()
+
+        server.protocol._execute_handler("one", later, lambda _: None, args=(None,))
+        server.protocol._execute_handler("two", lambda _params: None, lambda _: None, args=(None,))
+        await handled.wait()
+        await asyncio.sleep(0)
+        assert server.protocol._request_futures == {}
 
     served(work())

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import hsm
 from hsm.dsl import check_text
 from hsm.model.types import BOOLEAN, UNITS, Quantity, si_value
-from hsm.model.unparse import value_text
+from hsm.model.unparse import shown_text, value_text
 
 LIBRARY = hsm.Library("numbers")
 
@@ -138,3 +138,10 @@ def test_durations_of_seconds_hold_however_coarse_the_stamps_are(epoch):
 
 def test_conditions_are_still_conditions():
     assert value_text(True, BOOLEAN) == "true"
+
+
+def test_a_person_reads_six_digits_and_a_file_all():
+    length = UNITS["m"].quantity
+    assert value_text(0.223606797749979, length) == "0.223606797749979 m"
+    assert shown_text(0.223606797749979, length) == "0.223607 m"
+    assert (shown_text(3, None), shown_text(True, BOOLEAN)) == ("3", "true")

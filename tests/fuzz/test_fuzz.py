@@ -1,43 +1,58 @@
 """Mutated inputs of every format: each is read, or refused by the format's own error, never by anything else.
 
-The engine is Hypothesis rather than Atheris: it runs wherever the other tests run, without an interpreter of its own,
-and shrinks what it finds to a few bytes. It mutates the files of the committed corpus, ``corpus/TARGET/``; an input
-that failed once belongs there.
+The engine is Hypothesis rather than Atheris: it runs wherever the other tests run, under every Python that the project
+supports, and shrinks what it finds to a few bytes. It draws a batch of changes at a time, which costs a tenth of
+drawing them one by one; they are applied to the files of the committed corpus, ``corpus/TARGET/``. An input that
+failed once belongs there.
 
-``FUZZ_EXAMPLES=1000000 FUZZ_SEED=$(date +%Y%m%d) pytest tests/fuzz`` tries more, and others every night.
+``FUZZ_INPUTS=1000000 FUZZ_SEED=$(date +%Y%m%d) pytest -n 0 -s tests/fuzz`` tries more, and others every night.
 """
 
 from __future__ import annotations
 
+import asyncio
+import json
+import logging
 import os
+import time
+import traceback
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, seed, settings
+from hypothesis import HealthCheck, Phase, given, note, seed, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from pygls.exceptions import JsonRpcException
 
 from hsm.dsl.loading import check_text, load_model
 from hsm.dsl.lsp.editing import Document
 from hsm.dsl.lsp.navigation import definition, outline, references
+from hsm.dsl.lsp.server import MachineServer, make_server
 from hsm.interchange.scxml import read_text as read_scxml
 from hsm.model.diagnostics import MachineError
 from hsm.testing.scenarios.reading import parse_suite
+from maze_machine.campaign.jobs import Setup, jobs_of
+from maze_machine.campaign.results import Results
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.profile import Profile
+from maze_machine.errors import CommandError
+from maze_machine.remote.messages import OperationError, read_operation
 from sim.formats import read_maze
 from sim.maze import MazeError
 from transport import codec
+from transport.envelope import CommandTag, ObservationTag
 from transport.recording import RecordingError, read_recording
 from transport.session import Lease, SessionState, read_answer, respond
 from transport.toml import TomlError, parse_toml
 
 CORPUS = Path(__file__).parent / "corpus"
 SEED = os.environ.get("FUZZ_SEED")
-ASKED = os.environ.get("FUZZ_EXAMPLES")
+INPUTS = int(os.environ.get("FUZZ_INPUTS", "2000"))
+BATCH, SIZE = 64, 22
+"""How many inputs Hypothesis draws at once, and of how many bytes each."""
 WORDS = (
     *(b"\0", b"\xff", b"\xef\xbb\xbf", b"\n", b"\r", b"\x1b[2J", b"\xc2\xa0", b" " * 9, b"state x\n"),
     *(b"(", b")", b"[", b"{", b"<", b'"', b"#", b"&", b" -> ", b" m/s"),
@@ -45,14 +60,19 @@ WORDS = (
 )
 
 
-def mutated(target: str) -> st.SearchStrategy[tuple[str, bytes]]:
-    """The name of a file of the corpus, and its content after a few changes."""
-    files = {path.name: path.read_bytes() for path in sorted((CORPUS / target).iterdir())}
-    # One number a change: Hypothesis draws it several times as fast as its parts.
-    changes = st.lists(st.integers(0, 2**40 - 1), min_size=1, max_size=4)
-    return st.tuples(st.sampled_from(sorted(files)), changes).map(
-        lambda drawn: (drawn[0], changed(files[drawn[0]], drawn[1]))
-    )
+def inputs(files: dict[str, bytes], drawn: bytes) -> Iterator[tuple[str, bytes]]:
+    """The inputs that a batch of bytes stands for: the name of a file of the corpus, and its content after changes.
+
+    The first byte of an input is the number of changes (none where it is 0, so that a batch shrinks to one input), the
+    second the file, the others the changes.
+    """
+    names = sorted(files)
+    for at in range(0, len(drawn), SIZE):
+        many, which, *rest = drawn[at : at + SIZE]
+        if many:
+            changes = [int.from_bytes(rest[one : one + 5], "big") for one in range(0, 5 * (1 + many % 4), 5)]
+            name = names[which % len(names)]
+            yield name, changed(files[name], changes)
 
 
 def changed(content: bytes, changes: list[int]) -> bytes:
@@ -127,9 +147,64 @@ def profile(_name: str, content: bytes, _folder: Path) -> None:
         return
 
 
+TWO = (CORPUS / "machine" / "two.maze-machine").read_text(encoding="utf-8")
+INITIALIZE = {"id": 1, "method": "initialize", "params": {"capabilities": {}, "processId": None, "rootUri": None}}
+OPENED = {"uri": "file:///fuzz/fuzz.maze-machine", "languageId": "maze-machine", "version": 1, "text": TWO}
+OPEN = {"method": "textDocument/didOpen", "params": {"textDocument": OPENED}}
+
+
+@cache
+def language_server() -> tuple[MachineServer, list[Exception]]:
+    """A server, and what its own functions have raised; pygls answers what it cannot read itself."""
+    logging.getLogger("pygls").setLevel(logging.CRITICAL)
+    started, raised = make_server(lambda _file: library(), "1"), []
+
+    def report(error: Exception, _source: object) -> None:
+        refused = isinstance(error, JsonRpcException)
+        if not refused and any("/hsm/" in frame.filename for frame in traceback.extract_tb(error.__traceback__)):
+            raised.append(error)
+
+    started.report_server_error = report
+    started.protocol.set_writer(Nowhere())
+    asyncio.run(tell(started, INITIALIZE))
+    return started, raised
+
+
+def server(_name: str, content: bytes, _folder: Path) -> None:
+    """A message of the language server protocol, with a machine open."""
+    started, raised = language_server()
+    try:
+        message = json.loads(content)
+    except ValueError:
+        return
+    if isinstance(message, dict):
+        asyncio.run(tell(started, OPEN, message))
+        assert not raised
+
+
+async def tell(started: MachineServer, *messages: dict[str, object]) -> None:
+    for message in messages:
+        body = json.dumps({"jsonrpc": "2.0", **message})
+        try:
+            started.protocol.handle_message(json.loads(body, object_hook=started.protocol.structure_message))
+        except (JsonRpcException, AttributeError):
+            continue  # of pygls: no request that it knows
+        await asyncio.sleep(0)
+
+
+class Nowhere:
+    """Where the server's answers go."""
+
+    def write(self, data: bytes) -> None:
+        json.loads(data.split(b"\r\n\r\n", 1)[1])
+
+    def close(self) -> None:
+        return
+
+
 DECODERS = (
-    *(codec.decode_scan, codec.decode_odometry, codec.decode_twist, codec.decode_clock),
-    *(codec.decode_door_reply, codec.decode_text),
+    *(codec.decode_scan, codec.decode_odometry, codec.decode_twist, codec.decode_twist_stamped, codec.decode_clock),
+    *(codec.decode_door_reply, codec.decode_text, codec.decode_transforms, codec.child_frame_of),
 )
 
 
@@ -139,6 +214,32 @@ def wire(_name: str, content: bytes, _folder: Path) -> None:
             decode(content)
         except codec.CodecError:
             continue
+    for tag in (CommandTag, ObservationTag):
+        try:
+            tag.decode(content, b"")
+        except codec.CodecError:
+            continue
+
+
+def operation(_name: str, content: bytes, _folder: Path) -> None:
+    try:
+        read_operation(content)
+    except OperationError as error:
+        refused = "\n" not in str(error)
+        assert refused
+
+
+SETUP, JOBS = Setup(time_limit=1.0), jobs_of(["right_hand"], ["corridor"], 2)
+
+
+def results(_name: str, content: bytes, folder: Path) -> None:
+    path = folder / "fuzz.jsonl"
+    path.write_bytes(content)
+    try:
+        Results(path, SETUP, JOBS)
+    except CommandError as error:
+        refused = "\n" not in str(error)
+        assert refused
 
 
 class Desk:
@@ -166,40 +267,58 @@ def recording(_name: str, content: bytes, folder: Path) -> None:
         assert refused
 
 
-TARGETS: dict[str, tuple[Callable[[str, bytes, Path], None], str, int]] = {
-    "machine": (machine, "machine", 300),
-    "editor": (editor, "machine", 200),
-    "suite": (suite, "suite", 600),
-    "scxml": (scxml, "scxml", 1000),
-    "maze": (maze, "maze", 200),
-    "profile": (profile, "profile", 1000),
-    "codec": (wire, "codec", 2000),
-    "question": (question, "question", 2000),
-    "recording": (recording, "recording", 500),
+TARGETS: dict[str, tuple[Callable[[str, bytes, Path], None], str]] = {
+    "machine": (machine, "machine"),
+    "editor": (editor, "machine"),
+    "server": (server, "server"),
+    "suite": (suite, "suite"),
+    "scxml": (scxml, "scxml"),
+    "maze": (maze, "maze"),
+    "profile": (profile, "profile"),
+    "codec": (wire, "codec"),
+    "question": (question, "question"),
+    "operation": (operation, "operation"),
+    "results": (results, "results"),
+    "recording": (recording, "recording"),
 }
-"""What is called, its folder of the corpus, and how many inputs are tried where nobody asks for more."""
+"""What is called, and its folder of the corpus."""
+
+
+def corpus(folder: str) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted((CORPUS / folder).iterdir())}
 
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_any_input_is_read_or_refused(target: str, tmp_path: Path) -> None:
-    read, folder, usual = TARGETS[target]
+    read, folder = TARGETS[target]
+    files, tried, begun = corpus(folder), 0, time.monotonic()
 
     @settings(
-        max_examples=int(ASKED or usual),
+        max_examples=-(-INPUTS // (BATCH - 4)),
+        phases=[Phase.generate, Phase.shrink],
         deadline=None,
         derandomize=SEED is None,
         database=None,
         suppress_health_check=list(HealthCheck),
     )
-    @given(mutated(folder))
-    def run(drawn: tuple[str, bytes]) -> None:
-        read(*drawn, tmp_path)
+    @given(st.binary(min_size=BATCH * SIZE, max_size=BATCH * SIZE))
+    def run(drawn: bytes) -> None:
+        nonlocal tried
+        for name, content in inputs(files, drawn):
+            tried += 1
+            try:
+                read(name, content, tmp_path)
+            except BaseException:
+                note(f"{name}: {content!r}")
+                raise
 
     (run if SEED is None else seed(int(SEED))(run))()
+    print(f"{target}: {tried} inputs, {tried / (time.monotonic() - begun):.0f} a second", flush=True)
+    assert tried >= INPUTS
 
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_the_corpus_itself_is_read(target: str, tmp_path: Path) -> None:
-    read, folder, _ = TARGETS[target]
-    for path in sorted((CORPUS / folder).iterdir()):
-        read(path.name, path.read_bytes(), tmp_path)
+    read, folder = TARGETS[target]
+    for name, content in corpus(folder).items():
+        read(name, content, tmp_path)

@@ -175,7 +175,7 @@ def test_times_are_checked_and_nothing_has_changed(time, error, words, machine):
         ("knock", TypeError, "events are a list of names: ['knock'], not 'knock'"),
         (["ring"], ValueError, "nobody declares an event `ring` for machine lamp; its events: knock"),
         (["knock", "k"], ValueError, "nobody declares an event `k`"),
-        ([7], TypeError, "the name of an event is a text, not 7 (int)"),
+        ([7], TypeError, "an event is a text or an Occurrence, not 7 (int)"),
     ],
 )
 def test_events_are_checked_and_nothing_has_changed(events, error, words, machine):

@@ -157,7 +157,11 @@ def test_logs_are_read_over():
     ("body", "code", "words"),
     [
         ('<state id="a"><onentry><script>x = 1</script></onentry></state>', "E0903", "<script>"),
-        ('<state id="a"><invoke type="http://x"/></state>', "E0903", "<invoke>"),
+        ('<state id="a"><invoke type="http://x"/></state>', "E0904", "http://x"),
+        ('<state id="a"><invoke/></state>', "E0909", "<invoke>"),
+        ('<invoke/><state id="a"/>', "E0903", "<invoke>"),
+        ('<state id="a"><invoke src="nowhere.scxml"/></state>', "E0902", "nowhere.scxml"),
+        ('<state id="a"><invoke><content><scxml/></content></invoke></state>', "E0909", "no state"),
         ('<datamodel><data id="x" expr="1"/></datamodel><state id="a"/>', "E0903", "<datamodel>"),
         ('<state id="a"><onentry><assign location="x" expr="1"/></onentry></state>', "E0903", "<assign>"),
         ('<state id="a"><onentry><if cond="true"/></onentry></state>', "E0903", "<if>"),

@@ -1,6 +1,7 @@
 """Charts with a data model: a safe subset of expressions, and what changes data and sends events."""
 
 import contextlib
+import json
 
 import pytest
 from hypothesis import given
@@ -228,8 +229,49 @@ def test_a_chart_with_data_says_what_cannot_be_done_with_it():
         write_text(model)
     with pytest.raises(MachineError, match="a data model"):
         to_machine_text(model)
-    with pytest.raises(SnapshotError, match="cannot be saved"):
-        build(model).start().snapshot()
+
+
+SAVED = """<scxml version="1.0" datamodel="ecmascript" name="c" binding="late">
+  <datamodel><data id="n" expr="0"/><data id="list" expr="[]"/></datamodel>
+  <state id="a">
+    <datamodel><data id="local" expr="n + 100"/></datamodel>
+    <transition event="add"><assign location="n" expr="n + 1"/>
+      <assign location="list" expr="list.concat([n])"/></transition>
+    <transition event="later"><send event="back" delay="2s"><param name="was" expr="list"/></send></transition>
+    <transition event="back"><assign location="list" expr="_event.data.was"/></transition>
+    <transition event="go" target="b"/>
+  </state>
+  <state id="b"><transition event="go" target="a"/></state></scxml>"""
+
+
+@given(st.lists(st.sampled_from(["add", "later", "go", "wait"]), max_size=12), st.integers(0, 12))
+def test_a_restored_run_with_data_goes_on_the_same(events, split):
+    machine = build(read_text(SAVED))
+    one, time = machine.start(), 0.0
+    other = one
+    for number, event in enumerate(events):
+        if number == split:
+            other = machine.restore(json.loads(json.dumps(one.snapshot())))
+        time += 1.5
+        for run in {id(one): one, id(other): other}.values():
+            run.step(time, [] if event == "wait" else [event])
+        assert one.snapshot() == other.snapshot()
+
+
+def test_a_chart_that_has_changed_keeps_its_data_if_it_has_the_same():
+    one = build(read_text(SAVED)).start()
+    one.step(1.0, ["add", "later"])
+    one.reload(build(read_text(SAVED.replace("n + 1", "n + 5"))))
+    one.step(2.0, ["add"])
+    assert one.snapshot()["data"]["values"]["n"] == 6
+    with pytest.raises(SnapshotError, match="do not have the same data: `list`"):
+        one.reload(build(read_text(SAVED.replace("list", "other"))))
+
+
+def test_a_snapshot_of_a_chart_with_other_data_is_refused():
+    saved = build(read_text(SAVED)).start().snapshot()
+    with pytest.raises(SnapshotError, match="do not have the same data"):
+        build(read_text(SAVED.replace("list", "other"))).restore(saved)
 
 
 def test_a_chart_that_names_a_data_model_and_uses_none_is_as_one_without():

@@ -38,10 +38,10 @@ def start(tmp_path):
     """Start ``maze-machine`` in a folder of the test's own; whatever still runs is killed at the end."""
     started = []
 
-    def run(*arguments, program="maze-machine"):
+    def run(*arguments, program=(BIN / "maze-machine",)):
         environment = {**os.environ, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
         process = subprocess.Popen(
-            [BIN / program, *map(str, arguments)],
+            [*program, *map(str, arguments)],
             cwd=tmp_path,
             env=environment,
             stdout=subprocess.PIPE,

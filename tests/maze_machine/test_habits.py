@@ -11,7 +11,6 @@ from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import shipped_machines
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import Mission, drive, prepare
-from maze_machine.drive.trace import trace_line
 from maze_machine.simulated.settings import simulator_settings
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.messages import STOP
@@ -66,7 +65,7 @@ def test_what_says_nothing_against_driving_does_not_stop_it(habit):
     row = habits.bare(NAMED[habit])
     assert (row.stood, row.moves) == (None, True)
     assert row.said == {"stamps 100 s back": "the robot's clock was set back"}.get(
-        habit, "the robot's clock stood still" if "0" in habit else ""
+        habit, "the robot's clock stopped" if "0" in habit else ""
     )
 
 
@@ -108,8 +107,8 @@ def test_the_machine_hears_of_it_and_goes_on_by_rule(tmp_path):
     assert all(tick.command.twist == STOP for tick in blind)
     assert [tick.configuration for tick in seen if tick.step.transitions] == [("waiting",), ("driven_on",)]
     assert seen[first.index].configuration == ("waiting",)
-    assert trace_line(mission.machine, first)["blind"] == first.blind
-    assert "blind" not in trace_line(mission.machine, seen[0])
+    assert first.line["blind"] == first.blind
+    assert "blind" not in seen[0].line
     assert seen[-1].command.twist.forward > 0.4
 
 

@@ -14,7 +14,7 @@ from hsm.model.types import Speed
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.loop import merged
 from maze_machine.drive.mission import Mission, drive
-from maze_machine.drive.trace import trace_line
+from maze_machine.drive.verdict import read_verdict
 from maze_machine.report.result import Result
 from transport.description import Laser
 from transport.messages import Command, Observation, Odometry, Pose, Scan, Twist
@@ -45,6 +45,14 @@ class Fail:
         raise RuntimeError("no legs")
 
 
+VERDICT = read_verdict(
+    {
+        **{"goal": "out", "solved": True, "escaped": True, "outcome": "escaped", "reason": "out", "line": "out"},
+        **{"time": 1.0, "path_length": 2.0, "clearance": None, "doors_opened": [], "contacts": []},
+    }
+)[0]
+
+
 @dataclass
 class Recorder:
     """A robot in empty space that stands still, whatever it is told."""
@@ -60,7 +68,7 @@ class Recorder:
 
     def report(self):
         assert not self.closed, "the referee is asked while the robot is still there"
-        return {"escaped": True}
+        return VERDICT
 
     def observe(self):
         assert not self.closed
@@ -120,7 +128,7 @@ def test_properties_are_watched_and_told_once(tmp_path):
     broken = "property short : after in(going), in(over) within 300 ms\n"
     text = GOING.replace("initial", held + broken + "initial", 1)
     lines, ours = [], mission(tmp_path, text)
-    ending = drive(ours, Recorder(), watchers=[lambda tick: lines.append(trace_line(ours.machine, tick))])
+    ending = drive(ours, Recorder(), watchers=[lambda tick: lines.append(tick.line)])
     assert [(k, line["violated"]) for k, line in enumerate(lines) if "violated" in line] == [(3, ["short"])]
     (told,) = ending.violations
     assert "test.maze-machine:4:" in told
@@ -167,7 +175,7 @@ def test_a_lost_link_or_a_watcher_that_fails_closes_the_robot_too(tmp_path):
 def test_the_referee_or_the_time_limit_may_end_a_run(tmp_path):
     robot = Recorder(finished_after=2)
     ending = drive(mission(tmp_path, GOING), robot, robot)
-    assert (ending.outcome, ending.ticks, ending.report) == (None, 2, {"escaped": True})
+    assert (ending.outcome, ending.ticks, ending.report) == (None, 2, VERDICT)
     assert ending.reason == "the referee ended the run"
     ending = drive(mission(tmp_path, GOING, time_limit=0.3), Recorder())
     assert (ending.outcome, ending.ticks) == (None, 4)
@@ -183,3 +191,28 @@ def test_what_holds_the_base_moves_it_and_any_may_ring(rings, holder, place):
     together = merged([*others[:place], holder, *others[place:]])
     assert together == Command(holder.twist, holder.ring or any(rings))
     assert merged([]) == Command()
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"time": "soon"}, {"time": math.inf}, {"time": -1.0}, {"solved": 1}, {"clearance": math.nan}, {"line": "x" * 1001},
+     {"doors_opened": "all"}, {"contacts": [1]}, {"seed": -5}, {"attempt": 10**30}, {"escaped": None}],
+)  # fmt: skip
+def test_a_verdict_that_cannot_be_read_is_said_to_be_so_and_the_run_keeps_its_result(tmp_path, changed):
+    class Absurd(Recorder):
+        def report(self):
+            return VERDICT | changed
+
+    robot = Absurd(finished_after=2)
+    ending = drive(mission(tmp_path, GOING), robot, robot)
+    assert (ending.ticks, ending.report) == (2, {})
+    shown = Result("going", {}, ending)
+    assert "cannot be read: `" + next(iter(changed)) in "\n".join(shown.lines())
+    assert shown.as_json()["verdict"] is None
+
+
+@pytest.mark.parametrize("name", [name for name in VERDICT if name not in ("maze", "seed", "attempt", "rings")])
+def test_a_verdict_lacks_nothing(name):
+    verdict, unread = read_verdict({key: value for key, value in VERDICT.items() if key != name})
+    assert not verdict
+    assert name in unread

@@ -1,5 +1,6 @@
 """What a terminal shows while a machine drives."""
 
+from dataclasses import replace
 from io import StringIO
 
 from rich.console import Console
@@ -30,3 +31,16 @@ def test_a_terminal_shows_time_state_position_and_speed():
 
 def test_nothing_else_is_written_to():
     assert shown(terminal=False) == ""
+
+
+def test_the_line_fits_a_terminal_of_80_columns_whatever_a_state_is_called():
+    profile, lines = load_profile(), []
+    progress = ProgressDisplay(Console(file=StringIO(), force_terminal=True, width=80))
+    robot = LockstepRobot(SimulatedWorld(find_maze("corridor"), profile.robot))
+
+    def note(tick):
+        lines.append(progress._line(replace(tick, leading="a.very.long.name." * 5 + "end"), 1e9).plain)
+
+    drive(prepare("pledge", profile, time_limit=0.5), robot, robot, [note])
+    assert lines
+    assert all(len(line) < 80 and "name.end" in line for line in lines)

@@ -7,10 +7,12 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from maze_machine.catalogue.project import find_project
+from maze_machine.catalogue.library import chosen_library, robot_names
+from maze_machine.catalogue.project import default_robot, find_project
 from maze_machine.catalogue.trust import is_trusted, require_trust, trust_file, trusted_folders
 from maze_machine.cli import app
 from maze_machine.errors import FileError, UsageError
+from transport.recording import read_recording
 
 
 @pytest.fixture(autouse=True)
@@ -213,3 +215,47 @@ def test_a_library_that_fails_is_reported_with_its_place(stranger, fault):
     assert status == 2
     assert "cannot be imported" in told
     assert "stranger.py" in told
+
+
+@pytest.fixture
+def own_robot(tmp_path):
+    """A project with a smaller robot and a maze of its own, and a machine that goes by the robot's size."""
+    folder = tmp_path / "own"
+    folder.mkdir()
+    (folder / "maze-machine.toml").write_text('robot = "small.toml"\nmaze = "corridor"\n', encoding="utf-8")
+    (folder / "small.toml").write_text(
+        '[robot]\nname = "small"\nfootprint = [[0.08, -0.08], [0.08, 0.08], [-0.08, 0.08], [-0.08, -0.08]]\n',
+        encoding="utf-8",
+    )
+    (folder / "wide.maze-machine").write_text(
+        "machine wide\n\ninitial go\n\nstate go\n    do drive(speed = 0.1 m/s)\n"
+        "    when distance.front < 1 m if robot.radius < 0.12 m -> over\n    on blocked -> over\n\nfinal over\n",
+        encoding="utf-8",
+    )
+    return folder
+
+
+def test_the_robot_and_the_maze_of_the_project_are_the_defaults(own_robot, tmp_path, monkeypatch):
+    _, told, error = run(
+        "run",
+        own_robot / "wide.maze-machine",
+        "--json",
+        "--no-picture",
+        "--time-limit",
+        1,
+        "--record",
+        tmp_path / "r.mcap",
+    )
+    assert json.loads(told)["verdict"]["maze"] == "corridor", error
+    recorded = read_recording(tmp_path / "r.mcap").run["profile"]
+    assert json.loads(recorded)["robot"]["name"] == "small"
+    monkeypatch.chdir(own_robot)
+    assert default_robot() == str(own_robot / "small.toml")
+    assert default_robot("pico") == "pico"
+    assert default_robot(near=str(tmp_path / "nowhere.maze-machine")) == str(own_robot / "small.toml")
+
+
+def test_constants_are_those_of_the_projects_robot(own_robot):
+    constants = chosen_library(None, own_robot / "wide.maze-machine").constants
+    assert constants["robot.radius"].value == pytest.approx(0.08 * 2**0.5)
+    assert constants["robot.speed"].value == robot_names().constants["robot.speed"].value

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from hsm.interchange.reports import model_json
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.cli import app
 from maze_machine.drive.mission import drive, prepare
@@ -26,7 +27,9 @@ from maze_machine.remote.messages import (
     encoded,
     read_operation,
 )
-from maze_machine.remote.opened import BACKLOG, OpenRun
+from maze_machine.remote.opened import OpenRun
+from maze_machine.remote.operated import BACKLOG, OperatedRun
+from maze_machine.remote.telling import Teller
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.connect import dialling, listening
 from transport.memory_bus import MemoryNetwork
@@ -64,12 +67,15 @@ def running(mission, *, pausable=True):
     """The mission in the corridor, in a thread of its own; its ticks, its run and a client of it."""
     network = MemoryNetwork()
     seen = []
-    with OpenRun(network.bus(), mission, pausable=pausable) as opened:
+    operated = OperatedRun(mission, pausable=pausable)
+    with OpenRun(network.bus(), mission, operated, model_json(mission.machine.model, mission.parameters)) as opened:
         client = RemoteMachine(network.bus(), mission.profile.robot.name)
         assert client.operate(Pause()).done == pausable
         world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
         robot = LockstepRobot(world)
-        work = threading.Thread(target=lambda: drive(mission, robot, robot, [seen.append, opened], operator=opened))
+        work = threading.Thread(
+            target=lambda: drive(mission, robot, robot, [seen.append, opened, operated], operator=operated)
+        )
         work.start()
         try:
             yield seen, client, work
@@ -116,7 +122,7 @@ def test_a_viewer_sees_the_machine_and_asks_why(mission):
         client.operate(AdvanceRun())
         step = next(steps)
         assert step["states"] == ["idle"]
-        assert step["doing"] == {"idle": "stop"}
+        assert step["activities"] == {"idle": {"text": "stop", "arguments": {}}}
         assert step["variables"] == {"heard": 0}
         client.operate(SendEvent(name="halt"))
         client.operate(AdvanceRun())
@@ -168,7 +174,7 @@ def test_any_question_is_an_operation_or_refused(payload):
         operation = read_operation(payload)
     except OperationError:
         return
-    assert operation.kind in ("event", "pause", "resume", "advance", "end")
+    assert operation.kind in ("event", "pause", "resume", "advance", "speed", "end")
 
 
 def test_a_schedule_sends_each_event_once_at_its_tick():
@@ -211,19 +217,130 @@ def test_a_watcher_looks_on_and_an_operator_operates(tmp_path, mission):
     make_certificates(tmp_path / "ca", access)
     alice, eve, olga = (Identity.at(tmp_path / "ca" / name) for name in ("alice", "eve", "olga"))
     endpoint = f"tls/localhost:{free_port()}"
-    with listening(endpoint, security=alice.listening()) as bus, OpenRun(bus, mission, pausable=True) as opened:
+    operated = OperatedRun(mission, pausable=True)
+    told = model_json(mission.machine.model, mission.parameters)
+    with listening(endpoint, security=alice.listening()) as bus, OpenRun(bus, mission, operated, told):
         with dialling(endpoint, security=eve.dialling()) as theirs:
             watcher = RemoteMachine(theirs, "pico", patience=5.0)
             assert watcher.model()["machine"] == "waiting"
             with pytest.raises(NoMachineError):
                 RemoteMachine(theirs, "pico", patience=0.5).operate(EndRun())
-        assert opened.ended == ""
+        assert operated.ended == ""
         with dialling(endpoint, security=olga.dialling()) as theirs:
             assert RemoteMachine(theirs, "pico", patience=5.0).operate(SendEvent(name="go")).done
-        assert list(opened.events(0, 0.0)) == ["go"]
+        assert list(operated.events(0, 0.0)) == ["go"]
 
 
 def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
+
+
+# What a machine sends to the machine of another robot.
+
+TALKER = """machine talker
+
+event go, claim(key : int)
+
+state a
+    do stop()
+    after 0.5 s -> b / send go, send claim(7)
+
+state b
+    after 0.5 s -> c / send go
+
+final c
+"""
+
+
+@pytest.fixture
+def talker(tmp_path):
+    path = tmp_path / "talker.maze-machine"
+    path.write_text(TALKER, encoding="utf-8")
+    return prepare(str(path), load_profile("pico"))
+
+
+def tell(talker, network, losses):
+    """Drive the talker, whose events go to the machine of the robot `pico`."""
+
+    @contextmanager
+    def dial():
+        yield network.bus()
+
+    lines = []
+    with Teller(dial, "pico", losses) as teller:
+        world = SimulatedWorld(find_maze("corridor"), talker.profile.robot, 0)
+        robot = LockstepRobot(world)
+        drive(talker, robot, robot, [teller, lambda tick: lines.append(tick.line)])
+    return [event for line in lines for event in line.get("sent", ())]
+
+
+def test_what_a_machine_sends_is_an_event_of_another_robots_machine(mission, talker):
+    network, losses, seen = MemoryNetwork(), [], []
+    operated = OperatedRun(mission, pausable=True)
+    with OpenRun(network.bus(), mission, operated, model_json(mission.machine.model, {})) as opened:
+        client = RemoteMachine(network.bus(), "pico")
+        client.operate(Pause())
+        world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
+        robot = LockstepRobot(world)
+        watchers = [seen.append, opened, operated]
+        work = threading.Thread(target=lambda: drive(mission, robot, robot, watchers, operator=operated))
+        work.start()
+        assert tell(talker, network, losses) == ["go", "claim(key = 7)", "go"]
+        client.operate(AdvanceRun(ticks=3))
+        until(lambda: any(tick.events for tick in seen))
+        client.operate(EndRun())
+        work.join(60)
+    assert losses == []
+    assert [event for tick in seen for event in tick.events] == ["go", "go"]  # it declares no `claim`
+
+
+def test_events_that_reach_nobody_are_told(talker):
+    losses = []
+    assert tell(talker, MemoryNetwork(), losses) == ["go", "claim(key = 7)", "go"]
+    assert losses == ["3 events did not reach pico: no machine that drives `pico` answers"]
+
+
+@pytest.mark.parametrize("other", ["pico", "@tcp/127.0.0.1:1", "pico@"])
+def test_whom_to_tell_is_a_robot_and_an_endpoint(other):
+    result = CliRunner().invoke(app, ["run", "pledge", "--no-picture", "--tell", other])
+    assert result.exit_code == 2
+    assert "write ROBOT@ENDPOINT" in result.output
+
+
+def test_a_machine_with_members_is_not_run_on_one_robot(tmp_path):
+    (tmp_path / "talker.maze-machine").write_text(TALKER, encoding="utf-8")
+    pair = tmp_path / "pair.maze-machine"
+    pair.write_text("machine pair\nimport talker\nparallel both\n    member a1 = talker()\n    member a2 = talker()\n")
+    with pytest.raises(UsageError, match=r"machine pair has members \(a1, a2\)"):
+        prepare(str(pair), load_profile("pico"))
+
+
+def test_a_run_that_stands_still_keeps_its_robot_and_another_pace_is_kept(mission, monkeypatch):
+    monkeypatch.setattr("maze_machine.remote.operated.KEEP", 0.01)
+    kept, seen = threading.Event(), []
+    operated = OperatedRun(mission, pausable=False)
+    assert json.loads(operated.answer(b'{"kind":"pause"}'))["done"] is False
+    operated.drives(waits=True, keep=kept.set)
+    assert json.loads(operated.answer(b'{"kind":"pause"}'))["done"] is True
+    world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
+    robot = LockstepRobot(world)
+    work = threading.Thread(target=lambda: drive(mission, robot, robot, [seen.append, operated], operator=operated))
+    work.start()
+    assert kept.wait(30.0), "the robot hears of a run that stands still"
+    assert len(seen) == 1
+    assert json.loads(operated.answer(b'{"kind":"speed","factor":0.001}'))["done"] is True
+    assert json.loads(operated.answer(b'{"kind":"resume"}'))["done"] is True
+    until(lambda: len(seen) == 2)
+    threading.Event().wait(0.05)
+    assert len(seen) == 2, "a tick takes 100 s at this pace"
+    assert json.loads(operated.answer(b'{"kind":"speed","factor":null}'))["done"] is True
+    work.join(60)
+    assert not work.is_alive()
+
+
+@pytest.mark.parametrize("factor", ["0", "-1", "1e9", '"x"', "1e999"])
+def test_a_pace_that_is_none_is_refused(mission, factor):
+    operated = OperatedRun(mission, pausable=True)
+    assert json.loads(operated.answer(b'{"kind":"speed","factor":' + factor.encode() + b"}"))["done"] is False

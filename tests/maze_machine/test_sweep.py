@@ -6,6 +6,7 @@ import os
 import resource
 import signal
 import socket
+import sys
 import time
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from transport.files import locked
 
 SETUP = Setup(time_limit=4.0)
 LIMIT = 60.0
+DASK = sys.executable, "-m", "dask"
 
 
 @pytest.fixture
@@ -345,10 +347,10 @@ def cluster(start):
     address = f"tcp://127.0.0.1:{port}"
 
     def scheduler():
-        return start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard", program="dask")
+        return start("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard", program=DASK)
 
     def worker():
-        return start("worker", address, "--host", "127.0.0.1", "--nthreads", 1, "--no-dashboard", program="dask")
+        return start("worker", address, "--host", "127.0.0.1", "--nthreads", 1, "--no-dashboard", program=DASK)
 
     return address, scheduler, worker
 

@@ -1,4 +1,4 @@
-"""Style, types and the import table hold for the whole project."""
+"""Style, types, the import table and the list of phrases to avoid hold for the whole project."""
 
 import re
 import subprocess
@@ -14,6 +14,7 @@ CHECKS = {
     "style": ["-m", "ruff", "check", "--no-cache", "."],
     "format": ["-m", "ruff", "format", "--no-cache", "--check", "."],
     "types": ["-m", "mypy"],
+    "prose": ["scripts/prose.py"],
     "imports": ["-c", "from importlinter.cli import lint_imports_command; lint_imports_command()", "--no-cache"],
 }
 
@@ -53,3 +54,26 @@ def test_a_module_stays_small_enough_to_be_read():
         if (lines := len(path.read_text(encoding="utf-8").splitlines())) > 600
     }
     assert longest == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "found"),
+    [
+        ("a.py", '"""The robot is told to move."""\nTOLD = "findings"\n', 1),
+        ("a.py", "# what stands behind it\nstands = 1\n", 1),
+        ("a.md", "The robot stands.\n\n```text\nThe robot stands.\n```\n\n`stands` is code.\n", 1),
+        ("a.maze-machine", "# it stands there\nmachine stands\n", 1),
+        ("a.md", "The robot stops, and the command reports why.\n", 0),
+    ],
+)
+def test_phrases_are_found_in_prose_only(name, text, found, tmp_path):
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "scripts/prose.py", str(tmp_path / name)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (bool(done.stdout), done.returncode) == (bool(found), int(bool(found))), done.stdout

@@ -15,8 +15,24 @@ import pytest
 from maze_machine.catalogue.machines import SHIPPED
 
 ROOT = Path(__file__).parents[2]
-PAGES = ("../README.md", "tutorial.md", "explanation/loop.md", "explanation/skills.md", "how-to/maps-and-recordings.md")
-BLOCK = re.compile(r"^```(\S+)(?: file=(\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+PAGES = (
+    "../README.md",
+    "tutorial.md",
+    "how-to/campaigns.md",
+    "how-to/ci.md",
+    "how-to/from-behavior-trees.md",
+    "how-to/from-scxml.md",
+    "how-to/from-transitions.md",
+    "how-to/proving.md",
+    "how-to/python.md",
+    "how-to/replay.md",
+    "explanation/loop.md",
+    "explanation/messages.md",
+    "explanation/skills.md",
+    "how-to/maps-and-recordings.md",
+    "how-to/own-robot.md",
+)
+BLOCK = re.compile(r"^```(\S+)(?: title=\"(\S+)\")?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LIMIT = 120
 
 
@@ -29,6 +45,7 @@ def test_a_page_does_what_it_says(page, tmp_path):
         "PYTHONPATH": str(ROOT),
         "MACHINES": str(SHIPPED),
         "COLUMNS": "120",
+        "XDG_CONFIG_HOME": str(tmp_path / "configuration"),
     }
     background = []
     try:
@@ -64,7 +81,7 @@ def test_a_page_does_what_it_says(page, tmp_path):
 
 def test_the_python_of_the_readme_runs(tmp_path):
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    ((name, machine),) = re.findall(r"^```maze-machine file=(\S+)\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)
+    ((name, machine),) = re.findall(r"^```maze-machine title=\"(\S+)\"\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)
     (tmp_path / name).write_text(machine, encoding="utf-8")
     (program,) = re.findall(r"^```python\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)
     done = subprocess.run(
@@ -76,7 +93,15 @@ def test_the_python_of_the_readme_runs(tmp_path):
         timeout=LIMIT,
         check=True,
     )
-    assert done.stdout == "patrol ['driving', 'turning', 'stuck']\n"
+    assert done.stdout == "['driving']\n('driving',) -> ('turning',)\n"
+
+
+def test_the_files_of_the_own_robot_are_an_example():
+    page = (ROOT / "docs" / "how-to" / "own-robot.md").read_text(encoding="utf-8")
+    shown = {name: text for _, name, text in BLOCK.findall(page) if name}
+    folder = ROOT / "examples" / "dock_robot"
+    assert shown == {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()}
+    assert len(shown["drive.py"].splitlines()) <= 20
 
 
 def alike(expected, shown):

@@ -67,7 +67,7 @@ def test_standing_still_does_not_drift():
 
 def test_slip_makes_the_wheels_miss_motion():
     ends = []
-    for stream in streams(40):
+    for stream in streams(300):
         odometry = WheelOdometry(Holonomic(), OdometryNoise(scale=0.0, slip=0.05), stream)
         start = odometry.reading(0).pose
         ends.append(in_start_frame(start, drive(odometry, Twist(0.5, 0.0, 0.0), 10))[0])

@@ -161,7 +161,7 @@ def test_what_makes_no_sense_is_refused_with_the_argument_s_name(name, value):
             LIBRARY.activities[name].factory(**(required | {parameter.name: value}))
 
 
-SIGNED = ("angle", "bearing", "left")
+SIGNED = ("angle", "bearing", "left", "x", "y", "heading")
 """Parameters that may be negative."""
 
 

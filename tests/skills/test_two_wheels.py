@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from sim.maze import MazeDoor
+from sim.maze import MazeDoor, MovingObject
 from skills.activities.advance import Advance
 from skills.activities.align import Align
 from skills.activities.arc import Arc
@@ -29,6 +29,7 @@ CIRCLE = tuple((0.2 * math.cos(angle), 0.2 * math.sin(angle)) for angle in (math
 BOX = RobotDescription.model_validate({"base": "differential"})
 ROUND = RobotDescription.model_validate({"base": "differential", "footprint": CIRCLE})
 HOLONOMIC = RobotDescription()
+BOX_OF_60_CM = ((0.3, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.3, -0.3))
 
 
 @pytest.fixture(params=[BOX, ROUND], ids=["box", "round"])
@@ -201,3 +202,11 @@ def test_a_straight_path_is_followed(robot):
     poses = list(driven(steering_of(robot, SkillSettings()), robot, asked, Pose(0, 0.2, -0.3), 100))
     assert all(abs(pose.y) < 0.03 and abs(pose.heading) < 0.05 for pose in poses if pose.x > 1.5)
     assert poses[-1].x > 3.0
+
+
+def test_a_turn_waits_until_what_comes_on_ahead_has_come(world, corridor, drive, robot):
+    crate = MovingObject("crate", BOX_OF_60_CM, ((0.6, 0.0), (0.2, 0.0)), speed=0.1, near=5.0)
+    done = drive(Rotate(math.pi), world(corridor(1.0), Pose(0, 0), objects=[crate]), limit=15, robot=robot)
+    assert done.outcome == "done"
+    assert not done.touched
+    assert done.end.x < -0.2

@@ -47,7 +47,7 @@ def test_the_access_file_is_one(tmp_path: Path) -> None:
 
 
 def test_the_profile_of_a_ros_2_robot_is_one(tmp_path: Path) -> None:
-    (text,) = re.findall(r"```toml file=burger.toml\n(.*?)```", ROS2.read_text(encoding="utf-8"), re.DOTALL)
+    (text,) = re.findall(r"```toml title=\"burger.toml\"\n(.*?)```", ROS2.read_text(encoding="utf-8"), re.DOTALL)
     (tmp_path / "burger.toml").write_text(text)
     profile = load_profile(str(tmp_path / "burger.toml"))
     assert (profile.robot.topics_below, profile.link.command_type) == ("", "TwistStamped")

@@ -5,7 +5,9 @@ import math
 import sqlite3
 import struct
 import tracemalloc
+from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -202,9 +204,8 @@ def test_scans_of_other_habits_are_put_in_order(tmp_path):
 def record(path, ticks=20, setting=None, pose=None):
     with Recorder(path, "toy", {"machine": "toy"}, setting=setting, patience=10.0) as recorder:
         for observation, command in sensed(ticks):
-            regions = {"toy": "wandering"}
-            where = pose and pose(observation)
-            recorder.record(observation, command, {"states": ["a"]}, pose=where, regions=regions)
+            step = partial(dict, states=["a"], regions={"toy": "wandering"})
+            recorder.record(observation, command, step, pose=pose and pose(observation))
     return path
 
 
@@ -399,7 +400,7 @@ TOLD = {"stamp": 0, "door": None, "link": {}, "ring": False, "answers": 0, "step
         ("{}", "is missing"),
         (json.dumps({**TOLD, "step": [1, 2]}), "`step`"),
         (json.dumps({**TOLD, "step": {"states": "abc"}}), "must be"),
-        (json.dumps({**TOLD, "step": {"reasons": [[[]]]}}), "must be"),
+        (json.dumps({**TOLD, "step": {"taken": [[[]]]}}), "must be"),
         (json.dumps({**TOLD, "step": {"x": json.loads("[" * 20 + "]" * 20)}}), "deeper than 8"),
         (json.dumps({**TOLD, "stamp": 2**70}), "stamp"),
         (json.dumps({**TOLD, "stamp": -1}), "stamp"),
@@ -438,7 +439,7 @@ def test_a_database_with_other_tables_is_refused(tmp_path, monkeypatch):
         ),
     ):
         path = tmp_path / f"{name}.db3"
-        with sqlite3.connect(path) as database:
+        with closing(sqlite3.connect(path)) as database:
             database.executescript(script + "CREATE TABLE filler (a);")
         with pytest.raises(RecordingError, match=r"no rosbag2 database|has no"):
             read_recording(path)

@@ -1,4 +1,4 @@
-"""The guard on the robot's side, to the millisecond: lease, dead man, age of answers, limits."""
+"""The guard on the robot's side, to the millisecond: lease, command time-out, age of answers, limits."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_a_stop_is_latched_until_the_lease_is_taken_anew(driven: Driven) -> None
     driven.show()
     assert driven.send()
     assert driven.guard.twist() == FORWARD
-    assert driven.reasons() == {"stopped by the dead man": 1}
+    assert driven.reasons() == {"stopped by the command time-out": 1}
 
 
 def test_a_late_command_does_not_slip_past_a_dead_man_that_nobody_looked_at(driven: Driven) -> None:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -32,7 +33,7 @@ def record(path: Path, ticks: int = 60, seed: int = 3) -> list[tuple[Observation
             observation = robot.observe()
             command = wander(observation)
             rows.append((observation, command, {"states": ["a", "b"], "tick": index}))
-            recorder.record(*rows[-1])
+            recorder.record(observation, command, partial(dict, rows[-1][2]))
             robot.command(command)
     assert recorder.lost == 0
     return rows

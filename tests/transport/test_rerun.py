@@ -23,7 +23,7 @@ def test_rerun_reads_every_topic(tmp_path):
     with Recorder(tmp_path / "run.mcap", "toy", setting=setting, patience=10.0) as recorder:
         for _ in range(20):
             observation = robot.observe()
-            recorder.record(observation, wander(observation), pose=Pose(), regions={"toy": "wandering"})
+            recorder.record(observation, wander(observation), lambda: {"regions": {"toy": "wandering"}}, pose=Pose())
             robot.command(wander(observation))
     environment = {**os.environ, "DO_NOT_TRACK": "1", "RERUN_ANALYTICS_DISABLED": "1"}
 

@@ -7,12 +7,16 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from programs import LIMIT, command
 from toy_world import GEOMETRY
 
+from perception import Perception
+from skills.activities.navigate_to_pose import NavigateToPose
 from transport import codec
 from transport.connect import dialling, open_robot, routing
 from transport.description import RobotDescription
@@ -26,7 +30,14 @@ with warnings.catch_warnings():
     from zenoh_ros2_sdk import discovery, message_registry
     from zenoh_ros2_sdk.session import ZenohSession
 
-KINDS = (codec.LASER_SCAN, codec.ODOMETRY, codec.TWIST, codec.TWIST_STAMPED)
+KINDS = (
+    codec.LASER_SCAN,
+    codec.ODOMETRY,
+    codec.TWIST,
+    codec.TWIST_STAMPED,
+    "geometry_msgs/msg/PoseStamped",
+    "unique_identifier_msgs/msg/UUID",
+)
 NAMELESS = RobotDescription(name="toy", namespace="")
 
 
@@ -194,6 +205,99 @@ def test_a_robot_of_the_sdk_is_driven_by_us(endpoint: str, place: dict[str, obje
                 until(driven)
                 controlled.close()
                 until(lambda: robot.told[-1] == STOP.forward)
+        finally:
+            robot.over.set()
+            robot.join(LIMIT)
+
+
+class SdkNavigation:
+    """A navigation of the SDK's: the three services of the action, whose results wait until it is told to give them."""
+
+    GOAL_ID = "unique_identifier_msgs/UUID goal_id\n"
+    PARTS: ClassVar[dict[str, tuple[str, str, str]]] = {
+        "send_goal": (
+            "nav2_msgs/action/NavigateToPose_SendGoal",
+            f"{GOAL_ID}geometry_msgs/PoseStamped pose\nstring behavior_tree\n",
+            "bool accepted\nbuiltin_interfaces/Time stamp\n",
+        ),
+        "get_result": (
+            "nav2_msgs/action/NavigateToPose_GetResult",
+            GOAL_ID,
+            "int8 status\nuint16 error_code\nstring error_msg\n",
+        ),
+        "cancel_goal": (
+            "action_msgs/srv/CancelGoal",
+            f"{GOAL_ID}builtin_interfaces/Time stamp\n",
+            "int8 return_code\nuint32 none\n",
+        ),
+    }
+
+    def __init__(self, place: dict[str, object]) -> None:
+        for kind in ("unique_identifier_msgs/msg/UUID", "geometry_msgs/msg/PoseStamped"):
+            ZenohSession.get_instance(**place).register_message_type(None, kind)
+        self.servers = {}
+        for at, (name, (kind, request, response)) in enumerate(self.PARTS.items()):
+            self.servers[name] = sdk.ROS2ServiceServer(
+                f"/navigate_to_pose/_action/{name}",
+                kind,
+                request_definition=request,
+                response_definition=response,
+                type_hash=f"RIHS01_{at:064x}",  # of whatever distribution: it is read, not made up
+                mode="queue",
+                **place,
+            )
+
+    def take(self, name: str) -> tuple[object, object]:
+        return self.servers[name].take_request(timeout=LIMIT)
+
+    def answer(self, name: str, key: object, **fields: object) -> None:
+        self.servers[name].send_response(key, self.servers[name].response_msg_class(**fields))
+
+
+def test_a_navigation_of_the_sdk_is_given_goals_by_a_machine_s_activity(
+    endpoint: str, place: dict[str, object]
+) -> None:
+    time_of_day = codec.MESSAGES["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
+    with routing(endpoint):
+        robot, navigation = Robot(place), SdkNavigation(place)
+        robot.start()
+        try:
+            with dialling(endpoint) as bus:
+                controlled = open_robot(bus, NAMELESS, LinkSettings(keys="rmw_zenoh", connect=20.0))
+                activity = NavigateToPose(1.5, -0.5)
+                perception = Perception(NAMELESS)
+
+                def tick() -> str | None:
+                    effect = activity.tick(perception.facts(controlled.observe()))
+                    controlled.command(effect if isinstance(effect, Command) else Command())
+                    return None if isinstance(effect, Command) else effect.name
+
+                with ThreadPoolExecutor() as beside:
+                    goal = beside.submit(navigation.take, "send_goal")
+                    until(lambda: tick() is None and goal.done())
+                    key, asked = goal.result()
+                    assert (asked.pose.header.frame_id, asked.pose.pose.position.x) == ("map", 1.5)
+                    driven = len(robot.told)
+                    navigation.answer("send_goal", key, accepted=True, stamp=time_of_day)
+                    result = beside.submit(navigation.take, "get_result")
+                    until(lambda: tick() is None and result.done())
+                    key, waiting = result.result()
+                    assert bytes(waiting.goal_id.uuid) == bytes(asked.goal_id.uuid)
+                    assert len(robot.told) == driven  # who navigates drives, nobody else
+                    navigation.answer("get_result", key, status=4, error_code=0, error_msg="")
+                    assert until(tick) == "done"
+                    # Another one, which the run's end gives up.
+                    activity = NavigateToPose(2.0, 0.0)
+                    goal = beside.submit(navigation.take, "send_goal")
+                    until(lambda: tick() is None and goal.done())
+                    navigation.answer("send_goal", goal.result()[0], accepted=True, stamp=time_of_day)
+                    cancel = beside.submit(navigation.take, "cancel_goal")
+                    result = beside.submit(navigation.take, "get_result")
+                    until(lambda: tick() is None and result.done())
+                    controlled.close()
+                    key, given_up = cancel.result()
+                    assert bytes(given_up.goal_id.uuid) == bytes(goal.result()[1].goal_id.uuid)
+                    navigation.answer("cancel_goal", key, return_code=0, none=0)
         finally:
             robot.over.set()
             robot.join(LIMIT)

@@ -87,10 +87,19 @@ class _Writer:
 
     def actions(self) -> str:
         kinds = {
-            "n += 1": 3, "n = 0": 1, "n = steps": 1, "n -= 1": 1, "d = ahead": 2, "d += 0.1 m": 1,
-            "seen = space.left": 1, "hue = light": 1, "raise tick": 1, f"seen = {self.condition()}": 1, "log(n)": 1,
+            "n += 1": 3,
+            "n = 0": 1,
+            "n = steps": 1,
+            "n -= 1": 1,
+            "d = ahead": 2,
+            "d += 0.1 m": 1,
+            "seen = space.left": 1,
+            "hue = light": 1,
+            "raise tick": 1,
+            f"seen = {self.condition()}": 1,
+            "log(n)": 1,
             f"raise late after {self.draw.choice(_DURATIONS)}": 1,
-        }  # fmt: skip
+        }
         if self.chance(0.6):
             return ""
         chosen = self.draw.choices(list(kinds), list(kinds.values()), k=self.draw.choice((1, 1, 2)))
@@ -100,8 +109,14 @@ class _Writer:
         self.lines = [f"machine {name}", ""]
         if part is not None:
             self.lines.append(f"import {part}")
-        self.lines += ["event go, back, tick, late", "var n : int = 0", "var d : length = 0 m", "var seen : bool = false",
-                       "var hue : Light = red", "PROPERTIES"]  # fmt: skip
+        self.lines += [
+            "event go, back, tick, late",
+            "var n : int = 0",
+            "var d : length = 0 m",
+            "var seen : bool = false",
+            "var hue : Light = red",
+            "PROPERTIES",
+        ]
         if two_regions:
             self.lines.append("parallel both")
             for region in ("one", "two"):
@@ -119,8 +134,11 @@ class _Writer:
         self.count += len(names)
         compound = self.draw.choice(names) if self.chance(0.35) and self.count < 9 else None
         final = f"{self.prefix}over" if self.chance(0.3) and indent in (0,) else None
-        targets = [*names, *([f"{compound}.history"] if compound is not None and self.chance(0.7) else []),
-                   *([final] if final else [])]  # fmt: skip
+        targets = [
+            *names,
+            *([f"{compound}.history"] if compound is not None and self.chance(0.7) else []),
+            *([final] if final else []),
+        ]
         pad = " " * indent
         self.lines.append(f"{pad}initial {names[0]}")
         instance = self.draw.choice(names[1:]) if part is not None else None
@@ -247,8 +265,11 @@ class RandomRuns:
         model = machine.model
         conditions = [*expressions_of(model)]
         for stated in model.properties:
-            conditions += [getattr(stated.claim, name) for name in ("condition", "trigger", "response", "first", "then")
-                           if hasattr(stated.claim, name)]  # fmt: skip
+            conditions += [
+                getattr(stated.claim, name)
+                for name in ("condition", "trigger", "response", "first", "then")
+                if hasattr(stated.claim, name)
+            ]
         asked = {
             part.signal.name: part.signal
             for one in conditions

@@ -24,6 +24,8 @@ def test_loaded(load_machine):
 def test_in_a_maze(run_in_maze):
     ending = run_in_maze("right_hand", "corridor", time_limit=1)
     assert ending.ticks >= 10
+    there = run_in_maze("right_hand", "corridor", time_limit=9, start="0.5 0.5 90", goal="0.5 1.2 0.2")
+    assert there.report["solved"] and there.duration < 5
 """
 
 

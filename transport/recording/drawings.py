@@ -5,7 +5,6 @@ Sources: the message definitions of ROS 2 Humble.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from transport import codec
+from transport.arithmetic import cos, sin
 from transport.messages import Pose
 
 GRID = "nav_msgs/msg/OccupancyGrid"
@@ -89,5 +89,5 @@ def encode_points(points: NDArray[np.float32], stamp: int) -> bytes:
 def _pose(pose: Pose) -> Any:
     half = pose.heading / 2
     place = codec.MESSAGES["geometry_msgs/msg/Point"](pose.x, pose.y, 0.0)
-    turn = codec.MESSAGES["geometry_msgs/msg/Quaternion"](0.0, 0.0, math.sin(half), math.cos(half))
+    turn = codec.MESSAGES["geometry_msgs/msg/Quaternion"](0.0, 0.0, sin(half), cos(half))
     return codec.MESSAGES["geometry_msgs/msg/Pose"](place, turn)

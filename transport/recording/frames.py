@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from transport import codec
+from transport.arithmetic import atan2, cos_sin
 from transport.messages import Pose, wrap_angle
 from transport.recording.messages import RecordedMessage
 
@@ -44,7 +44,7 @@ def pose_of(frame: str, reference: str, transforms: Sequence[codec.Transform]) -
         before = len(poses)
         for one in transforms:
             parent, child = _plain(one.parent), _plain(one.child)
-            pose = Pose(one.x, one.y, 2 * math.atan2(one.qz, one.qw))
+            pose = Pose(one.x, one.y, 2 * atan2(one.qz, one.qw))
             if parent in poses and child not in poses:
                 poses[child] = placed(pose, poses[parent])
             elif child in poses and parent not in poses:
@@ -55,14 +55,14 @@ def pose_of(frame: str, reference: str, transforms: Sequence[codec.Transform]) -
 
 def placed(pose: Pose, frame: Pose) -> Pose:
     """A pose that is given in a frame, where that frame's own pose is given."""
-    cos, sin = math.cos(frame.heading), math.sin(frame.heading)
+    cos, sin = cos_sin(frame.heading)
     x, y = frame.x + cos * pose.x - sin * pose.y, frame.y + sin * pose.x + cos * pose.y
     return Pose(x, y, wrap_angle(frame.heading + pose.heading))
 
 
 def inverse(pose: Pose) -> Pose:
     """The pose of the frame in what is placed in it."""
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    cos, sin = cos_sin(pose.heading)
     return Pose(-cos * pose.x - sin * pose.y, sin * pose.x - cos * pose.y, -pose.heading)
 
 

@@ -29,6 +29,8 @@ from transport.recording.values import RecordingError
 
 RUN = "run"
 """Name of the metadata record that describes a run of this program."""
+ENDING = "ending"
+"""Name of the metadata record that says how it ended."""
 LARGEST_RECORD = 64 * 1024 * 1024
 """Records, chunks and messages are not larger than this, bytes."""
 LARGEST = 4 * 1024**3
@@ -39,7 +41,7 @@ MCAP, SQLITE, ZSTD, ROS1 = b"\x89MCAP0\r\n", b"SQLite format 3\0", b"\x28\xb5\x2
 SUFFIXES = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 """How the files of a rosbag2 folder end."""
 STEPS = 50_000_000
-"""After so many steps of the database's machine without a row a question to it is given up."""
+"""After this many steps of the database's machine without a row a question to it is given up."""
 
 # What a reader stumbles over at a cut or at nonsense depends on the record.
 BROKEN = (
@@ -79,10 +81,12 @@ class Messages(Protocol):
 
     Attributes:
         run: after that, what this program wrote about its run; empty where it did not.
+        ending: after that, what it wrote about the run's end.
         complete: after that, whether the file was whole.
     """
 
     run: Mapping[str, str]
+    ending: Mapping[str, str]
     complete: bool
 
     def __iter__(self) -> Iterator[RecordedMessage]:
@@ -128,6 +132,7 @@ class _Folder:
 
     def __init__(self, parts: list[Messages]) -> None:
         self.run: Mapping[str, str] = {}
+        self.ending: Mapping[str, str] = {}
         self.complete = False
         self._parts = parts
 
@@ -135,6 +140,7 @@ class _Folder:
         for part in self._parts:
             yield from part
             self.run = part.run or self.run
+            self.ending = part.ending or self.ending
         self.complete = all(part.complete for part in self._parts)
 
 
@@ -156,6 +162,7 @@ class _McapFile:
 
     def __init__(self, path: Path) -> None:
         self.run: Mapping[str, str] = {}
+        self.ending: Mapping[str, str] = {}
         self.complete = False
         self._path = path
         self._kinds: dict[int, str] = {}
@@ -174,6 +181,8 @@ class _McapFile:
                     self._topics[record.id] = record.topic, kind if cdr else f"{record.message_encoding} {kind}"
                 elif isinstance(record, Metadata) and record.name == RUN:
                     self.run = dict(record.metadata)
+                elif isinstance(record, Metadata) and record.name == ENDING:
+                    self.ending = dict(record.metadata)
                 elif isinstance(record, Record) and record.channel_id in self._topics:
                     topic, kind = self._topics[record.channel_id]
                     yield RecordedMessage(topic, _long(kind), record.log_time, record.data)
@@ -231,6 +240,7 @@ class _Database:
 
     def __init__(self, path: Path) -> None:
         self.run: Mapping[str, str] = {}
+        self.ending: Mapping[str, str] = {}
         self.complete = False
         self._path = path
 
@@ -240,7 +250,7 @@ class _Database:
         try:
             with closing(sqlite3.connect(location, uri=True)) as database:
                 database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_RECORD)
-                # A view that never ends could stand in for a table.
+                # A view that never ends could be in for a table.
                 database.set_progress_handler(lambda: 1, STEPS)
                 for topic, kind, form, at, data in database.execute(_QUESTION):
                     database.set_progress_handler(lambda: 1, STEPS)
@@ -268,6 +278,7 @@ class _Compressed:
 
     def __init__(self, path: Path) -> None:
         self.run: Mapping[str, str] = {}
+        self.ending: Mapping[str, str] = {}
         self.complete = False
         self._path = path
 
@@ -280,7 +291,7 @@ class _Compressed:
             if isinstance(inner, _Compressed):
                 raise RecordingError("is compressed twice")
             yield from inner
-            self.run, self.complete = inner.run, inner.complete
+            self.run, self.ending, self.complete = inner.run, inner.ending, inner.complete
 
     @staticmethod
     def _unpack(packed: IO[bytes], file: IO[bytes]) -> None:

@@ -23,8 +23,10 @@ from transport.messages import (
     Command,
     DoorReply,
     LinkStatus,
+    Navigation,
     Observation,
     Odometry,
+    Pose,
     Scan,
     ScanGeometry,
     Twist,
@@ -40,7 +42,7 @@ MOST_BYTES = 1_000_000_000
 MOST_TICKS = 1_000_000
 """A recording has no more ticks, more than a day at 10 Hz."""
 GAP = 10 * NANOSECONDS
-"""For so long a controller would have waited for the next message, ns."""
+"""For this long a controller would have waited for the next message, ns."""
 DEEPEST = 8
 """What a recorded step says is not nested deeper."""
 PERIOD = 0.1
@@ -60,6 +62,8 @@ class _Told:
     answers: Annotated[int, Field(ge=0, lt=2**63)]
     step: dict[str, Any]
     door: DoorReply | None = None
+    goal: Pose | None = None
+    navigation: Navigation | None = None
 
 
 _TOLD = TypeAdapter(_Told)
@@ -102,7 +106,7 @@ class _Wanted:
                 if left < 0:
                     raise RecordingError(f"has more than {MOST_BYTES // 1_000_000} MB of scans and odometry")
                 self.messages.append(message)
-        self.run, self.complete = source.run, source.complete
+        self.run, self.ending, self.complete = source.run, source.ending, source.complete
         if not self.heard:
             cut = "" if self.complete else ": it was cut off before the first chunk was written"
             raise RecordingError(f"holds no message{cut}")
@@ -130,7 +134,15 @@ def _own(wanted: _Wanted) -> Recording:
     topics = Topics(f"{prefix}scan", f"{prefix}odom", f"{prefix}cmd_vel")
     laser = ticks[0].observation.scan.geometry
     return Recording(
-        robot, wanted.run, ticks, wanted.complete, own=True, topics=topics, laser=laser, heard=wanted.heard
+        robot,
+        wanted.run,
+        ticks,
+        wanted.complete,
+        own=True,
+        topics=topics,
+        laser=laser,
+        heard=wanted.heard,
+        ending=wanted.ending,
     )
 
 
@@ -152,8 +164,8 @@ def _own_ticks(wanted: _Wanted, prefix: str) -> Iterator[RecordedTick]:
                     # A recording that begins at the time of day has all its stamps later by the same time.
                     later = message.stamp - told.stamp
                     seen = replace(scan, stamp=scan.stamp - later), replace(odometry, stamp=odometry.stamp - later)
-                    observation = Observation(told.stamp, *seen, told.door, told.link)
-                    yield RecordedTick(observation, Command(twist, told.ring, told.answers), told.step)
+                    observation = Observation(told.stamp, *seen, told.door, told.link, told.navigation)
+                    yield RecordedTick(observation, Command(twist, told.ring, told.answers, told.goal), told.step)
         except codec.CodecError as error:
             raise RecordingError(f"is spoilt: {error}") from None
 
@@ -161,7 +173,7 @@ def _own_ticks(wanted: _Wanted, prefix: str) -> Iterator[RecordedTick]:
 def _told(text: str) -> _Told:
     try:
         told = _TOLD.validate_python(json.loads(text))
-        for name in ("states", "taken", "reasons"):
+        for name in ("states", "taken"):
             _WORDS.validate_python(told.step.get(name, []))
     except ValidationError as error:
         raise RecordingError(f"has a tick that is none: {in_words(error.errors()[0])}") from None

@@ -9,42 +9,41 @@ the state of each region besides. The key-by-key list is in ``docs/reference/lin
 from __future__ import annotations
 
 import json
-import math
 import queue
 import re
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from threading import Thread
 from types import TracebackType
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from mcap.writer import CompressionType, Writer
 from numpy.typing import NDArray
 
 from transport import codec
-from transport.arithmetic import cosines, sines
+from transport.arithmetic import cos, cosines_and_sines, sin
 from transport.files import Stream
 from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose, Scan, ScanGeometry
 from transport.recording import drawings
 from transport.recording.frames import inverse, placed
-from transport.recording.messages import RUN
-from transport.recording.values import RecordedTick, RecordingError
+from transport.recording.messages import ENDING, RUN
+from transport.recording.values import RecordingError
 
 LIBRARY = "maze-machine"
 CHUNK_SIZE = 256 * 1024
-"""A crash costs at most so many bytes of messages, before compression: some seconds of a run."""
+"""A crash costs at most this many bytes of messages, before compression: some seconds of a run."""
 BACKLOG = 2000
 """How many ticks may wait for the disk."""
 _FLUSH = 1.0
 POINTS_STRIDE = 4
-"""Every so many beams of a scan are written as points too."""
+"""Every this many beams of a scan are written as points too."""
 PATH_EVERY = NANOSECONDS
-"""The path so far is written so often, ns, with one place for each time before."""
+"""The path so far is written this often, ns, with one place for each time before."""
 PATH_LONGEST = 600
 """It has no more places than this, the newest ones."""
 
@@ -100,7 +99,8 @@ class Recorder:
         self.lost = 0
         self._patience = patience
         self._failure: BaseException | None = None
-        self._ticks: queue.Queue[RecordedTick | None] = queue.Queue(BACKLOG)
+        self._ending: dict[str, str] = {}
+        self._ticks: queue.Queue[_Handed | None] = queue.Queue(BACKLOG)
         try:
             self._stream = Stream(path)
         except OSError as error:
@@ -113,25 +113,28 @@ class Recorder:
         self,
         observation: Observation,
         command: Command,
-        step: Mapping[str, Any] | None = None,
+        step: Callable[[], Mapping[str, Any]] | None = None,
         *,
         pose: Pose | None = None,
-        regions: Mapping[str, str] | None = None,
     ) -> None:
         """Hand over one tick; it is written later, and nothing here waits for the disk longer than its patience.
 
         Args:
             observation: what the robot sensed.
-            command: what it was told.
-            step: what the supervisor did and why, of JSON values.
+            command: what it was commanded.
+            step: says what the supervisor did and why, of JSON values; called in the recorder's thread. What it says of
+                ``regions``, the machine's active state in each of its regions, is written for viewers, too.
             pose: where the robot really was in the frame of the map, if anybody knows.
-            regions: the machine's active state in each of its regions.
         """
-        tick = RecordedTick(observation, command, step or {}, pose, regions or {})
+        tick = _Handed(observation, command, step or dict, pose)
         try:
             self._ticks.put(tick, block=self._patience > 0, timeout=self._patience or None)
         except queue.Full:
             self.lost += 1
+
+    def conclude(self, ending: Mapping[str, str]) -> None:
+        """Say how the run ended; it is written when the file is finished."""
+        self._ending = dict(ending)
 
     def close(self) -> None:
         """Write what is left and finish the file; a second call does nothing.
@@ -166,14 +169,23 @@ class Recorder:
                     self._stream.file.flush()
                     flushed = time.monotonic()
             ended = True
-            writer.finish()
+            writer.finish(self._ending)
             self._stream.close()
         except BaseException as error:
             self._failure = error
             self._stream.abandon()
-            # Whoever records must not be held up by a full queue that nobody reads.
+            # The recording thread must not be held up by a full queue that nobody reads.
             while not ended and self._ticks.get() is not None:
                 self.lost += 1
+
+
+class _Handed(NamedTuple):
+    """A tick as it was handed over; what the supervisor did is computed when it is written."""
+
+    observation: Observation
+    command: Command
+    step: Callable[[], Mapping[str, Any]]
+    pose: Pose | None
 
 
 class _TickWriter:
@@ -194,7 +206,7 @@ class _TickWriter:
         self._path_at = -PATH_EVERY
         self._begun = False
 
-    def write(self, tick: RecordedTick) -> None:
+    def write(self, tick: _Handed) -> None:
         """One tick: its messages, sensors first."""
         observation, command, name = tick.observation, tick.command, self._robot
         at = observation.stamp
@@ -203,7 +215,7 @@ class _TickWriter:
             self._begin(at, tick.pose)
         self._add("/clock", codec.CLOCK, at, codec.encode_clock(at + self._setting.epoch))
         # In real time a tick may see the data of the last one again: those are in the file already. Their stamps do not
-        # tell, for a robot's clock may stand still.
+        # show, for a robot's clock may stand still.
         if observation.odometry is not self._odometry:
             odometry = replace(observation.odometry, stamp=observation.odometry.stamp + self._setting.epoch)
             self._odometry = observation.odometry
@@ -220,7 +232,8 @@ class _TickWriter:
             self._add(f"/{name}/scan", codec.LASER_SCAN, at, codec.encode_scan(scan))
             self._add(f"/{name}/points", drawings.POINTS, at, drawings.encode_points(_points(scan), scan.stamp))
         self._add(f"/{name}/cmd_vel", codec.TWIST, at, codec.encode_twist(command.twist))
-        self._show(tick)
+        step = tick.step()
+        self._show(tick, step.get("regions", {}))
         door = None if observation.door is None else asdict(observation.door)
         told = {
             "stamp": at,
@@ -228,12 +241,20 @@ class _TickWriter:
             "link": asdict(observation.link),
             "ring": command.ring,
             "answers": command.answers,
-            "step": tick.step,
+            "step": step,
+        }
+        # Only where there is one: few robots have a navigation of their own.
+        told |= {
+            key: asdict(one)
+            for key, one in (("goal", command.goal), ("navigation", observation.navigation))
+            if one is not None
         }
         self._add(f"/{name}/tick", codec.STRING, at, codec.encode_text(json.dumps(told, separators=(",", ":"))))
 
-    def finish(self) -> None:
-        """The last chunk and the index."""
+    def finish(self, ending: dict[str, str]) -> None:
+        """How the run ended, the last chunk and the index."""
+        if ending:
+            self._writer.add_metadata(ENDING, ending)
         self._writer.finish()  # type: ignore[no-untyped-call]
 
     def _begin(self, at: int, pose: Pose | None) -> None:
@@ -251,10 +272,10 @@ class _TickWriter:
         if setting.grid is not None:
             self._add("/map", drawings.GRID, at, drawings.encode_grid(setting.grid, stamp))
 
-    def _show(self, tick: RecordedTick) -> None:
+    def _show(self, tick: _Handed, regions: Mapping[str, str]) -> None:
         """What is written for viewers only: the states that changed, and now and then the path."""
         at = tick.observation.stamp
-        for region, state in tick.regions.items():
+        for region, state in regions.items():
             if self._regions.get(region) != state:
                 self._regions[region] = state
                 topic = f"/{self._robot}/state/{re.sub(r'[^A-Za-z0-9_]', '_', region)}"
@@ -281,7 +302,7 @@ class _TickWriter:
 
 def _transform(stamp: int, parent: str, child: str, pose: Pose) -> codec.Transform:
     half = pose.heading / 2
-    return codec.Transform(stamp, parent, child, pose.x, pose.y, math.sin(half), math.cos(half))
+    return codec.Transform(stamp, parent, child, pose.x, pose.y, sin(half), cos(half))
 
 
 def _points(scan: Scan) -> NDArray[np.float32]:
@@ -295,5 +316,4 @@ def _points(scan: Scan) -> NDArray[np.float32]:
 @lru_cache(maxsize=4)
 def _directions(beams: ScanGeometry) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Cosines and sines of the directions of the beams that are written as points."""
-    angles = beams.angles()[::POINTS_STRIDE]
-    return cosines(angles), sines(angles)
+    return cosines_and_sines(beams.angles()[::POINTS_STRIDE])

@@ -10,7 +10,7 @@ from transport.robot import LinkError
 
 
 class ReplayRobot:
-    """A robot that shows a recorded run again, whatever it is told.
+    """A robot that shows a recorded run again, whatever it gets.
 
     Attributes:
         finished: the last observation has been answered.
@@ -42,4 +42,4 @@ class ReplayRobot:
         return {}
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Nothing to release."""

@@ -19,17 +19,13 @@ class RecordedTick:
 
     Attributes:
         observation: what the robot sensed.
-        command: what it was told.
+        command: what it was commanded.
         step: what the supervisor did, of JSON values; empty where there was none.
-        pose: where the robot really was, in the frame of the map; None where nobody knows. Not read back.
-        regions: the machine's active state in each of its regions. Not read back.
     """
 
     observation: Observation
     command: Command
     step: Mapping[str, Any] = field(default_factory=dict)
-    pose: Pose | None = None
-    regions: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +58,7 @@ class Recording:
         mount: where the laser sits on the robot by the recorded static transforms; None where they do not say.
         skipped: how many messages could not be decoded.
         heard: all topics with their types.
+        ending: how the run ended; empty where it does not say.
     """
 
     robot: str
@@ -74,3 +71,4 @@ class Recording:
     mount: Pose | None = None
     skipped: int = 0
     heard: Mapping[str, str] = field(default_factory=dict)
+    ending: Mapping[str, str] = field(default_factory=dict)

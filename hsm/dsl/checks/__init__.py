@@ -1,4 +1,4 @@
-"""What can be said of a machine whose every line makes sense: each check is a module, and yields findings."""
+"""What can be said of a machine whose every line makes sense: each check is a module, and yields diagnostics."""
 
 from __future__ import annotations
 

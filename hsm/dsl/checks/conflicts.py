@@ -43,10 +43,10 @@ def _clash(subject: AnalysisInput, thing: str, first: State, second: State) -> I
         return
     message = (
         f"`{second.activity.activity.name}` in `{second.name}` and `{first.activity.activity.name}` in `{first.name}` "
-        f"can run at once, and both hold `{thing}`"
+        f"can be active at the same time, and both use `{thing}`"
     )
-    related = () if other is None else (Related(other, "the other one runs here"),)
-    hint = "let them run one after the other, in states that exclude each other"
+    related = () if other is None else (Related(other, "the other activity"),)
+    hint = "put them into states that cannot be active at the same time"
     yield finding("E0411", place, message, hint, related)
 
 

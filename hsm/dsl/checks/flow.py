@@ -26,7 +26,7 @@ def reachable(model: Model) -> list[bool]:
 
 
 def _walk(model: Model, first: int, seen: list[bool]) -> list[int]:
-    """Mark all states that can be entered from one; those that are new, each behind what it leads to."""
+    """Mark all states that can be entered from one; those that are new, each after what it leads to."""
     left: list[int] = []
     seen[first] = True
     stack = [(first, _next(model, first))]
@@ -63,17 +63,17 @@ def _unreached(subject: AnalysisInput, reached: list[bool]) -> Iterator[Diagnost
     for index in outermost:
         if not seen[index]:
             order += _walk(model, index, seen)
-    # Backwards, a state comes before all that it leads to, but for those that lead back to it.
+    # Backwards, a state comes before all that it leads to, except for those that lead back to it.
     seen = reached[:]
     for index in reversed(order):
         state = outermost.get(index)
         if state is None or seen[index]:
             continue
         _walk(model, index, seen)
-        hint = "let a transition go there, or remove it"
+        hint = "add a transition to it, or remove the state"
         if state.kind is StateKind.FINAL and state.parent > 0:
-            hint = f"nothing in `{model.states[state.parent].name}` goes there"
-        yield finding("W0501", state.place, f"no transition ever enters state `{state.name}`", hint)
+            hint = f"nothing in `{model.states[state.parent].name}` has it as a target"
+        yield finding("W0501", state.place, f"no transition enters state `{state.name}`", hint)
 
 
 def _dead_ends(subject: AnalysisInput, reached: list[bool]) -> Iterator[Diagnostic]:
@@ -85,8 +85,8 @@ def _dead_ends(subject: AnalysisInput, reached: list[bool]) -> Iterator[Diagnost
         if not subject.uncertain.isdisjoint(state.transitions):
             continue
         if not _has_way_out(model, state, outermost):
-            hint = "let a transition leave it, or make it `final`"
-            yield finding("W0502", state.place, f"once in `{state.name}` the machine never leaves it", hint)
+            hint = "add a transition that leaves it, or make it `final`"
+            yield finding("W0502", state.place, f"once in `{state.name}` the machine cannot leave it", hint)
 
 
 def _has_way_out(model: Model, state: State, outermost: list[int]) -> bool:

@@ -1,4 +1,4 @@
-"""Conditions that never hold, transitions that earlier ones hide, and overlaps and gaps in a state's table."""
+"""Conditions that never hold, transitions that earlier ones hide, nondeterminism and incompleteness."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class GuardRow:
 
 
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
-    """All findings about conditions, state by state."""
+    """All diagnostics about conditions, state by state."""
     usual = default_values(subject)
     for state in subject.own_states():
         known = [number for number in state.transitions if number not in subject.uncertain]
@@ -97,9 +97,16 @@ def _table(rows: Sequence[GuardRow], events: Sequence[str] = ()) -> Iterator[Dia
                 continue
             hiding = _hiding(row, living)
             if hiding:
-                related = tuple(Related(one.place, "this one comes first") for one in hiding if one.place is not None)
+                related = tuple(
+                    Related(one.place, "this transition comes first") for one in hiding if one.place is not None
+                )
                 what = f" on {' and '.join(f'`{event}`' for event in events)}" if events else ""
-                yield finding("W0503", place, f"this transition never fires{what}: earlier ones do", related=related)
+                yield finding(
+                    "W0503",
+                    place,
+                    f"this transition never fires{what}: an earlier transition always fires first",
+                    related=related,
+                )
                 continue
             if not events or row.transition.guard is not None:
                 yield from _overlaps(row, living)
@@ -123,7 +130,7 @@ def _hiding(row: GuardRow, earlier: Sequence[GuardRow]) -> list[Transition]:
 
 
 def _overlaps(row: GuardRow, earlier: Sequence[GuardRow]) -> Iterator[Diagnostic]:
-    """One finding for a row that can be enabled together with earlier ones, with a case of the first of them."""
+    """One diagnostic for a row that can be enabled together with earlier ones, with a case of the first of them."""
     cases: list[str] = []
     related: list[Related] = []
     for one in earlier:
@@ -173,7 +180,7 @@ def _events(own: Sequence[Transition], usual: Mapping[str, bool | float | int]) 
 
 
 def _timeouts(own: Sequence[Transition]) -> Iterator[Diagnostic]:
-    """Time-outs behind one that comes no later and leaves the state."""
+    """Time-outs after one that comes no later and leaves the state."""
     first: list[tuple[Expression, Transition]] = []
     for transition in own:
         if not isinstance(transition.trigger, After):
@@ -181,8 +188,8 @@ def _timeouts(own: Sequence[Transition]) -> Iterator[Diagnostic]:
         duration = transition.trigger.duration
         for earlier, winner in first:
             if _no_later(earlier, duration) and winner.place is not None:
-                related = (Related(winner.place, "this one comes first"),)
-                message = "this transition never fires: an earlier time-out leaves the state"
+                related = (Related(winner.place, "this transition comes first"),)
+                message = "this transition never fires: an earlier time-out always leaves the state first"
                 yield finding("W0503", transition.place, message, related=related)
                 break
         if transition.guard is None and transition.targets:
@@ -215,7 +222,7 @@ def _gaps(
 
 def _gaps_of(state: State, covered: Formula) -> Iterator[Diagnostic]:
     found = 0
-    hint = "add a transition, or say that nothing is to happen: `stay when ...`"
+    hint = "add a transition, or state that nothing should happen: `stay when ...`"
     try:
         for case in models(negation(covered)):
             found += 1
@@ -225,7 +232,12 @@ def _gaps_of(state: State, covered: Formula) -> Iterator[Diagnostic]:
     except UndecidedError:
         return
     if found > _MOST_GAPS:
-        yield finding("N0702", state.place, f"in `{state.name}` there are {found - _MOST_GAPS} more such gaps", hint)
+        yield finding(
+            "N0702",
+            state.place,
+            f"in `{state.name}` there are {found - _MOST_GAPS} more cases in which no transition fires",
+            hint,
+        )
 
 
 def _connected(table: Sequence[GuardRow]) -> list[GuardRow]:

@@ -48,7 +48,7 @@ def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
 def _handled(
     subject: AnalysisInput, state: State, ends: Mapping[str, OutcomeNames], whose: str
 ) -> Iterator[Diagnostic]:
-    """One finding for all outcomes that nothing handles, and one for each that is handled only under a condition.
+    """One diagnostic for all outcomes that nothing handles, and one for each that is handled only under a condition.
 
     Args:
         subject: the machine.

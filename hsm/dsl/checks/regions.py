@@ -38,7 +38,7 @@ def _pairs(regions: Sequence[Sequence[Transition]]) -> Iterator[tuple[Transition
 
 
 def _finding(subject: AnalysisInput, earlier: Sequence[Transition], later: Transition) -> Iterator[Diagnostic]:
-    """One finding for a transition with all those of earlier regions that exclude it."""
+    """One diagnostic for a transition with all those of earlier regions that exclude it."""
     places = [one.place for one in earlier if one.place is not None]
     if not places or later.place is None or later.place.file != subject.file:
         return

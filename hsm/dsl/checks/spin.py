@@ -1,4 +1,4 @@
-"""Loops of ``when`` transitions that could go round within one tick, because nothing on the way changes a condition."""
+"""Loops of ``when`` transitions that could repeat within one tick, because nothing on the way changes a condition."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class LoopStep:
 
 
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
-    """One finding for each loop, at its first transition."""
+    """One diagnostic for each loop, at its first transition."""
     model = subject.model
     atomic = (state for state in model.states if state.kind is StateKind.ATOMIC)
     steps = {state.index: _steps(model, state, subject.uncertain) for state in atomic}
@@ -49,9 +49,9 @@ def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
             if key in told or not places or places[0].file != subject.file:
                 continue
             told.add(key)
-            message = f"these transitions can go round within one tick, without end: {case}"
+            message = f"these transitions can repeat within one tick without end: {case}"
             related = tuple(Related(place, "then this one") for place in places[1:])
-            yield finding("W0505", places[0], message, "let the conditions exclude one another", related)
+            yield finding("W0505", places[0], message, "change the conditions so that they exclude each other", related)
 
 
 def _steps(model: Model, state: State, uncertain: Set[int]) -> list[LoopStep]:
@@ -107,15 +107,41 @@ def _on_loops(steps: dict[int, list[LoopStep]]) -> dict[int, list[LoopStep]]:
         steps = kept
 
 
+def _ways_back(steps: dict[int, list[LoopStep]], start: int) -> dict[int, int]:
+    """How many steps it takes at least to come to a state from each of those after it, within the longest loop."""
+    sources: dict[int, list[int]] = {}
+    found, front = {start}, [start]
+    for _ in range(_LONGEST_LOOP):
+        reached: list[int] = []
+        for state in front:
+            for step in steps[state]:
+                if step.target >= start:
+                    sources.setdefault(step.target, []).append(state)
+                    if step.target not in found:
+                        found.add(step.target)
+                        reached.append(step.target)
+        front = reached
+    far = {start: 0}
+    front = [start]
+    while front:
+        state = front.pop(0)
+        for source in sources.get(state, ()):
+            if source not in far:
+                far[source] = far[state] + 1
+                front.append(source)
+    return far
+
+
 def _loops(steps: dict[int, list[LoopStep]], start: int) -> Iterator[tuple[list[LoopStep], str]]:
-    """Loops through a state and states behind it, with a case in which they go round."""
+    """Loops through a state and states after it, with a case in which they repeat."""
+    far = _ways_back(steps, start)
     pending: list[tuple[int, list[LoopStep], Formula]] = [(start, [], True)]
     tried = 0
     while pending and tried < _MOST_STEPS:
         state, path, condition = pending.pop()
         for step in steps[state]:
             tried += 1
-            if step.target < start or len(path) >= _LONGEST_LOOP:
+            if len(path) + far.get(step.target, _LONGEST_LOOP) >= _LONGEST_LOOP:
                 continue
             longer, combined = [*path, step], both(condition, step.condition)
             try:

@@ -18,19 +18,19 @@ _CODES = {
     "outside event": "N0601",
 }
 _WORDS = {
-    "import": "machine `{}` is imported, and no state is an instance of it",
+    "import": "machine `{}`is imported, but no state is an instance of it",
     "parameter": "nothing reads parameter `{}`",
     "variable": "nothing reads variable `{}`",
     "definition": "nothing uses definition `{}`",
-    "event": "event `{}` is declared, and no transition is on it",
-    "raised event": "event `{}` is raised, and neither declared nor is any transition on it",
+    "event": "event `{}` is declared, but no transition uses it",
+    "raised event": "event `{}` is raised, but it is not declared and no transition uses it",
     "outside event": "nothing in this file raises event `{}`",
 }
 _SENDERS = "an operator (`maze-machine send {0}`), a script (`run --event-at 1:{0}`) or a scenario can send it"
 
 
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
-    """One finding for each unused import, parameter, variable and event, and each event that comes from outside."""
+    """One diagnostic for each unused import, parameter, variable and event, and each event that comes from outside."""
     for one in subject.unused:
         senders = _SENDERS.format(one.name) if one.kind == "outside event" else None
         yield finding(_CODES[one.kind], one.place, _WORDS[one.kind].format(one.name), senders)

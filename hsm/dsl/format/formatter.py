@@ -1,7 +1,7 @@
 """The one canonical form of a machine's text: layout only, so that comments and meaning stay as they are.
 
-Blocks are indented by four spaces; within a block the arrows of its transitions stand in one column, and so do their
-actions; comments behind neighbouring lines stand in one column; no two blank lines follow one another.
+Blocks are indented by four spaces; within a block the arrows of its transitions are in one column, and so are their
+actions; comments after neighbouring lines are in one column; no two blank lines follow one another.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ INDENT = 4
 
 _CONTINUATION = 8
 _WIDEST_TRIGGER = 72
-_TRANSITIONS = ("ON", "WHEN", "AFTER")
+_TRANSITIONS = ("ON", "WHEN", "ELSE", "AFTER", "EVERY")
 _DECLARATIONS = ("PARAM", "VAR")
 _AMOUNT = re.compile(r"([\d.]+(?:[eE][+-]?\d+)?) *(.*)")
 
@@ -33,7 +33,7 @@ class _Line:
     Attributes:
         depth: how many blocks it lies in.
         block: which block it lies in, by number.
-        tokens: what stands on it; empty for a comment or a blank line.
+        tokens: what is on it; empty for a comment or a blank line.
         continued: it is part of the line before it.
         comment: its comment, with the mark.
     """
@@ -84,7 +84,7 @@ def _lines(source: Sequence[str]) -> list[_Line]:
 
 
 def _comment(text: str) -> str:
-    """The comment of a line, with one blank behind its mark."""
+    """The comment of a line, with one blank after its mark."""
     _, mark, comment = text.partition("#")
     if not mark:
         return ""
@@ -238,3 +238,32 @@ def _joined(lines: Sequence[_Line], codes: Sequence[str]) -> str:
             elif indented[number] or (result and result[-1]):
                 result.append(indented[number])
     return "\n".join(result).rstrip("\n") + "\n" if any(result) else ""
+
+
+def indented_lines(lines: Sequence[str], outer: Sequence[str], parted: str) -> str:
+    """Lines of two levels laid out: some at the margin, the others four columns in, those that go on twice that.
+
+    Args:
+        lines: the lines.
+        outer: the words that lines at the margin begin with.
+        parted: the one of these words before whose lines, and the comments above them, there is a blank line.
+    """
+    found: list[str] = []
+    joined = False
+    for line in lines:
+        text = line.strip()
+        if not text:
+            if found and found[-1]:
+                found.append("")
+            continue
+        word = text.split(maxsplit=1)[0]
+        margin = word in outer or (text.startswith("#") and not line.startswith(" "))
+        found.append(text if margin else f"{'        ' if joined else '    '}{text}")
+        joined = text.partition("#")[0].rstrip().endswith(",")
+        if word == parted:
+            above = len(found) - 1
+            while above > 0 and found[above - 1].startswith("#"):
+                above -= 1
+            if above > 0 and found[above - 1]:
+                found.insert(above, "")
+    return "\n".join(found).rstrip() + "\n"

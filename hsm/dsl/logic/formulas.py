@@ -3,28 +3,29 @@
 A formula is a truth value, an atom, or a combination of formulas. ``models`` lists the ways in which a formula can
 hold, by trying each atom both ways in the order in which they are written and leaving out what arithmetic or an
 enumeration excludes. What is not linear (a product of two signals, ``min``, ``max``) is an unknown of its own, and
-whole numbers are held to be whole only where they stand alone: there a formula may be said to hold although it cannot,
+whole numbers are held to be whole only where they are alone: there a formula may be said to hold although it cannot,
 never the other way round.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
 from hsm.dsl.logic.linear import Constraint, Form, LinearAtom, feasible, form_of
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.rewriting import parts_of
 from hsm.model.types import BOOLEAN, Enumeration
-from hsm.model.unparse import expression_text, value_text
+from hsm.model.unparse import expression_text, shown_text
 
 Values: TypeAlias = Mapping[str, bool | float | int]
 """Parameters by name, where their values are taken as given."""
 
 
 class UndecidedError(Exception):
-    """A formula with so many cases that they were not all tried."""
+    """A formula with too many cases to try them all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +73,7 @@ class Either:
 Formula: TypeAlias = bool | Flag | EnumerationValue | LinearAtom | Not | Both | Either
 Assignment: TypeAlias = dict[Atom, bool]
 
+_COMPARISONS = frozenset(("==", "!=", "<", "<=", ">", ">="))
 _MOST_CASES = 3000
 _MOST_ATOMS = 60
 _DEEPEST_COMPARISON = 5
@@ -110,6 +112,10 @@ def formula_of(expression: Expression, values: Values) -> Formula:
         values: parameters whose values are taken as given.
     """
     match expression:
+        case Binary(operator, Choice() as choice, right) if operator in _COMPARISONS and _plain(choice):
+            return _of_choice(choice, lambda one: Binary(operator, one, right, BOOLEAN), values)
+        case Binary(operator, left, Choice() as choice) if operator in _COMPARISONS and _plain(choice):
+            return _of_choice(choice, lambda one: Binary(operator, left, one, BOOLEAN), values)
         case Literal(value):
             return bool(value)
         case VariableValue(name):
@@ -129,6 +135,20 @@ def formula_of(expression: Expression, values: Values) -> Formula:
             return negation(_equality(left, right, values))
         case Binary(operator, left, right):
             return _ordering(operator, left, right, values)
+        case Choice():
+            raise AssertionError("a choice is no condition")
+
+
+def _of_choice(choice: Choice, compare: Callable[[Expression], Expression], values: Values) -> Formula:
+    """A comparison with one of two values, by cases."""
+    condition = formula_of(choice.condition, values)
+    chosen, other = formula_of(compare(choice.then), values), formula_of(compare(choice.otherwise), values)
+    return either(both(condition, chosen), both(negation(condition), other))
+
+
+def _plain(choice: Choice) -> bool:
+    """Whether the condition of a choice makes none itself: it occurs twice in the formula."""
+    return not any(isinstance(one, Choice) for one in parts_of(choice.condition))
 
 
 def _equality(left: Expression, right: Expression, values: Values) -> Formula:
@@ -282,14 +302,14 @@ def _range_texts(form: Form, lower: list[LinearAtom], upper: list[LinearAtom]) -
             return
     if low is not None:
         above = ">=" if low.strict else ">"
-        yield f"{form.text} {above} {value_text(_number(low.bound, form), kind)}"
+        yield f"{form.text} {above} {shown_text(_number(low.bound, form), kind)}"
     if high is not None:
         below = "<" if high.strict else "<="
-        yield f"{form.text} {below} {value_text(_number(high.bound, form), kind)}"
+        yield f"{form.text} {below} {shown_text(_number(high.bound, form), kind)}"
 
 
 def _bound_text(bound: Fraction, form: Form) -> str:
-    return value_text(_number(bound, form), form.kind)
+    return shown_text(_number(bound, form), form.kind)
 
 
 def _number(bound: Fraction, form: Form) -> int | float:

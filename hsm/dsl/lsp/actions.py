@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from hsm.dsl.lsp.editing import Document
 from hsm.dsl.lsp.occurrences import Role
 from hsm.dsl.syntax import ast
 from hsm.model.diagnostics import Diagnostic, Severity
+from hsm.model.registry import Library
 from hsm.model.unparse import value_text
 
 _MEANT = re.compile(r"did you mean `([^`]+)`\?")
@@ -36,12 +39,14 @@ class Fix:
         diagnostic: what it mends.
         edits: how.
         certain: whether it may be applied without looking, with all others of its kind.
+        file: the file that is changed; empty for that of the diagnostic.
     """
 
     title: str
     diagnostic: Diagnostic
     edits: tuple[Edit, ...]
     certain: bool = False
+    file: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +75,63 @@ def fixes(document: Document, found: Iterable[Diagnostic]) -> Iterator[Fix]:
             target = _own_state(document, line) or "state"
             edit = Edit(line, len(text), line, len(text), f"\n{indentation}on {missing[1]} -> {target}")
             yield Fix(f"Add `on {missing[1]}`", one, (edit,))
+        if one.place.end_line == one.place.line:
+            yield from _declarations(document, one, text[column : one.place.end_column - 1])
         if one.severity is not Severity.ERROR and "#" not in text:
             edit = Edit(line, len(text), line, len(text), f"    # accept {one.code}")
             yield Fix(f"Accept {one.code} here", one, (edit,))
+
+
+def _declarations(document: Document, found: Diagnostic, name: str) -> Iterator[Fix]:
+    """What declares a name that is not known: in the file, or in the Python of the machine's library."""
+    if not _NAME.fullmatch(name):
+        return
+    if found.code == "E0201" and "." not in name:
+        last = len(document.tree.lines) - 1
+        end = len(document.tree.lines[last])
+        yield Fix(f"Declare state `{name}`", found, (Edit(last, end, last, end, f"\n\nstate {name}\n"),))
+    written = {"E0202": f"var {name} : bool = false", "E0203": f"event {name}"}.get(found.code)
+    heading = heading_line(document)
+    if written is not None and heading is not None and "." not in name:
+        end = len(document.tree.lines[heading])
+        yield Fix(f"Declare `{written}`", found, (Edit(heading, end, heading, end, f"\n\n{written}"),))
+    kind = {"E0202": "signal", "E0204": "activity", "E0205": "action"}.get(found.code)
+    source = library_source(document.library) if kind is not None else None
+    if kind is not None and source is not None:
+        file, variable, lines = source
+        edit = Edit(lines, 0, lines, 0, _STUBS[kind].format(library=variable, name=name, own=name.replace(".", "_")))
+        yield Fix(f"Declare {kind} `{name}` in {Path(file).name}", found, (edit,), file=file)
+
+
+def library_source(library: Library) -> tuple[str, str, int] | None:
+    """The Python of a library: its file, the library's name in it, its number of lines; None if it is not to be had."""
+    declared: list[Callable[..., object]] = [one.function for one in library.signals.values()]
+    declared += [one.function for one in library.actions.values()]
+    declared += [one.factory for one in library.activities.values()]
+    for source in declared:
+        try:
+            file = inspect.getsourcefile(inspect.unwrap(source))
+            text = "" if file is None else Path(file).read_text(encoding="utf-8")
+        except (TypeError, OSError, UnicodeDecodeError):
+            continue
+        named = _LIBRARY.search(text)
+        if file is not None and named is not None:
+            return file, named[1], text.count("\n")
+    return None
+
+
+_NAME = re.compile(r"[A-Za-z_][\w.]*")
+_LIBRARY = re.compile(r"^([A-Za-z_]\w*)(?:\s*:[^=\n]+)?\s*=\s*(?:hsm\.)?Library\(", re.MULTILINE)
+_STUBS = {
+    "signal": (
+        '\n\n@{library}.signal("{name}")\ndef {own}(facts) -> bool:\n    """Say what it is."""\n    return False\n'
+    ),
+    "action": '\n\n@{library}.action("{name}")\ndef {own}(facts) -> None:\n    """Say what it does."""\n',
+    "activity": (
+        '\n\n@{library}.activity("{name}")\nclass {own}:\n    """Say what it does."""\n\n'
+        '    def tick(self, facts):\n        """Do the part of one tick."""\n'
+    ),
+}
 
 
 def all_fixes(document: Document, found: Iterable[Diagnostic]) -> tuple[Edit, ...]:

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from hsm.model.registry import ActivityDeclaration, Parameter
 from hsm.model.types import NUMBER, QUANTITY_NAMES, Quantity, Type
-from hsm.model.unparse import value_text
+from hsm.model.unparse import shown_text
 
 
 def signature(name: str, parameters: Sequence[Parameter], *, empty: str = "()") -> str:
-    """A call with the types and defaults of its arguments; ``empty`` stands behind a name that takes none."""
+    """A call with the types and defaults of its arguments; ``empty`` follows a name that takes none."""
     listed = [
-        f"{one.name} : {one.type}" if one.required else f"{one.name} : {one.type} = {value_text(one.default, one.type)}"
+        f"{one.name} : {one.type}" if one.required else f"{one.name} : {one.type} = {shown_text(one.default, one.type)}"
         for one in parameters
     ]
     return f"{name}({', '.join(listed)})" if listed else f"{name}{empty}"

@@ -1,4 +1,4 @@
-"""What an editor asks while a machine is written: what could stand here, what is this, what does a call take.
+"""What an editor asks while a machine is written: what could be here, what is this, what does a call take.
 
 Lines and columns count from 0, columns in characters; ``hsm.dsl.lsp.server`` turns them into what the protocol counts.
 """
@@ -6,7 +6,7 @@ Lines and columns count from 0, columns in characters; ``hsm.dsl.lsp.server`` tu
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
@@ -19,18 +19,19 @@ from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signatur
 from hsm.dsl.lsp.occurrences import Occurrence, Role, occurrences
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.symbols import HISTORY, SymbolTable, collect_symbols
-from hsm.dsl.semantics.typing import FUNCTIONS
+from hsm.dsl.semantics.typing import FUNCTIONS, SIMPLE_TYPES
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.lexer import STATEMENTS
-from hsm.dsl.syntax.parser import parse
+from hsm.dsl.syntax.parser import BlockParser
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import MachineError
 from hsm.model.registry import Library, Parameter
-from hsm.model.types import QUANTITY_NAMES, UNITS, Enumeration
+from hsm.model.types import QUANTITY_NAMES, UNITS, Enumeration, Type
 
 _WORD = re.compile(r"[A-Za-z_][\w.]*")
 _TYPES = ("bool", "int", *QUANTITY_NAMES.values())
 _OPEN_CALL = re.compile(r"([A-Za-z_][\w.]*)\s*\(([^()]*)$")
+_AWAITING = re.compile(r"\s*(?:on|defer)\s+([\w.]+\s*,\s*)*")
 _SNIPPETS = {
     "state": "state ${1:name}\n    ${0}",
     "parallel": "parallel ${1:name}\n    state ${2:one}\n    state ${3:two}",
@@ -113,14 +114,30 @@ _KINDS_OF = {
 
 
 class Document:
-    """A text under edit, as far as it can be understood; it never changes, an edit makes another one."""
+    """A text under edit, as far as it can be understood; it never changes, an edit makes another one.
 
-    def __init__(self, text: str, file: str, library: Library) -> None:
+    Attributes:
+        text: the text.
+        file: its name.
+        library: what its machine may name.
+        tree: its syntax tree.
+        unread: what is wrong with lines that could not be read.
+        table: its states and imports.
+    """
+
+    def __init__(self, text: str, file: str, library: Library, parser: BlockParser | None = None) -> None:
+        """Args: the text, its name, what its machine may name, and who has read the text before it was edited."""
         self.text = text
         self.file = file
         self.library = library
-        self.tree, findings = parse(text, file)
+        self.tree, findings = (parser or BlockParser()).parse(text, file)
+        self.unread = tuple(findings)
         self.table: SymbolTable = collect_symbols(self.tree, Report(file, findings))
+
+    @property
+    def lines(self) -> Sequence[str]:
+        """The text, line by line."""
+        return self.tree.lines
 
     @cached_property
     def occurrences(self) -> list[Occurrence]:
@@ -146,31 +163,30 @@ class Document:
     # Completion.
 
     def typed(self, line: int, column: int) -> str:
-        """The part of a name that stands before a position."""
+        """The part of a name that is before a position."""
         found = re.search(r"[A-Za-z_][\w.]*$", self._before(line, column))
         return found.group() if found else ""
 
     def completions(self, line: int, column: int) -> list[Entry]:
-        """What could stand at a position: all that has the letters typed so far, in their order."""
+        """What could be at a position: all that has the letters typed so far, in their order."""
         text = self._before(line, column)
         if "#" in text:
             return []
         typed = self.typed(line, column)
-        found = dict.fromkeys(self._possible(text.removesuffix(typed)))
-        return [one for one in found if _fits(typed, one.label)]
+        return fitting(typed, self._possible(text.removesuffix(typed)))
 
     def _before(self, line: int, column: int) -> str:
         return self.tree.lines[line][:column] if line < len(self.tree.lines) else ""
 
     def _possible(self, before: str) -> Iterator[Entry]:
-        """What could stand after the beginning of a line."""
+        """What could be after the beginning of a line."""
         words = before.split()
         if not words:
             yield from (Entry(word, SymbolKind.KEYWORD, snippet=_SNIPPETS.get(word, "")) for word in sorted(STATEMENTS))
             return
         first, last = words[0], words[-1]
         called = _OPEN_CALL.search(before)
-        if called is not None:
+        if called is not None and first != "event":
             yield from self._inside_call(called[1], called[2])
         elif first == "initial" or re.search(r"[-=]>([^/]*,)?\s*$", before):
             yield from self._states()
@@ -179,23 +195,34 @@ class Document:
         elif first == "import":
             names = dict.fromkeys(importable(Path(self.file), self.library))
             yield from (Entry(name, SymbolKind.MACHINE) for name in names)
-        elif first in ("param", "var") and last == ":":
+        elif first in ("param", "var", "event") and last == ":":
             yield from self._types()
         elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and "=" not in words:
             return
         elif first == "state":
             yield from (self._instance(name) for name in self.table.imports)
         elif re.search(r"\d\s*$", before):
-            yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
-        elif last == "raise" or (first == "on" and re.fullmatch(r"\s*on\s+([\w.]+\s*,\s*)*", before)):
+            yield from self.units()
+        elif (
+            last in ("raise", "cancel", "send")
+            or first == "defer"
+            or (first == "on" and re.fullmatch(r"\s*on\s+([\w.]+\s*,\s*)*", before))
+        ):
             yield from self._events()
         elif re.search(r"/\s*$|/.*,\s*$", before):
-            yield from (Entry("raise", SymbolKind.KEYWORD), *self._actions(), *self._variables())
+            yield from (Entry(word, SymbolKind.KEYWORD) for word in ("raise", "send", "cancel"))
+            yield from (*self._actions(), *self._variables())
         else:
+            yield from self._carried(words[1] if first == "on" and len(words) > 1 else "")
             yield from self._values()
 
+    def _carried(self, event: str) -> Iterator[Entry]:
+        """What an event carries, as a transition that waits for it alone may read it."""
+        for one in self._fields(event):
+            yield Entry(f"{event}.{one.name}", SymbolKind.VARIABLE, type_text(one.type))
+
     def _inside_call(self, called: str, written: str) -> Iterator[Entry]:
-        """What could stand in the brackets of a call: its arguments by name, and values of the type that is due."""
+        """What could be in the brackets of a call: its arguments by name, and values of the type that is due."""
         if called == "in":
             yield from self._states()
             return
@@ -217,15 +244,47 @@ class Document:
         yield from (Entry(member, SymbolKind.VALUE, str(due.type)) for member in due.type.members)
         yield from (one for one in self._variables() if one.detail.partition(" ")[0] == str(due.type))
 
+    def units(self) -> Iterator[Entry]:
+        """The units of numbers."""
+        yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
+
+    def named(self, name: str) -> Entry | None:
+        """What a name of the machine means wherever it is written: a state by its own name too."""
+        full = [one for one in self.table.states if one == name or one.rpartition(".")[2] == name]
+        found = next((one for one in self.everything() if one.label == name and one.kind is not SymbolKind.STATE), None)
+        return self._state_entry(full[0]) if full else found
+
     def parameters_of(self, called: str) -> tuple[Parameter, ...]:
-        """What a signal, an activity or an action takes."""
+        """What a signal, an activity or an action takes, or an event carries."""
         tables = (self.library.signals, self.library.activities, self.library.actions)
-        return next((table[called].parameters for table in tables if called in table), ())
+        return next((table[called].parameters for table in tables if called in table), self._fields(called))
+
+    def _fields(self, event: str) -> tuple[Parameter, ...]:
+        """What an event carries: one of the file, of what it imports, or of the library."""
+        for line in self.table.root.lines:
+            for declared in line.events if isinstance(line, ast.EventLine) else ():
+                if declared.name == event and declared.fields:
+                    types = [(str(one.name), self._type_named(str(one.type))) for one in declared.fields]
+                    return tuple(Parameter(name, kind) for name, kind in types if kind is not None)
+        for name in self.table.imports:
+            inner = self.imported(name)
+            if inner is not None and (found := inner._fields(event)):
+                return found
+        known = self.library.events.get(event)
+        return () if known is None else tuple(Parameter(one.name, one.type) for one in known.fields)
+
+    def _type_named(self, name: str) -> Type | None:
+        for line in self.table.root.lines:
+            if isinstance(line, ast.EnumerationLine) and line.name == name:
+                return Enumeration(name, tuple(map(str, line.members)))
+        kind = self.library.enumerations.get(name)
+        known = None if kind is None else Enumeration(name, tuple(one.value for one in kind))
+        return SIMPLE_TYPES.get(name, known)
 
     # Hovering and calls.
 
     def hover(self, line: int, column: int) -> Entry | None:
-        """What stands at a position."""
+        """What is at a position."""
         here = self.occurrence(line, column)
         if here is None:
             word = self._word(line, column)
@@ -239,14 +298,15 @@ class Document:
         if here.role is Role.MACHINE:
             return self._machine_entry(here.name)
         kinds = _KINDS_OF[here.role]
-        return next((one for one in self._everything() if one.label == here.name and one.kind in kinds), None)
+        name = f"{here.owner}.{here.name}" if here.owner in self.table.states else here.name
+        return next((one for one in self.everything() if one.label == name and one.kind in kinds), None)
 
     def call(self, line: int, column: int) -> OpenCall | None:
         """The call around a position, while its brackets are open."""
         called = _OPEN_CALL.search(self._before(line, column))
         if called is None:
             return None
-        entry = next((one for one in self._everything() if one.label == called[1]), None)
+        entry = next((one for one in self.everything() if one.label == called[1]), None)
         parameters = self.parameters_of(called[1])
         if not parameters:
             return None
@@ -293,7 +353,8 @@ class Document:
 
     # What there is.
 
-    def _everything(self) -> Iterator[Entry]:
+    def everything(self) -> Iterator[Entry]:
+        """All that can be named in the file."""
         yield from self._values()
         yield from self._activities()
         yield from self._actions()
@@ -305,6 +366,7 @@ class Document:
     def _values(self) -> Iterator[Entry]:
         """What an expression is made of."""
         yield from self._variables()
+        yield from self._exposed()
         for one in self.library.signals.values():
             call = signature(one.name, one.parameters, empty="")
             yield Entry(
@@ -336,6 +398,22 @@ class Document:
                 case ast.EnumerationLine(name, members):
                     yield from (Entry(str(one), SymbolKind.VALUE, str(name)) for one in members)
 
+    def _exposed(self) -> Iterator[Entry]:
+        """What instances expose, and how they have ended."""
+        for name, symbol in self.table.states.items():
+            inner = self.imported(str(symbol.instance.name)) if symbol.instance is not None else None
+            if inner is None:
+                continue
+            shown = {
+                str(one) for line in inner.table.root.lines if isinstance(line, ast.ExposeLine) for one in line.names
+            }
+            for one in inner._variables():
+                if one.label in shown:
+                    yield replace(one, label=f"{name}.{one.label}")
+            finals = [one.name for one in inner.table.root.children if one.kind is StateKind.FINAL]
+            if finals:
+                yield Entry(f"{name}.outcome", SymbolKind.VARIABLE, f"none, {', '.join(finals)}")
+
     def _declared_text(self, name: Token, kind: str) -> str:
         """The type of a variable or parameter, and its value as it is written."""
         line = self.tree.lines[(name.line or 1) - 1]
@@ -365,11 +443,15 @@ class Document:
     def _events(self) -> Iterator[Entry]:
         for line in self.table.root.lines:
             if isinstance(line, ast.EventLine):
-                for event in line.names:
-                    yield Entry(str(event), SymbolKind.EVENT, "event", self.tree.comment_above(event.line or 1))
-        yield from (Entry(one.name, SymbolKind.EVENT, "event", one.doc) for one in self.library.events.values())
+                for event in line.events:
+                    yield self._event(str(event.name), self.tree.comment_above(event.name.line or 1))
+        yield from (self._event(one.name, one.doc) for one in self.library.events.values())
         for name in dict.fromkeys((*self._outcomes(), *self._finals(), "done", "fault")):
             yield Entry(name, SymbolKind.EVENT, "outcome")
+
+    def _event(self, name: str, doc: str) -> Entry:
+        fields = self._fields(name)
+        return Entry(name, SymbolKind.EVENT, f"event {signature(name, fields)}" if fields else "event", doc)
 
     def _outcomes(self) -> Iterator[str]:
         """The outcomes of the activities that the file names, and of the machines of which it has instances."""
@@ -396,6 +478,10 @@ class Document:
 
     def _types(self) -> Iterator[Entry]:
         yield from (Entry(name, SymbolKind.TYPE) for name in _TYPES)
+        for line in self.table.root.lines:
+            if isinstance(line, ast.EnumerationLine):
+                doc = self.tree.comment_above(line.name.line or 1)
+                yield Entry(str(line.name), SymbolKind.TYPE, ", ".join(map(str, line.members)), doc)
         for name, enumeration in self.library.enumerations.items():
             values = ", ".join(member.value for member in enumeration)
             yield Entry(name, SymbolKind.TYPE, values, first_line(enumeration.__doc__ or ""))
@@ -407,8 +493,13 @@ class Document:
                 yield Entry(str(line.name), SymbolKind.FUNCTION, text, self.tree.comment_above(line.name.line or 1))
 
 
+def fitting(typed: str, possible: Iterable[Entry]) -> list[Entry]:
+    """Those of what is possible that have the letters typed so far, each once."""
+    return [one for one in dict.fromkeys(possible) if _fits(typed, one.label)]
+
+
 def _fits(typed: str, label: str) -> bool:
-    """Whether the letters that were typed stand in a label in this order, as editors match them; dots part words."""
+    """Whether the letters that were typed are in a label in this order, as editors match them; dots part words."""
     if "." in typed:
         return label.lower().startswith(typed.lower())
     letters = iter(label.lower())

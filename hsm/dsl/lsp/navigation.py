@@ -23,8 +23,8 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _COLOURS = re.compile(
     r"(?P<comment>#.*)|(?P<number>(?<![\w.])\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_][\w.]*)|(?P<operator>->|=>|[-+*/=<>!]+)"
 )
-_INNER_KEYWORDS = RESERVED | {"always", "before", "eventually", "never", "within"}
-_IN_FILE = {Role.STATE, Role.VARIABLE, Role.PARAMETER, Role.EVENT, Role.PROPERTY}
+_INNER_KEYWORDS = RESERVED | {"always", "before", "eventually", "never", "within", "for", "else", "cancel"}
+_IN_FILE = {Role.STATE, Role.VARIABLE, Role.PARAMETER, Role.EVENT, Role.ARGUMENT, Role.PROPERTY}
 """What a file declares, and can rename."""
 
 
@@ -46,7 +46,7 @@ class OutlineSymbol:
     Attributes:
         name: its name.
         detail: what it is.
-        role: what the name stands for.
+        role: what the name represents.
         place: the name.
         whole: the declaration with its block.
         children: the states inside it.
@@ -176,12 +176,27 @@ def definition(document: Document, line: int, column: int) -> Span | None:
     if here.role is Role.ARGUMENT and here.owner in document.table.imports:
         inner = document.imported(here.owner)
         return None if inner is None else _declared(inner, here.name, (Role.PARAMETER,))
+    if here.role is Role.ARGUMENT:
+        declared = (one for one in document.occurrences if one.declares and one.role is Role.ARGUMENT)
+        return next((span(document, one) for one in declared if (one.owner, one.name) == (here.owner, here.name)), None)
     if here.role is Role.EVENT:
         return _event(document, here.name)
+    if here.owner in document.table.states:
+        inner = _instance_of(document, here.owner)
+        return None if inner is None else _declared(inner, here.name, (Role.VARIABLE,))
     own = _declared(document, here.name, _same(here.role))
     if own is not None:
         return own
-    return _python(document, here)
+    return _python(document, here.name)
+
+
+def declaration(document: Document, name: str) -> Span | None:
+    """Where a name of a machine is declared, for the files that name it: a state by its own name too."""
+    states = [one for one in document.table.states if one == name or one.rpartition(".")[2] == name]
+    if states:
+        return _declared(document, states[0], (Role.STATE,))
+    own = _declared(document, name, (Role.VARIABLE, Role.PARAMETER, Role.EVENT))
+    return own or _event(document, name) or _python(document, name)
 
 
 def references(document: Document, line: int, column: int) -> list[Occurrence]:
@@ -194,9 +209,7 @@ def references(document: Document, line: int, column: int) -> list[Occurrence]:
     if final and here.role in (Role.STATE, Role.EVENT):
         roles = (Role.STATE, Role.EVENT)  # the name of a final state is an outcome, too
     return [
-        one
-        for one in document.occurrences
-        if one.name == here.name and one.role in roles and (one.role is not Role.ARGUMENT or one.owner == here.owner)
+        one for one in document.occurrences if one.name == here.name and one.role in roles and one.owner == here.owner
     ]
 
 
@@ -232,16 +245,16 @@ def references_elsewhere(document: Document, here: Occurrence, other: Document) 
 def rename(
     document: Document, line: int, column: int, name: str, others: Iterable[Document]
 ) -> list[tuple[str, Occurrence]]:
-    """All places to change when what stands at a position gets a new name, each with its file.
+    """All places to change when what is at a position gets a new name, each with its file.
 
     Raises:
-        RenameError: nothing that a file declares stands there, the name is none, or it is taken.
+        RenameError: nothing that a file declares is there, the name is none, or it is taken.
     """
     here = renamable(document, line, column)
     if not _NAME.fullmatch(name):
-        raise RenameError(f"`{name}` is no name: use letters, digits and underscores")
+        raise RenameError(f"`{name}` is not a name: use letters, digits and underscores")
     if name in document.table.declared or name in document.library.signals:
-        raise RenameError(f"`{name}` is declared already")
+        raise RenameError(f"`{name}` is already declared")
     found = [(document.file, one) for one in references(document, line, column)]
     for other in others:
         if Path(other.file) != Path(document.file):
@@ -268,6 +281,12 @@ def _same(role: Role) -> tuple[Role, ...]:
     return both if role in both else (role,)
 
 
+def _instance_of(document: Document, state: str) -> Document | None:
+    """The machine that a state is an instance of."""
+    call = document.table.states[state].instance
+    return None if call is None else document.imported(str(call.name))
+
+
 def _declared(document: Document, name: str, roles: tuple[Role, ...]) -> Span | None:
     found = (one for one in document.occurrences if one.declares and one.name == name and one.role in roles)
     return next((span(document, one) for one in found), None)
@@ -284,29 +303,29 @@ def _machine(document: Document, name: str) -> Span | None:
 
 
 def _event(document: Document, name: str) -> Span | None:
-    """An event of the file, a final state of it, a final state of an imported machine."""
+    """An event or a final state of the file, or of an imported machine."""
     own = _declared(document, name, (Role.EVENT,)) or _declared(document, name, (Role.STATE,))
     if own is not None:
         return own
     for imported in document.table.imports:
         inner = document.imported(imported)
-        if inner is not None and (found := _declared(inner, name, (Role.STATE,))) is not None:
+        if inner is not None and (found := _event(inner, name)) is not None:
             return found
     return None
 
 
-def _python(document: Document, here: Occurrence) -> Span | None:
+def _python(document: Document, name: str) -> Span | None:
     """The Python source of a signal, an activity, an action or an enumeration."""
     library = document.library
     source: Any = None
-    if here.name in library.signals:
-        source = library.signals[here.name].function
-    elif here.name in library.activities:
-        source = library.activities[here.name].factory
-    elif here.name in library.actions:
-        source = library.actions[here.name].function
-    elif here.name in library.enumerations:
-        source = library.enumerations[here.name]
+    if name in library.signals:
+        source = library.signals[name].function
+    elif name in library.activities:
+        source = library.activities[name].factory
+    elif name in library.actions:
+        source = library.actions[name].function
+    elif name in library.enumerations:
+        source = library.enumerations[name]
     try:
         file, (_, first) = inspect.getsourcefile(inspect.unwrap(source)), inspect.getsourcelines(source)
     except (TypeError, OSError):
@@ -351,5 +370,8 @@ def colours(document: Document) -> list[Coloured]:
             if kind is not None:
                 length = len(word) if occurrence is None else len(occurrence.name)
                 found.append(Coloured(number, column, length, kind, occurrence is not None and occurrence.declares))
+            part = None if occurrence is None else named.get((number, occurrence.end + 1))
+            if part is not None and part.end <= match.end():
+                found.append(Coloured(number, part.column, len(part.name), part.role))
             first = False
     return found

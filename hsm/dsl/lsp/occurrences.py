@@ -19,7 +19,7 @@ from hsm.model.registry import Library
 
 
 class Role(Enum):
-    """What a name stands for; the values are the protocol's names of token types."""
+    """What a name represents; the values are the protocol's names of token types."""
 
     MACHINE = "namespace"
     STATE = "class"
@@ -42,11 +42,11 @@ class Occurrence:
 
     Attributes:
         name: the name; of a state's history, the state's.
-        role: what it stands for.
+        role: what it represents.
         line: counted from 0.
         column: in characters, from 0.
         declares: whether it is declared here.
-        owner: of an argument, whose it is: the name of the signal, activity, action or machine.
+        owner: of an argument, whose it is: the name of the signal, activity, action, event or machine.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Occurrence:
 
     @property
     def end(self) -> int:
-        """The column behind its last character."""
+        """The column after its last character."""
         return self.column + len(self.name)
 
 
@@ -66,7 +66,7 @@ _DECLARED = {
     ("MachineLine", "name"): Role.MACHINE,
     ("ParameterLine", "name"): Role.PARAMETER,
     ("VariableLine", "name"): Role.VARIABLE,
-    ("EventLine", "names"): Role.EVENT,
+    ("EventSyntax", "name"): Role.EVENT,
     ("DefinitionLine", "name"): Role.VARIABLE,
     ("EnumerationLine", "name"): Role.TYPE,
     ("EnumerationLine", "members"): Role.VALUE,
@@ -78,7 +78,9 @@ _NAMED = {
     ("ImportLine", "name"): Role.MACHINE,
     ("ParameterLine", "type"): Role.TYPE,
     ("VariableLine", "type"): Role.TYPE,
+    ("FieldSyntax", "type"): Role.TYPE,
     ("InitialLine", "target"): Role.STATE,
+    ("ExposeLine", "names"): Role.VARIABLE,
     ("TargetSyntax", "names"): Role.STATE,
     ("TransitionLine", "names"): Role.EVENT,
     ("RaiseSyntax", "event"): Role.EVENT,
@@ -86,7 +88,7 @@ _NAMED = {
     ("AssignSyntax", "variable"): Role.VARIABLE,
     ("Named", "name"): Role.ARGUMENT,
 }
-_CALLED = {"DoLine": Role.ACTIVITY, "StateBlock": Role.MACHINE, "actions": Role.ACTION}
+_CALLED = {"DoLine": Role.ACTIVITY, "StateBlock": Role.MACHINE, "actions": Role.ACTION, "RaiseSyntax": Role.EVENT}
 
 
 def occurrences(tree: ast.File, table: SymbolTable, library: Library) -> list[Occurrence]:
@@ -110,6 +112,16 @@ class _Walker:
                 yield from self._token(node, parent, field, owner)
             elif isinstance(node, tuple):
                 pending.extend((one, parent, field, owner) for one in node)
+            elif isinstance(node, ast.EventSyntax):
+                yield from self._token(node.name, "EventSyntax", "name", "")
+                for part in node.fields:
+                    yield _occurrence(part.name, Role.ARGUMENT, declares=True, owner=str(node.name))
+                    yield from self._token(part.type, "FieldSyntax", "type", "")
+            elif isinstance(node, ast.RaiseSyntax | ast.SendSyntax):
+                yield from self._call(node.data, "RaiseSyntax", "call")
+                pending.extend((one, "CallSyntax", "arguments", str(node.event)) for one in node.data.arguments)
+                if isinstance(node, ast.RaiseSyntax):
+                    pending.append((node.delay, "RaiseSyntax", "delay", ""))
             elif isinstance(node, ast.CallSyntax):
                 yield from self._call(node, parent, field)
                 pending.extend((one, "CallSyntax", "arguments", str(node.name)) for one in node.arguments)
@@ -128,6 +140,21 @@ class _Walker:
             role = Role.STATE if owner == "in" else self._value_role(str(token))
             if role is not None:
                 yield _occurrence(token, role)
+            elif self._carried(token):
+                yield from _parted(token, Role.EVENT, Role.ARGUMENT)
+            elif token.rpartition(".")[0] in self.table.states:
+                yield from _parted(token, Role.STATE, Role.VARIABLE)
+
+    def _carried(self, token: Token) -> bool:
+        """Whether a name is a part of what an event carries."""
+        event, _, part = token.rpartition(".")
+        for line in self.table.root.lines:
+            if isinstance(line, ast.EventLine):
+                for one in line.events:
+                    if one.name == event and any(field.name == part for field in one.fields):
+                        return True
+        declared = self.library.events.get(event)
+        return declared is not None and any(field.name == part for field in declared.fields)
 
     def _call(self, node: ast.CallSyntax, parent: str, field: str) -> Iterator[Occurrence]:
         role = _CALLED.get(parent) or _CALLED.get(field)
@@ -158,6 +185,14 @@ class _Walker:
         if name in self.library.activities:
             return Role.ACTIVITY
         return Role.STATE if name in self.table.states else None
+
+
+def _parted(token: Token, first: Role, second: Role) -> Iterator[Occurrence]:
+    """An event and a part of what it carries, an instance and what it exposes: they are written as one name."""
+    owner, _, part = token.rpartition(".")
+    line, column = (token.line or 1) - 1, (token.column or 1) - 1
+    yield Occurrence(owner, first, line, column)
+    yield Occurrence(part, second, line, column + len(owner) + 1, owner=owner)
 
 
 def _occurrence(token: Token, role: Role, *, declares: bool = False, owner: str = "") -> Occurrence:

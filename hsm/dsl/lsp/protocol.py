@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from lsprotocol import types
 from pygls import uris
@@ -11,8 +11,9 @@ from hsm.dsl.lsp.actions import Edit, Fix
 from hsm.dsl.lsp.editing import Entry, OpenCall, SymbolKind
 from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import Occurrence, Role
+from hsm.dsl.lsp.refactoring import Refactoring
 from hsm.model.diagnostics import Diagnostic, Place, Severity
-from hsm.model.unparse import value_text
+from hsm.model.unparse import shown_text
 
 SEVERITIES = {
     Severity.ERROR: types.DiagnosticSeverity.Error,
@@ -102,8 +103,11 @@ def text_edit(edit: Edit, lines: Sequence[str]) -> types.TextEdit:
     return types.TextEdit(where, edit.text)
 
 
-def diagnostic(found: Diagnostic, path: str, lines: Sequence[str]) -> types.Diagnostic:
-    """A diagnostic of a file, with the places that belong to it."""
+def diagnostic(
+    found: Diagnostic, path: str, lines: Sequence[str], pages: Mapping[str, str] | None = None
+) -> types.Diagnostic:
+    """A diagnostic of a file, with the places that belong to it and, where ``pages`` has one, a link to its code."""
+    link = (pages or {}).get(found.code)
     place = found.place or Place(path, 1, 1, 1, 1)
     hint = f"\n{found.suggestion}" if found.suggestion else ""
     related = [
@@ -118,6 +122,7 @@ def diagnostic(found: Diagnostic, path: str, lines: Sequence[str]) -> types.Diag
         message=found.message + hint,
         severity=SEVERITIES[found.severity],
         code=found.code,
+        code_description=None if link is None else types.CodeDescription(link),
         source="maze-machine",
         tags=[types.DiagnosticTag.Unnecessary] if found.code.startswith(UNUSED) else None,
         related_information=related,
@@ -125,7 +130,7 @@ def diagnostic(found: Diagnostic, path: str, lines: Sequence[str]) -> types.Diag
 
 
 def completion(entry: Entry, replaced: types.Range, *, snippets: bool) -> types.CompletionItem:
-    """Something that could stand at a position, in place of what was typed.
+    """Something that could be at a position, in place of what was typed.
 
     Args:
         entry: what.
@@ -156,7 +161,7 @@ def signature_help(call: OpenCall) -> types.SignatureHelp:
     parameters = []
     for one in call.parameters:
         text = f"{one.name} : {one.type}"
-        text += "" if one.required else f" = {value_text(one.default, one.type)}"
+        text += "" if one.required else f" = {shown_text(one.default, one.type)}"
         parameters.append(types.ParameterInformation(text))
     label = f"{call.name}({', '.join(str(one.label) for one in parameters)})"
     doc = types.MarkupContent(types.MarkupKind.Markdown, call.doc) if call.doc else None
@@ -194,5 +199,22 @@ def code_action(fix: Fix, uri: str, path: str, lines: Sequence[str]) -> types.Co
         kind=types.CodeActionKind.QuickFix,
         diagnostics=[diagnostic(fix.diagnostic, path, lines)],
         is_preferred=fix.certain,
-        edit=types.WorkspaceEdit(changes={uri: [text_edit(one, lines) for one in fix.edits]}),
+        edit=types.WorkspaceEdit(
+            changes={uri_of(fix.file) if fix.file else uri: [text_edit(one, lines) for one in fix.edits]}
+        ),
     )
+
+
+def refactoring_action(found: Refactoring, uri: str, lines: Sequence[str]) -> types.CodeAction:
+    """A change of the file, perhaps with files that it makes."""
+    edits = [text_edit(one, lines) for one in found.edits]
+    if not found.created:
+        return types.CodeAction(found.title, found.kind, edit=types.WorkspaceEdit(changes={uri: edits}))
+    changes: list[types.TextDocumentEdit | types.CreateFile | types.RenameFile | types.DeleteFile] = []
+    for path, text in found.created:
+        made, begin = uri_of(str(path)), types.Position(0, 0)
+        changes.append(types.CreateFile(made, options=types.CreateFileOptions(overwrite=False)))
+        identifier = types.OptionalVersionedTextDocumentIdentifier(made)
+        changes.append(types.TextDocumentEdit(identifier, [types.TextEdit(types.Range(begin, begin), text)]))
+    changes.append(types.TextDocumentEdit(types.OptionalVersionedTextDocumentIdentifier(uri), list(edits)))
+    return types.CodeAction(found.title, found.kind, edit=types.WorkspaceEdit(document_changes=changes))

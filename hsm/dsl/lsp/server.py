@@ -1,56 +1,187 @@
 """The language server: each request of the protocol, answered from ``hsm.dsl.lsp``'s own terms.
 
-It needs the extra ``lsp``. Diagnostics are worked out when a document is opened, and when typing pauses for a moment;
+It needs the extra ``lsp``. Diagnostics are computed when a document is opened, and when typing pauses for a moment;
 an editor that asks for them itself (pull) gets them then and none unasked.
 """
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from concurrent.futures import Future
+from contextlib import asynccontextmanager
 from pathlib import Path
+from time import monotonic
+from typing import Any
 
 from lsprotocol import types
 from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol
 
 from hsm.dsl.format.formatter import format_text
-from hsm.dsl.lsp import actions, navigation, protocol
+from hsm.dsl.loading import SUFFIX
+from hsm.dsl.lsp import actions, navigation, protocol, refactoring
 from hsm.dsl.lsp.editing import Document
-from hsm.dsl.lsp.workspace import Documents, LibraryOf
-from hsm.model.diagnostics import MachineError
+from hsm.dsl.lsp.workspace import Documents, LibraryOf, OtherDocument, OtherLanguage
+from hsm.model.diagnostics import MachineError, Severity
 
-PAUSE = 0.05
+PAUSE = 0.02
 """How long typing has to pause before a document is checked, s."""
+LONG = 1.0
+"""A check that takes longer than this is shown as work in progress the next time, s."""
+_BREATH = 0.002
+"""How long a request for diagnostics lets others come first, s."""
 _PULL = types.DiagnosticOptions(inter_file_dependencies=True, workspace_diagnostics=False, identifier="maze-machine")
 FIX_ALL = "source.fixAll.maze-machine"
+CODE_ACTIONS = (
+    types.CodeActionKind.QuickFix,
+    FIX_ALL,
+    refactoring.ADD_STATE,
+    refactoring.EXTRACT,
+    refactoring.RETARGET,
+)
+"""The kinds of what can be done about a line."""
+
+
+class _Protocol(LanguageServerProtocol):
+    """The protocol without a flaw of pygls 2.1, which keeps what became of every notification for ever."""
+
+    def _execute_handler(
+        self,
+        msg_id: str | int,
+        handler: Callable[..., Any],
+        callback: Callable[[Future[Any]], Any],
+        args: tuple[Any, ...] | None = None,
+        kwargs: dict[str, Any] | None = None,
+    ) -> None:
+        def done(future: Future[Any]) -> None:
+            # Replaced, not changed: at the end pygls goes through it while it cancels.
+            self._request_futures = {one: kept for one, kept in self._request_futures.items() if one != msg_id}
+            callback(future)
+
+        super()._execute_handler(msg_id, handler, done, args, kwargs)
 
 
 class MachineServer(LanguageServer):
-    """A language server with the documents of its editor."""
+    """A language server with the documents of its editor.
+
+    Attributes:
+        documents: what is open.
+        pulls: the editor asks for diagnostics itself.
+        snippets: the editor fills in what is inserted with places to fill in.
+        forget_libraries: called with the files that have changed, as far as they are known; they may be libraries.
+        other_language: makes the documents of files that are no machines.
+        ignored: gives the beginnings of codes of warnings and notes that are not shown of a file.
+        tested: gives what is said of the states of a file's machine, by line, from 0.
+        run_tests: called with a file that was opened or saved.
+        started: called when the editor is ready, and when its settings have changed.
+        hints: whether defaults of arguments are shown beside calls.
+        pages: where each code of a diagnostic is explained.
+    """
 
     def __init__(self, library_of: LibraryOf, version: str) -> None:
-        super().__init__("maze-machine", version, text_document_sync_kind=types.TextDocumentSyncKind.Incremental)
+        super().__init__(
+            "maze-machine",
+            version,
+            text_document_sync_kind=types.TextDocumentSyncKind.Incremental,
+            protocol_cls=_Protocol,
+        )
         self.documents = Documents(library_of)
+        self.forget_libraries: Callable[[Sequence[str]], object] = lambda _changed: None
+        self.ignored: Callable[[str], tuple[str, ...]] = lambda _file: ()
+        self.tested: Callable[[str], Mapping[int, str]] = lambda _file: {}
+        self.run_tests: Callable[[str], object] = lambda _file: None
+        self.started: Callable[[], Awaitable[None]] | None = None
+        self.hints = True
+        self.pages: Mapping[str, str] = {}
+        self.other_language: OtherLanguage = lambda _file, _text, _opened: None
+        self._others: dict[str, tuple[object, OtherDocument | None]] = {}
         self.pulls = False
         self.snippets = False
+        self._slow: set[str] = set()
         self._waiting: dict[str, asyncio.TimerHandle] = {}
 
+    @property
+    def creates_files(self) -> bool:
+        """Whether the editor makes files where a change asks for it."""
+        capable = self.client_capabilities.workspace
+        able = capable.workspace_edit if capable is not None else None
+        created = types.ResourceOperationKind.Create
+        return able is not None and bool(able.document_changes) and created in (able.resource_operations or ())
+
     def document(self, uri: str) -> Document:
-        """The document as it is in the editor."""
+        """The machine as it is in the editor; an empty one for a file of another language."""
         file = protocol.path_of(uri)
-        self.documents.update(file, self.workspace.get_text_document(uri).source)
+        self.documents.update(file, "" if self.other(uri) else self.workspace.get_text_document(uri).source)
         return self.documents[file]
 
+    def other(self, uri: str) -> OtherDocument | None:
+        """The document as the editor has it, if it is of another language; made again when any file changes."""
+        if uri.endswith(SUFFIX):
+            return None
+        opened = {protocol.path_of(one): document for one, document in self.workspace.text_documents.items()}
+        stamp = [(file, document.version) for file, document in opened.items()]
+        known = self._others.get(uri)
+        if known is None or known[0] != stamp:
+            text = self.workspace.get_text_document(uri).source
+            made = self.other_language(protocol.path_of(uri), text, {file: one.source for file, one in opened.items()})
+            known = self._others[uri] = (stamp, made)
+        return known[1]
+
+    def found(self, uri: str) -> list[types.Diagnostic]:
+        """What is wrong with a document."""
+        other = self.other(uri)
+        if other is not None:
+            return [protocol.diagnostic(one, other.file, other.lines, self.pages) for one in other.diagnostics()]
+        document = self.document(uri)
+        unwanted = self.ignored(document.file)
+        return [
+            protocol.diagnostic(one, document.file, document.tree.lines, self.pages)
+            for one in self.documents.diagnostics(document.file)
+            if one.severity is Severity.ERROR or not one.code.startswith(unwanted)
+        ]
+
+    @asynccontextmanager
+    async def checking(self, uri: str) -> AsyncIterator[None]:
+        """Let the editor show that a document is checked, if that took long the last time."""
+        window = self.client_capabilities.window
+        shown = uri in self._slow and window is not None and bool(window.work_done_progress)
+        token = f"check {uri}"
+        if shown:
+            await self.work_done_progress.create_async(token)
+            self.work_done_progress.begin(token, types.WorkDoneProgressBegin(f"checking {Path(uri).name}"))
+            await asyncio.sleep(0)
+        began = monotonic()
+        try:
+            yield
+        finally:
+            if monotonic() - began > LONG:
+                self._slow.add(uri)
+            else:
+                self._slow.discard(uri)
+            if shown:
+                self.work_done_progress.end(token, types.WorkDoneProgressEnd())
+
+    def refresh(self, changed: Sequence[str] = ()) -> None:
+        """Files have changed on the disk: look at everything again.
+
+        Args:
+            changed: the files, as far as they are known.
+        """
+        self.forget_libraries(changed)
+        self.documents.refresh()
+        self._others.clear()
+        for uri in list(self.workspace.text_documents):
+            self.publish_soon(uri)
+
     def publish(self, uri: str) -> None:
-        """Tell the editor what is wrong with a document, unless it asks itself."""
+        """Send the editor the diagnostics of a document, unless it asks for them."""
         self._waiting.pop(uri, None)
         if self.pulls or uri not in self.workspace.text_documents:
             return
-        document = self.document(uri)
-        found = self.documents.diagnostics(document.file)
-        shown = [protocol.diagnostic(one, document.file, document.tree.lines) for one in found]
         version = self.workspace.get_text_document(uri).version
-        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown, version))
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, self.found(uri), version))
 
     def publish_soon(self, uri: str) -> None:
         """The same, when typing has paused."""
@@ -63,6 +194,7 @@ class MachineServer(LanguageServer):
         if (waiting := self._waiting.pop(uri, None)) is not None:
             waiting.cancel()
         self.documents.close(protocol.path_of(uri))
+        self._others.pop(uri, None)
         self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
 
     def folder(self, file: str) -> Path:
@@ -84,6 +216,8 @@ def make_server(library_of: LibraryOf, version: str) -> MachineServer:
     _completion(server)
     _navigation(server)
     _editing(server)
+    _showing(server)
+    _formatting(server)
     return server
 
 
@@ -94,46 +228,55 @@ def _synchronisation(server: MachineServer) -> None:
         server.pulls = text is not None and text.diagnostic is not None
         item = text.completion.completion_item if text is not None and text.completion is not None else None
         server.snippets = item is not None and bool(item.snippet_support)
+        if server.started is not None:
+            await server.started()
+
+    @server.feature(types.WORKSPACE_DID_CHANGE_CONFIGURATION)
+    async def configured(_params: types.DidChangeConfigurationParams) -> None:
+        if server.started is not None:
+            await server.started()
+        server.refresh()
 
     @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
     async def opened(params: types.DidOpenTextDocumentParams) -> None:
         server.publish(params.text_document.uri)
+        await asyncio.sleep(_BREATH)
+        server.run_tests(protocol.path_of(params.text_document.uri))
 
     @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
     async def changed(params: types.DidChangeTextDocumentParams) -> None:
         server.publish_soon(params.text_document.uri)
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
-    async def saved(_params: types.DidSaveTextDocumentParams) -> None:
-        _refresh(server)  # what imports the file depends on it
+    async def saved(params: types.DidSaveTextDocumentParams) -> None:
+        server.refresh()  # what imports the file depends on it
+        await asyncio.sleep(_BREATH)
+        server.run_tests(protocol.path_of(params.text_document.uri))
 
     @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
     async def closed(params: types.DidCloseTextDocumentParams) -> None:
         server.forget(params.text_document.uri)
 
     @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
-    async def watched(_params: types.DidChangeWatchedFilesParams) -> None:
-        _refresh(server)
+    async def watched(params: types.DidChangeWatchedFilesParams) -> None:
+        server.refresh([protocol.path_of(one.uri) for one in params.changes])
 
     @server.feature(types.TEXT_DOCUMENT_DIAGNOSTIC, _PULL)
     async def pulled(params: types.DocumentDiagnosticParams) -> types.RelatedFullDocumentDiagnosticReport:
-        document = server.document(params.text_document.uri)
-        found = server.documents.diagnostics(document.file)
-        shown = [protocol.diagnostic(one, document.file, document.tree.lines) for one in found]
-        return types.RelatedFullDocumentDiagnosticReport(shown)
-
-
-def _refresh(server: MachineServer) -> None:
-    server.documents.refresh()
-    for uri in list(server.workspace.text_documents):
-        server.publish_soon(uri)
+        # Edits and cancellations that have come meanwhile are taken in first: of a row of keystrokes only the last text
+        # is checked, and each request is answered with what is wrong with it.
+        await asyncio.sleep(_BREATH)
+        uri = params.text_document.uri
+        async with server.checking(uri):
+            return types.RelatedFullDocumentDiagnosticReport(server.found(uri))
 
 
 def _completion(server: MachineServer) -> None:
     @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[".", " ", "("]))
     def complete(params: types.CompletionParams) -> list[types.CompletionItem]:
-        document = server.document(params.text_document.uri)
-        lines = document.tree.lines
+        uri = params.text_document.uri
+        document = server.other(uri) or server.document(uri)
+        lines = document.lines
         line, column = protocol.characters(params.position, lines)
         begin = column - len(document.typed(line, column))
         replaced = types.Range(protocol.position(line, begin, lines), params.position)
@@ -148,16 +291,20 @@ def _completion(server: MachineServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_HOVER)
     def hover(params: types.HoverParams) -> types.Hover | None:
-        document = server.document(params.text_document.uri)
-        entry = document.hover(*protocol.characters(params.position, document.tree.lines))
+        document = server.other(params.text_document.uri) or server.document(params.text_document.uri)
+        entry = document.hover(*protocol.characters(params.position, document.lines))
         return None if entry is None else types.Hover(protocol.markdown(entry))
 
 
 def _navigation(server: MachineServer) -> None:
     @server.feature(types.TEXT_DOCUMENT_DEFINITION)
     def define(params: types.DefinitionParams) -> types.Location | None:
+        other = server.other(params.text_document.uri)
         document = server.document(params.text_document.uri)
-        found = navigation.definition(document, *protocol.characters(params.position, document.tree.lines))
+        if other is not None:
+            found = other.definition(*protocol.characters(params.position, other.lines))
+        else:
+            found = navigation.definition(document, *protocol.characters(params.position, document.tree.lines))
         if found is None:
             return None
         lines = document.tree.lines if found.file == document.file else ()
@@ -190,6 +337,9 @@ def _navigation(server: MachineServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def symbols(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+        other = server.other(params.text_document.uri)
+        if other is not None:
+            return [protocol.symbol(one, other.lines) for one in other.outline()]
         document = server.document(params.text_document.uri)
         return [protocol.symbol(one, document.tree.lines) for one in navigation.outline(document)]
 
@@ -259,7 +409,7 @@ def _editing(server: MachineServer) -> None:
             changes.setdefault(protocol.uri_of(file), []).append(edit)
         return types.WorkspaceEdit(changes=changes)
 
-    @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions([types.CodeActionKind.QuickFix, FIX_ALL]))
+    @server.feature(types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions(CODE_ACTIONS))
     def act(params: types.CodeActionParams) -> list[types.CodeAction]:
         uri = params.text_document.uri
         document = server.document(uri)
@@ -273,12 +423,22 @@ def _editing(server: MachineServer) -> None:
         edits = [protocol.text_edit(one, lines) for one in actions.all_fixes(document, found)]
         if edits and (asked is None or any(FIX_ALL.startswith(str(one)) for one in asked)):
             change = types.WorkspaceEdit(changes={uri: edits})
-            offered.append(types.CodeAction("Fix all that is certain", FIX_ALL, edit=change))
+            offered.append(types.CodeAction("Fix all certain problems", FIX_ALL, edit=change))
+        for one in refactoring.refactorings(document, params.range.start.line):
+            # The many targets of a transition are offered only where an editor asks for refactorings.
+            usual = one.kind in (refactoring.ADD_STATE, refactoring.EXTRACT)
+            wanted = usual if asked is None else any(one.kind.startswith(str(kind)) for kind in asked)
+            if wanted and (not one.created or server.creates_files):
+                offered.append(protocol.refactoring_action(one, uri, lines))
         return offered
 
+
+def _showing(server: MachineServer) -> None:
     @server.feature(types.TEXT_DOCUMENT_INLAY_HINT)
     def hints(params: types.InlayHintParams) -> list[types.InlayHint]:
         document = server.document(params.text_document.uri)
+        if not server.hints:
+            return []
         found = actions.hints(document, params.range.start.line, params.range.end.line)
         return [
             types.InlayHint(
@@ -293,14 +453,15 @@ def _editing(server: MachineServer) -> None:
     def lenses(params: types.CodeLensParams) -> list[types.CodeLens]:
         document = server.document(params.text_document.uri)
         line = actions.heading_line(document)
-        if line is None:
-            return []
-        where = types.Range(types.Position(line, 0), types.Position(line, len(document.tree.lines[line])))
+        shown = [] if line is None else [(line, title, f"maze-machine.{title.lower()}") for title in ("Run", "Test")]
+        shown += [(one, text, "maze-machine.test") for one, text in server.tested(document.file).items()]
         return [
-            types.CodeLens(where, types.Command(title, f"maze-machine.{title.lower()}", arguments=[document.file]))
-            for title in ("Run", "Test")
+            types.CodeLens(_whole_line(one, document), types.Command(title, command, arguments=[document.file]))
+            for one, title, command in shown
         ]
 
+
+def _formatting(server: MachineServer) -> None:
     @server.feature(types.TEXT_DOCUMENT_FORMATTING)
     def formatting(params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
         return _formatted(server, params.text_document.uri)
@@ -313,13 +474,28 @@ def _editing(server: MachineServer) -> None:
         first, last = params.range.start.line, params.range.end.line
         return [one for one in edits if one.range.start.line >= first and one.range.end.line <= last + 1]
 
+    @server.feature(types.TEXT_DOCUMENT_ON_TYPE_FORMATTING, types.DocumentOnTypeFormattingOptions("\n"))
+    def formatted_while_typing(params: types.DocumentOnTypeFormattingParams) -> list[types.TextEdit] | None:
+        """Lay out the line that was just ended."""
+        edits = _formatted(server, params.text_document.uri)
+        ended = params.position.line - 1
+        return None if edits is None else [one for one in edits if one.range.start.line == one.range.end.line == ended]
+
+
+def _whole_line(line: int, document: Document) -> types.Range:
+    length = len(document.lines[line]) if line < len(document.lines) else 0
+    return types.Range(types.Position(line, 0), protocol.position(line, length, document.lines))
+
 
 def _formatted(server: MachineServer, uri: str) -> list[types.TextEdit] | None:
     """The lines that the formatter changes; None where the text cannot be read."""
     text = server.workspace.get_text_document(uri).source
+    other = server.other(uri)
     try:
-        formatted = format_text(text)
+        formatted = format_text(text) if other is None else other.formatted()
     except MachineError:
+        return None
+    if formatted is None:
         return None
     before, after = protocol.lines_of(text), protocol.lines_of(formatted)
     if len(before) != len(after):

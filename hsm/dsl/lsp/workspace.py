@@ -2,18 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
+from typing import Protocol
 
-from hsm.dsl.loading import SUFFIX, check_text, read_text
-from hsm.dsl.lsp.editing import Document
+from hsm.dsl.loading import SUFFIX, ImportedMachines, check_tree, read_text
+from hsm.dsl.lsp.editing import Document, Entry
+from hsm.dsl.lsp.navigation import OutlineSymbol, Span
+from hsm.dsl.syntax.parser import BlockParser
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
 
 LibraryOf = Callable[[str], Library]
 """Gives the library that a file's machine is written against."""
-_MOST_FILES = 500
+_MOST_FILES, _MOST_FOLDERS = 500, 2000
+"""How much of a folder is looked at: an editor may have opened a file in the root of a disk."""
+
+
+class OtherDocument(Protocol):
+    """A file of another language about machines, such as that of scenarios, as it is in the editor."""
+
+    @property
+    def file(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def lines(self) -> Sequence[str]:
+        """Its text, line by line."""
+        ...
+
+    def diagnostics(self) -> Sequence[Diagnostic]:
+        """What is wrong with it."""
+        ...
+
+    def typed(self, line: int, column: int) -> str:
+        """The part of a name that is before a position."""
+        ...
+
+    def completions(self, line: int, column: int) -> Sequence[Entry]:
+        """What could be written at a position."""
+        ...
+
+    def hover(self, line: int, column: int) -> Entry | None:
+        """What is written at a position."""
+        ...
+
+    def definition(self, line: int, column: int) -> Span | None:
+        """Where the name at a position is declared."""
+        ...
+
+    def outline(self) -> Sequence[OutlineSymbol]:
+        """What it declares."""
+        ...
+
+    def formatted(self) -> str | None:
+        """Its text laid out; None where it cannot be read."""
+        ...
+
+
+OtherLanguage = Callable[[str, str, Mapping[str, str]], OtherDocument | None]
+"""Makes the document of a file from its name, its text and the texts of all open files; None for a machine's file."""
 
 
 @dataclass(slots=True)
@@ -27,22 +79,27 @@ class Documents:
     library_of: LibraryOf
     _open: dict[str, Document] = field(default_factory=dict)
     _found: dict[str, tuple[Document, tuple[Diagnostic, ...]]] = field(default_factory=dict)
+    _parsers: dict[str, BlockParser] = field(default_factory=dict)
+    _imported: dict[int, tuple[Library, ImportedMachines]] = field(default_factory=dict)
 
     def update(self, file: str, text: str) -> None:
         """Take the text of a file as it is in the editor."""
         known = self._open.get(file)
         library = self.library_of(file)
         if known is None or known.text != text or known.library is not library:
-            self._open[file] = Document(text, file, library)
+            parser = self._parsers.setdefault(file, BlockParser())
+            self._open[file] = Document(text, file, library, parser)
 
     def close(self, file: str) -> None:
         """Forget a file."""
         self._open.pop(file, None)
+        self._parsers.pop(file, None)
         self._found.pop(file, None)
 
     def refresh(self) -> None:
-        """Check everything anew: something that files depend on has changed on the disk."""
+        """Check everything again: something that files depend on has changed on the disk."""
         self._found.clear()
+        self._imported.clear()
         for file, document in list(self._open.items()):
             self.update(file, document.text)
 
@@ -60,7 +117,8 @@ class Documents:
         document = self._open[file]
         known = self._found.get(file)
         if known is None or known[0] is not document:
-            checked = check_text(document.text, document.library, file).diagnostics
+            imported = self._imported.setdefault(id(document.library), (document.library, ImportedMachines()))[1]
+            checked = check_tree(document.tree, document.unread, document.text, document.library, imported).diagnostics
             own = tuple(one for one in checked if one.place is not None and one.place.file == file)
             known = self._found[file] = (document, own)
         return known[1]
@@ -71,12 +129,17 @@ class Documents:
         for file in self:
             seen.add(str(Path(file).resolve()))
             yield self._open[file]
-        for number, path in enumerate(sorted(folder.rglob(f"*{SUFFIX}"))):
-            if number >= _MOST_FILES:
-                return
+        for path in islice(_machines(folder), _MOST_FILES):
             if str(path.resolve()) in seen:
                 continue
             try:
                 yield Document(read_text(path), str(path), self.library_of(str(path)))
             except MachineError:
                 continue
+
+
+def _machines(folder: Path) -> Iterator[Path]:
+    """The machines of a folder and of those in it, in order; hidden folders and links to folders are passed over."""
+    for place, folders, files in islice(os.walk(folder), _MOST_FOLDERS):
+        folders[:] = sorted(one for one in folders if not one.startswith("."))
+        yield from (Path(place, one) for one in sorted(files) if one.endswith(SUFFIX))

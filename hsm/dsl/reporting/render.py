@@ -1,4 +1,4 @@
-"""Findings for people and for programs: as text with the source line underlined, as JSON, as SARIF."""
+"""Diagnostics for people and for programs: as text with the source line underlined, as JSON, as SARIF."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _WIDEST = 160
 
 
 def as_text(findings: Sequence[Diagnostic], sources: Mapping[str, str], *, colour: bool = False) -> str:
-    """Findings as a person reads them, one paragraph each.
+    """Diagnostics as a person reads them, one paragraph each.
 
     Args:
         findings: what was found.
-        sources: the text of each file, by the name that places bear.
+        sources: the text of each file, by the name that places have.
         colour: with the escape codes of a terminal.
     """
     lines = {file: text.replace("\r\n", "\n").split("\n") for file, text in sources.items()}
@@ -34,12 +34,12 @@ def summary(findings: Sequence[Diagnostic]) -> str:
 
 
 def as_json(findings: Sequence[Diagnostic]) -> str:
-    """Findings as a JSON document: ``{"version": 1, "findings": [...]}``; lines and columns count from 1."""
+    """Diagnostics as a JSON document: ``{"version": 1, "findings": [...]}``; lines and columns count from 1."""
     return json.dumps({"version": 1, "findings": list(map(_record, findings))}, indent=2, ensure_ascii=False)
 
 
 def as_sarif(findings: Sequence[Diagnostic], version: str) -> str:
-    """Findings in the Static Analysis Results Interchange Format 2.1.0.
+    """Diagnostics in the Static Analysis Results Interchange Format 2.1.0.
 
     Args:
         findings: what was found.

@@ -1,4 +1,4 @@
-"""The report that collects the findings of one file."""
+"""The report that collects the diagnostics of one file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _MOST_REPEATS = 8
 
 @dataclass(slots=True)
 class Report:
-    """The findings of one file, in the order in which they were made."""
+    """The diagnostics of one file, in the order in which they were made."""
 
     file: str
     found: list[Diagnostic] = field(default_factory=list)
@@ -62,7 +62,7 @@ class Report:
         suggestion: str | None = None,
         related: tuple[Related, ...] = (),
     ) -> None:
-        """Take a finding down; without a message the code's title is one."""
+        """Record a diagnostic; the default message is the code's title."""
         self.found.append(finding(code, place, message or CODES[code].title, suggestion, related))
 
     def add_once(
@@ -75,16 +75,16 @@ class Report:
         subject: Hashable = None,
         again: str = "and here",
     ) -> None:
-        """Take a finding down that may be made again, such as a name that is unknown wherever it stands.
+        """Record a diagnostic that may be made again, such as a name that is unknown wherever it is.
 
-        There is one finding, at the first place; the others are told with it.
+        There is one diagnostic, at the first place; the others are reported with it.
 
         Args:
             code: the code.
             place: where.
             message: the reason.
             suggestion: a way out.
-            subject: what the finding is about, where several messages are about the same.
+            subject: what the diagnostic is about, where several messages are about the same.
             again: what is said of this place when it is not the first.
         """
         key = (code, message if subject is None else subject)

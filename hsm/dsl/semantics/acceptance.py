@@ -1,4 +1,4 @@
-"""Findings that an author has looked at and accepts: ``# accept N0701`` on the line of a finding, or above it.
+"""Diagnostics that an author has looked at and accepts: ``# accept N0701`` on the line of a diagnostic, or above it.
 
 On the line of a state, or above it, it also holds for whatever is indented below.
 """
@@ -18,7 +18,7 @@ _CODE = re.compile(r"[WN]\d{4}")
 
 
 def accepted(findings: Iterable[Diagnostic], tree: ast.File) -> list[Diagnostic]:
-    """The findings that are not accepted in the file, and a warning for each acceptance of nothing."""
+    """The diagnostics that are not accepted in the file, and a warning for each acceptance of nothing."""
     places = _acceptances(tree)
     blocks = _blocks(tree, {line for line, _ in places})
     used: set[tuple[int, str]] = set()
@@ -70,7 +70,7 @@ def _blocks(tree: ast.File, wanted: set[int]) -> Mapping[int, Sequence[int]]:
 
 
 def _next_line(tree: ast.File, number: int) -> int:
-    """The first line behind a comment that is not one."""
+    """The first line after a comment that is not one."""
     while number < len(tree.lines) and tree.lines[number].lstrip().startswith("#"):
         number += 1
     return number + 1

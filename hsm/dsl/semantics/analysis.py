@@ -19,7 +19,7 @@ class Stay:
     """A ``stay`` line: no transition is wanted while its condition holds, or ever.
 
     Attributes:
-        condition: None without one, or where it is at fault.
+        condition: None without one, or where it is invalid.
         place: where it is written.
         always: it has no condition.
     """

@@ -19,7 +19,9 @@ from hsm.model.chart import (
     Assign,
     Call,
     Cancel,
+    Defer,
     Else,
+    Emit,
     Every,
     Held,
     On,
@@ -33,7 +35,7 @@ from hsm.model.chart import (
 )
 from hsm.model.diagnostics import Related
 from hsm.model.expressions import Binary, Expression, Literal, Unary
-from hsm.model.registry import Choosy
+from hsm.model.registry import Choosy, Parameter
 from hsm.model.types import BOOLEAN
 
 
@@ -57,7 +59,7 @@ class Behaviour:
     performed: Names = field(default_factory=Names)
 
     def activity(self, symbol: StateSymbol) -> ActivityCall | None:
-        """What a state does; None where that is nothing, or at fault."""
+        """What a state does; None where that is nothing, or invalid."""
         if symbol.activity is None:
             return None
         found = self._activity(symbol.activity.call)
@@ -110,11 +112,14 @@ class Behaviour:
         return Stay(condition, self.context.place(line.keyword, last), always=line.condition is None)
 
     def transition(self, symbol: StateSymbol, line: ast.TransitionLine) -> Transition:
-        """A transition, the next in document order; its trigger is on nothing where it is at fault."""
+        """A transition, the next in document order; its trigger is on nothing where it is invalid."""
         uncertain = line.keyword == "else" and None in self._tables.get(symbol.index, ())
         trigger = self._trigger(symbol, line)
-        guard = self.context.scope.condition(line.guard) if line.guard is not None else None
+        scope = self.context.scope
+        scope.heard = line.names
+        guard = scope.condition(line.guard) if line.guard is not None else None
         actions = self.actions(line.actions)
+        scope.heard = ()
         kind = TransitionKind.INTERNAL
         targets: tuple[int, ...] = ()
         if line.target is not None:
@@ -122,7 +127,7 @@ class Behaviour:
             targets = self._targets(line.target)
             kind = kind if targets else TransitionKind.INTERNAL
             uncertain = len(targets) < len(line.target.names)
-        elif not line.actions:
+        elif not line.actions and line.keyword != "defer":
             if trigger is not None and (guard is not None or line.guard is None):
                 hint = "say where it goes: `-> state`, or what it does: `/ action`"
                 self.context.add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
@@ -149,6 +154,8 @@ class Behaviour:
     def _trigger(self, symbol: StateSymbol, line: ast.TransitionLine) -> Trigger | None:
         if line.keyword == "else":
             return self._else(symbol, line.keyword)
+        if line.keyword == "defer":
+            return Defer(tuple(self.declarations.deferred(symbol, name) for name in line.names))
         if line.operand is None:
             return On(tuple(self.declarations.event(symbol, name) for name in line.names))
         if line.keyword == "when":
@@ -163,8 +170,8 @@ class Behaviour:
         if line.keyword == "after":
             return After(duration)
         if isinstance(duration, Literal) and duration.value == 0:
-            hint = "write how long it is from one time to the next"
-            self.context.report.add("E0307", duration.place, "what is done every 0 s would be done without end", hint)
+            hint = "write the time from one repetition to the next"
+            self.context.report.add("E0307", duration.place, "`every` needs a duration above 0 s", hint)
             return None
         return Every(duration)
 
@@ -189,7 +196,7 @@ class Behaviour:
                 continue
             clash = next((other for other in known if not _orthogonal(symbol, other)), None)
             if clash is not None:
-                hint = "several targets lie in different regions of a parallel state"
+                hint = "several targets must be in different regions of a parallel state"
                 self.context.add("E0406", name, f"`{clash.name}` and `{symbol.name}` cannot be active together", hint)
                 continue
             known.append(symbol)
@@ -209,15 +216,11 @@ class Behaviour:
             return None
         if dot and owner in self.context.symbols.states:
             hint = f"go to `{owner}`, or to `{owner}.history`"
-            self.context.add("E0201", name, f"a state inside `{owner}` cannot be entered by this name", hint)
+            self.context.add("E0201", name, f"a state inside the instance `{owner}` cannot be a target", hint)
             return self.context.symbols.states[owner]
         wanted = owner if dot and suffix in HISTORY else str(name)
         close = self.context.report.guess(wanted, self.context.symbols.states)
-        hint = (
-            f"say of which state: `state.{name}`"
-            if name in HISTORY
-            else close.text or "declare it, or correct the name"
-        )
+        hint = f"name the state: `state.{name}`" if name in HISTORY else close.text or "declare it, or correct the name"
         place = self.context.place(name)
         self.context.report.add_once(
             "E0201", place, f"there is no state `{wanted}`", hint or "declare it, or correct the name"
@@ -227,14 +230,16 @@ class Behaviour:
         return self.context.symbols.states.get(close.name or "")
 
     def actions(self, lines: tuple[ast.ActionSyntax, ...]) -> tuple[Action, ...]:
-        """Actions in order, without those at fault."""
+        """Actions in order, without the invalid ones."""
         actions = [self._action(line) for line in lines]
         return tuple(one for one in actions if one is not None)
 
     def _action(self, line: ast.ActionSyntax) -> Action | None:
         match line:
-            case ast.RaiseSyntax(event, delay):
-                return self._raise(event, delay)
+            case ast.RaiseSyntax():
+                return self._raise(line)
+            case ast.SendSyntax():
+                return self._send(line)
             case ast.CancelSyntax(event):
                 return self._cancel(event)
             case ast.AssignSyntax():
@@ -242,24 +247,43 @@ class Behaviour:
             case ast.CallSyntax():
                 return self._call(line)
 
-    def _raise(self, event: Token, delay: ast.Expression | None) -> Raise | Send | None:
-        if delay is None:
-            return Raise(str(event), self.context.place(event))
-        found = self.context.scope.duration(delay)
-        if found is None:
+    def _raise(self, line: ast.RaiseSyntax) -> Raise | Send | None:
+        event, delay = line.event, line.delay
+        arguments = self._data(line)
+        found = self.context.scope.duration(delay) if delay is not None else None
+        if arguments is None or (found is None and delay is not None):
             return None
+        if found is None:
+            return Raise(str(event), self.context.place(event), arguments)
         if not isinstance(found, Literal):
-            message = "the delay of an event is constant"
+            message = "the delay of an event must be constant"
             self.context.report.add(
-                "E0303", found.place, message, "let a state wait `after` a duration, and raise then"
+                "E0303", found.place, message, "use a state with an `after` transition that raises the event"
             )
             return None
-        return Send(str(event), float(found.value), str(event), self.context.place(event))
+        return Send(str(event), float(found.value), str(event), self.context.place(event), arguments=arguments)
+
+    def _data(self, line: ast.RaiseSyntax | ast.SendSyntax) -> tuple[Expression, ...] | None:
+        """What an event carries that is raised or sent; None where it is invalid."""
+        data = self.declarations.data.get(str(line.event))
+        fields = [Parameter(one.name, one.type) for one in (data.fields if data is not None else ())]
+        return self.context.scope.arguments(line.data, fields, f"event `{line.event}`")
+
+    def _send(self, line: ast.SendSyntax) -> Emit | None:
+        event, known = line.event, [*self.declarations.declared, *self.context.library.events]
+        if str(event) not in known:
+            if event not in self.context.symbols.events and event not in self.context.symbols.doubtful:
+                guess = self.context.report.guess(event, known)
+                hint = guess.text or f"declare it at the top of the file: `event {event}`"
+                self.context.add_once("E0203", event, f"`{event}` is sent to other machines, and not declared", hint)
+            return None
+        arguments = self._data(line)
+        return None if arguments is None else Emit(str(event), self.context.place(event), arguments)
 
     def _cancel(self, event: Token) -> Cancel | None:
         if event not in self.declarations.delayed:
             guess = self.context.report.guess(event, self.declarations.delayed)
-            hint = guess.text or "only what is raised `after` a duration can be cancelled"
+            hint = guess.text or "only an event that is raised `after` a duration can be cancelled"
             self.context.add_once("E0203", event, f"nothing raises `{event}` after a duration", hint)
             return None
         return Cancel(str(event), self.context.place(event))
@@ -301,9 +325,13 @@ class Behaviour:
             self.context.scope.expression(line.value)
             return None
         if declared.constant:
-            message, hint = f"`{name}` is a parameter: it keeps its value", f"declare it with `var {name}`"
+            message, hint = f"`{name}` is a parameter and cannot change", f"declare it with `var {name}`"
             related = Related(declared.place, "declared here")
             self.context.report.add("E0304", self.context.place(name), message, hint, (related,))
+            return None
+        if declared.owner is not None:
+            message = f"`{name}` belongs to the instance `{declared.owner}`, which alone can change it"
+            self.context.add("E0304", name, message, "raise an event that the instance handles")
             return None
         was_used = name in self.context.scope.used.known
         node = line.value

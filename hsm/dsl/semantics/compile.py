@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import cast
 
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.analysis import PSEUDO, AnalysisInput
 from hsm.dsl.semantics.behaviour import Behaviour
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.declarations import Declarations
-from hsm.dsl.semantics.instances import InstanceCopy, instantiate
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.properties import compile_properties
 from hsm.dsl.semantics.symbols import HISTORY, StateSymbol, collect_symbols
-from hsm.dsl.semantics.typing import Scope
+from hsm.dsl.semantics.typing import Declared, Scope
 from hsm.dsl.syntax import ast
-from hsm.model.chart import Action, Model, State, StateKind, Variable
+from hsm.model.chart import Action, Assign, Emit, EventData, Model, State, StateKind, Variable
 from hsm.model.diagnostics import Diagnostic, Severity
+from hsm.model.expressions import Literal
+from hsm.model.instances import InstanceCopy, instantiate
+from hsm.model.members import library_of_members
 from hsm.model.properties import Property
 from hsm.model.registry import Library
-from hsm.model.types import Quantity
-
-_DURATION = Quantity(time=1)
+from hsm.model.rewriting import Rewriter, actions_of
+from hsm.model.types import Enumeration
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +60,7 @@ def compile_file(
     """
     report = Report(tree.name, found)
     table = collect_symbols(tree, report)
+    library = library_of_members(library, table.members())
     context = Context(tree, library, report, table, Scope(library, report))
     declarations = Declarations(context)
     return _Compiler(context, machines, declarations, Behaviour(context, declarations)).run()
@@ -89,10 +93,13 @@ class _Compiler:
         for unit in self.machines.values():
             for one in unit.model.enumerations if unit is not None and unit.model is not None else ():
                 self.context.scope.enumerations.setdefault(one.__name__, one)
-        self.declarations.declare()
         symbols = table.all_states()
         for symbol in symbols:
             self._find_machine(symbol)
+        self.declarations.declare([one for symbol in symbols for one in self._imported_data(symbol)])
+        for symbol in symbols:
+            self._let_read(symbol)
+        self.declarations.expose()
         for symbol in symbols:
             self._request_histories(symbol)
         order = self._number()
@@ -100,15 +107,86 @@ class _Compiler:
         self.declarations.define()
         if self.instantiated.unknown or any(unit is None or unit.model is None for unit in self.machines.values()):
             table.events.add_unknown()
-        events = [name for unit in self.machines.values() if unit is not None for name in unit.events]
-        self.declarations.gather_events(order, events)
+        self.declarations.gather_events(order, self._imported_events(symbols))
         states: list[State] = []
         for symbol in order:
             states.extend(self._states(symbol))
-        subject = self._subject(order, self._model(states))
+        subject = self._subject(order, self._connected(self._model(order, states), symbols))
         failed = any(one.severity is Severity.ERROR for one in report.found)
         own = frozenset(self.declarations.events)
         return CompilationUnit(self.context.tree, None if failed else subject.model, subject, tuple(report.found), own)
+
+    def _imported_events(self, symbols: Sequence[StateSymbol]) -> list[str]:
+        """The events of imported machines: those of instances by their names, those of members with the member's."""
+        members = {str(one.instance.name) for one in symbols if one.member and one.instance is not None}
+        plain = {str(one.instance.name) for one in symbols if not one.member and one.instance is not None}
+        events = [
+            event
+            for name, unit in self.machines.items()
+            if unit is not None and (name in plain or name not in members)
+            for event in unit.events
+        ]
+        for one in symbols:
+            if one.member and one.model is not None:
+                self.declarations.sent.update(act.event for act in actions_of(one.model) if isinstance(act, Emit))
+                events += [f"{one.name}.{event}" for event in sorted(one.model.events or ())]
+        return events
+
+    def _imported_data(self, symbol: StateSymbol) -> list[EventData]:
+        """What the events of an instance or a member carry."""
+        data = symbol.model.event_data if symbol.model is not None else ()
+        return [replace(one, event=f"{symbol.name}.{one.event}") if symbol.member else one for one in data]
+
+    def _let_read(self, symbol: StateSymbol) -> None:
+        """What the expressions of this file may read of an instance: what it exposes, and how it has ended."""
+        if symbol.model is None or symbol.token is None:
+            return
+        scope, place = self.context.scope, self.context.place(symbol.token)
+        types = {one.name: one.type for one in symbol.model.variables}
+        for name in symbol.model.exposed:
+            scope.variables[f"{symbol.name}.{name}"] = Declared(types[name], False, place, symbol.name)  # noqa: FBT003
+        finals = [one.own_name for one in symbol.model.states if one.kind is StateKind.FINAL and one.parent == 0]
+        name = _outcome(symbol)
+        if finals and name not in scope.variables:
+            make = cast("Callable[..., type[StrEnum]]", StrEnum)  # called as a function, it makes a class
+            members = dict.fromkeys(("none", *finals))
+            kind = make(name, {f"value_{number}": one for number, one in enumerate(members)})
+            scope.outcomes[name] = kind
+            scope.variables[name] = Declared(Enumeration(name, tuple(members)), False, place, symbol.name)  # noqa: FBT003
+
+    def _noting_outcomes(self, order: Sequence[StateSymbol], states: list[State]) -> list[State]:
+        """The states, where those that end an instance note how it has ended, if anything reads that."""
+        noted = list(states)
+        for symbol in order:
+            name = _outcome(symbol)
+            kind = self.context.scope.outcomes.get(name)
+            if kind is None or name not in self.context.scope.used.known or symbol.token is None:
+                continue
+            place, declared = self.context.place(symbol.token), self.context.scope.variables[name].type
+            first = Literal(kind("none"), declared, place)
+            variable = Variable(name, declared, first, symbol.index, place=place, exposed=True)
+            self.declarations.variables.append(variable)
+            for index, state in enumerate(noted):
+                if state.parent == symbol.index and state.kind is StateKind.FINAL:
+                    note = Assign(name, Literal(kind(state.own_name), declared, place), place)
+                    noted[index] = replace(state, entry=(note, *state.entry))
+        return noted
+
+    def _connected(self, model: Model, symbols: Sequence[StateSymbol]) -> Model:
+        """The machine, in which what is sent goes to those members that know the event, and to this file."""
+        members = {one.name: one.model.events or frozenset() for one in symbols if one.member and one.model is not None}
+
+        def connect(action: Action) -> Action:
+            if not isinstance(action, Emit):
+                return action
+            sender = next((name for name in members if action.event.startswith(f"{name}.")), None)
+            event = action.event if sender is None else action.event[len(sender) + 1 :]
+            receivers = [f"{name}.{event}" for name, known in members.items() if name != sender and event in known]
+            if sender is not None and event in self.declarations.declared:
+                receivers.append(event)
+            return replace(action, receivers=tuple(receivers))
+
+        return Rewriter(action=connect).model(model) if members else model
 
     def _subject(self, order: Sequence[StateSymbol], model: Model) -> AnalysisInput:
         table = self.context.symbols
@@ -128,40 +206,45 @@ class _Compiler:
             unused=() if table.unread else tuple(self.declarations.unused(imports)),
         )
 
-    def _model(self, states: list[State]) -> Model:
+    def _model(self, order: Sequence[StateSymbol], states: list[State]) -> Model:
         table = self.context.symbols
         heading = table.heading
         files = [self.context.tree.name]
         for unit in self.machines.values():
             if unit is not None and unit.model is not None:
                 files.extend(name for name in unit.model.files if name not in files)
+        stated = self._properties(states)
         return Model(
             self.context.symbols.root.name,
-            tuple(states),
+            tuple(self._noting_outcomes(order, states)),
             tuple(self.behaviour.transitions),
             tuple(self.declarations.variables),
             tuple(self.declarations.parameters),
+            self.declarations.derived,
             tuple(files),
             self.context.tree.comment_above(heading.name.line or 1) if heading is not None else "",
-            compile_properties(
-                (line for line in self.context.symbols.root.lines if isinstance(line, ast.PropertyLine)),
-                self.context.tree.lines,
-                self.context.scope,
-                states,
-                certain=not any(
-                    names.unknown
-                    for names in (
-                        table.root.reported,
-                        table.entered,
-                        self.behaviour.performed,
-                        self.declarations.heard,
-                    )
-                ),
-            )
-            + tuple(self.copied_properties),
+            stated,
             frozenset((*self.declarations.events, *self.context.library.events)),
             enumerations=self.context.scope.own_enumerations(),
+            event_data=tuple(self.declarations.data.values()),
+            exposed=tuple(self.declarations.exposed),
+            members=tuple(table.members()),
         )
+
+    def _properties(self, states: list[State]) -> tuple[Property, ...]:
+        """What must hold, of the machine and of its instances."""
+        table = self.context.symbols
+        own = compile_properties(
+            (line for line in table.root.lines if isinstance(line, ast.PropertyLine)),
+            self.context.tree.lines,
+            self.context.scope,
+            states,
+            certain=not any(
+                names.unknown
+                for names in (table.root.reported, table.entered, self.behaviour.performed, self.declarations.heard)
+            ),
+        )
+        return (*own, *self.copied_properties)
 
     def _find_machine(self, symbol: StateSymbol) -> None:
         if symbol.instance is None:
@@ -170,13 +253,17 @@ class _Compiler:
         symbol.kind = StateKind.COMPOUND
         unit = self.machines.get(str(name))
         symbol.model = unit.model if unit is not None else None
+        if symbol.model is not None and symbol.model.members:
+            symbol.model = None
+            message = f"machine `{name}` has members: it is no part of another machine"
+            self.context.add_once("E0208", name, message, "write its members into this file")
         if symbol.model is None:
             symbol.reported.add_unknown()
         self.instantiated.add(str(name))
         if name in self.machines:
             return
         self.instantiated.add_unknown()
-        # Where an import is at fault, it is most likely the one that is meant.
+        # Where an import is invalid, it is most likely the one that is meant.
         if None in self.machines.values() or name in self.context.symbols.doubtful:
             return
         hint = (
@@ -195,7 +282,7 @@ class _Compiler:
                     continue
                 if owner.kind in (StateKind.ATOMIC, StateKind.FINAL):
                     if not (owner.erroneous or owner.reported.unknown or self.context.symbols.unread):
-                        message = f"`{owner_name}` has no states inside, so it has no history"
+                        message = f"`{owner_name}` has no states inside it, so it has no history"
                         self.context.add_once("E0407", target, message, f"go to `{owner_name}`")
                     self.context.symbols.entered.add_unknown()
                 elif HISTORY[suffix] not in owner.histories:
@@ -227,12 +314,14 @@ class _Compiler:
         return frozenset(names)
 
     def _states(self, symbol: StateSymbol) -> list[State]:
-        """A state; with its copied states behind it where it is an instance."""
+        """A state; with its copied states after it where it is an instance."""
         if symbol.model is None:
             if symbol.instance is not None:
                 self.behaviour.look_at(symbol.instance)
             return [self._state(symbol, None)]
-        copied = instantiate(symbol.model, symbol.name, symbol.index, len(self.behaviour.transitions))
+        copied = instantiate(
+            symbol.model, symbol.name, symbol.index, len(self.behaviour.transitions), member=symbol.member
+        )
         self.behaviour.transitions.extend(copied.transitions)
         self.copied_properties.extend(copied.properties)
         self._bind(symbol, symbol.model, copied)
@@ -241,7 +330,9 @@ class _Compiler:
     def _bind(self, symbol: StateSymbol, model: Model, copied: InstanceCopy) -> None:
         """The parameters of an instance become constants that its state's entry sets."""
         assert symbol.instance is not None
-        arguments = self.context.scope.arguments(symbol.instance, model.parameters, f"machine `{symbol.instance.name}`")
+        arguments = self.context.scope.arguments(
+            symbol.instance, model.parameters, f"machine `{symbol.instance.name}`", copied.derived
+        )
         if arguments is not None:
             place = self.context.place(symbol.instance.name, symbol.instance.closing)
             for parameter, value in zip(model.parameters, arguments, strict=True):
@@ -293,8 +384,8 @@ class _Compiler:
         target = self.behaviour.named_state(symbol.initial.target)
         actions = self.behaviour.actions(symbol.initial.actions)
         if target is not None and not symbol.erroneous and (target is symbol or symbol not in target.ancestors()):
-            hint = "name one of the states inside"
-            self.context.add("E0405", symbol.initial.target, f"`{target.name}` does not lie in `{symbol.name}`", hint)
+            hint = "name one of the states inside it"
+            self.context.add("E0405", symbol.initial.target, f"`{target.name}` is not inside `{symbol.name}`", hint)
             target = None
         return (target.index,) if target is not None else (), actions
 
@@ -308,3 +399,8 @@ class _Compiler:
             target = self.context.symbols.states.get(str(symbol.initial.target))
             return (target.index,) if target is not None else ()
         return tuple(child.index for child in symbol.children[:1])
+
+
+def _outcome(symbol: StateSymbol) -> str:
+    """How an expression names the way in which an instance has ended."""
+    return f"{symbol.name}.outcome"

@@ -1,4 +1,4 @@
-"""What all stages of a compilation share: the file, the registry, where findings go, what names mean."""
+"""What all stages of a compilation share: the file, the registry, where diagnostics go, what names mean."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Context:
     Attributes:
         tree: the file as read.
         library: the registry.
-        report: where findings go.
+        report: where diagnostics go.
         symbols: the outline of the file.
         scope: what its expressions may name.
     """
@@ -38,9 +38,9 @@ class Context:
         return place_of(self.tree.name, first, last)
 
     def add(self, code: str, token: Token, message: str, suggestion: str | None = None) -> None:
-        """Report a finding at a token."""
+        """Report a diagnostic at a token."""
         self.report.add(code, self.place(token), message, suggestion)
 
     def add_once(self, code: str, token: Token, message: str, suggestion: str | None = None) -> None:
-        """Report a name that means nothing; where it stands again is told with it."""
+        """Report a name that means nothing, together with its other places."""
         self.report.add_once(code, self.place(token), message, suggestion, subject=str(token))

@@ -1,9 +1,9 @@
-"""What stands at the top of a file, and which events its states may hear of."""
+"""What is at the top of a file, and which events its states may hear of."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import cast
 
@@ -15,10 +15,13 @@ from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import StateSymbol
 from hsm.dsl.semantics.typing import FUNCTIONS, Declared, Definition
 from hsm.dsl.syntax import ast
-from hsm.model.chart import StateKind, Variable
+from hsm.engine.inputs import follow
+from hsm.model.chart import EventData, StateKind, Variable
 from hsm.model.diagnostics import Place, Related
-from hsm.model.expressions import Literal
-from hsm.model.registry import Parameter
+from hsm.model.expressions import Expression, Literal, VariableValue
+from hsm.model.registry import EventField, Parameter
+from hsm.model.rewriting import parts_of
+from hsm.model.types import Enumeration, Type
 
 _MOST_REPORTERS = 3
 _MOST_HEARD = 8
@@ -31,25 +34,44 @@ class Declarations:
     Attributes:
         context: what all stages share.
         parameters: the machine's parameters.
-        variables: its variables; those of instances are put behind them.
+        derived: what those are made of that are made of others, by name.
+        variables: its variables; those of instances are put after them.
         events: events that are declared (with their places) or raised.
         heard: events that some transition is on, or may be.
+        data: what events carry, by name: those of the registry, of the file and of what it imports.
         raised: events that this file raises, and where first.
         delayed: those that it raises later.
+        declared: those that it declares.
+        sent: those that it sends to other machines.
+        exposed: the variables that a machine which imports this one may read.
     """
 
     context: Context
     parameters: list[Parameter] = field(default_factory=list)
+    derived: dict[str, Expression] = field(default_factory=dict)
     variables: list[Variable] = field(default_factory=list)
     events: dict[str, Place | None] = field(default_factory=dict)
     heard: Names = field(default_factory=Names)
+    data: dict[str, EventData] = field(default_factory=dict)
     raised: dict[str, Token] = field(default_factory=dict)
     delayed: set[str] = field(default_factory=set)
+    declared: set[str] = field(default_factory=set)
+    sent: set[str] = field(default_factory=set)
+    exposed: dict[str, None] = field(default_factory=dict)
     _unsent: dict[str, int] = field(default_factory=dict)
 
-    def declare(self) -> None:
-        """Give the lines at the top of the file their meaning."""
+    def declare(self, imported: Iterable[EventData] = ()) -> None:
+        """Give the lines at the top of the file their meaning.
+
+        Args:
+            imported: what the events of imported machines carry.
+        """
         lines = self.context.symbols.root.lines
+        for event in self.context.library.events.values():
+            if event.fields:
+                self.data[event.name] = EventData(event.name, event.fields)
+        for data in imported:
+            self.data.setdefault(data.event, data)
         for line in lines:
             if isinstance(line, ast.EnumerationLine):
                 self._declare_enumeration(line)
@@ -59,8 +81,10 @@ class Declarations:
                     self._declare(name, type_name, default, constant=True)
                 case ast.VariableLine(name, type_name, initial):
                     self._declare(name, type_name, initial, constant=False)
-                case ast.EventLine(names):
-                    self._declare_events(names)
+                case ast.EventLine(events):
+                    self._declare_events(events)
+        for data in self.data.values():
+            self.context.scope.carried.update((data.variable(one), (data.event, one.type)) for one in data.fields)
 
     def define(self) -> None:
         """Make the definitions known: what they name is looked for when they are first used."""
@@ -77,7 +101,7 @@ class Declarations:
         """Whether a name means something else already; reported."""
         taken = name in self.context.library.signals or name in FUNCTIONS or name in ("true", "false") or "." in name
         if taken:
-            self.context.add("E0211", name, f"`{name}` cannot name {what}: it means something else already")
+            self.context.add("E0211", name, f"`{name}` cannot name {what}: the name already has another meaning")
         return taken
 
     def _declare_enumeration(self, line: ast.EnumerationLine) -> None:
@@ -86,39 +110,77 @@ class Declarations:
         if self.context.symbols.declared.get(str(name)) is not name:
             return
         if name in scope.enumerations or "." in name:
-            self.context.add("E0211", name, f"`{name}` cannot name an enumeration: it means something else already")
+            self.context.add(
+                "E0211", name, f"`{name}` cannot name an enumeration: the name already has another meaning"
+            )
             return
         members: dict[str, Token] = {}
         for member in line.members:
             if str(member) in members:
                 related = Related(self.context.place(members[str(member)]), "first here")
-                message = f"`{member}` is a value of `{name}` twice"
+                message = f"`{member}` is listed twice in `{name}`"
                 self.context.report.add("E0209", self.context.place(member), message, related=(related,))
             elif not self._taken(member, "a value"):
                 members[str(member)] = member
         make = cast("Callable[..., type[StrEnum]]", StrEnum)  # called as a function, it makes a class
         scope.enumerations[str(name)] = make(str(name), {one.upper(): one for one in members})
 
-    def _declare_events(self, names: tuple[Token, ...]) -> None:
-        for name in names:
-            place = self.context.place(name)
+    def _declare_events(self, events: tuple[ast.EventSyntax, ...]) -> None:
+        for event in events:
+            name, place = event.name, self.context.place(event.name)
+            self.declared.add(str(name))
             first = self.events.setdefault(str(name), place)
             if first is not None and first is not place:
                 related = Related(first, "first declared here")
                 self.context.report.add("E0209", place, f"event `{name}` is declared twice", related=(related,))
+                continue
+            self._declare_data(event, place)
+
+    def _declare_data(self, event: ast.EventSyntax, place: Place) -> None:
+        """What an event of the file carries; all declarations must agree."""
+        fields: dict[str, EventField] = {}
+        for one in event.fields:
+            name = str(one.name)
+            kind = self.context.scope.type_named(one.type)
+            taken = f"{event.name}.{name}" in self.context.library.signals
+            if taken or "." in name:
+                self.context.add(
+                    "E0211", one.name, f"`{name}` cannot name a part of an event: the name already has another meaning"
+                )
+            elif name in fields:
+                self.context.add("E0209", one.name, f"event `{event.name}` carries `{name}` twice")
+            elif kind is not None:
+                enumeration = self.context.scope.enumerations.get(str(kind)) if isinstance(kind, Enumeration) else None
+                fields[name] = EventField(name, kind, enumeration)
+            if name not in fields:
+                self.context.symbols.doubtful.add(f"{event.name}.{name}")
+        if len(fields) < len(event.fields):
+            return
+        found = EventData(str(event.name), tuple(fields.values()), place)
+        known = self.data.get(found.event)
+        if known is not None and [(one.name, one.type) for one in known.fields] != [
+            (one.name, one.type) for one in found.fields
+        ]:
+            related = () if known.place is None else (Related(known.place, "declared otherwise here"),)
+            form = ", ".join(f"{one.name} : {one.type}" for one in known.fields)
+            message = f"event `{event.name}` is declared elsewhere with other data"
+            self.context.report.add("E0209", place, message, f"write `{event.name}({form})`", related)
+        elif fields:
+            self.data[found.event] = found
 
     def _declare(self, name: Token, type_name: Token, value: ast.Expression | None, *, constant: bool) -> None:
         new = self.context.symbols.declared.get(str(name)) is name
         new = not self._taken(name, "a variable") and new
         kind = self.context.scope.type_named(type_name)
+        if value is not None and self._made_of_later(name, value):
+            self.context.scope.used.update(ast.names_in(value))
+            self.context.symbols.doubtful.add(str(name))
+            value = None
         initial = self.context.scope.value(value, kind) if kind is not None and value is not None else None
-        if (
-            initial is not None
-            and not isinstance(initial, Literal)
-            and (constant or not self.context.scope.is_constant(initial))
-        ):
-            message = f"`{name}` begins with a value made of constants{'' if constant else ' and parameters'}"
-            self.context.report.add("E0303", initial.place, message)
+        if initial is not None and not isinstance(initial, Literal) and not self.context.scope.is_constant(initial):
+            self.context.report.add(
+                "E0303", initial.place, f"`{name}` needs an initial value made of constants and parameters"
+            )
             initial = None
         if value is not None and initial is None:
             self.context.symbols.doubtful.add(str(name))
@@ -129,10 +191,51 @@ class Declarations:
         self.context.scope.variables[str(name)] = Declared(kind, constant, place)
         if not constant and initial is not None:
             self.variables.append(Variable(str(name), kind, initial, place=place))
-        elif constant and isinstance(initial, Literal):
-            self.parameters.append(Parameter(str(name), kind, initial.value))
+        elif constant and initial is not None:
+            self._declare_parameter(str(name), kind, initial)
         elif constant:
             self.parameters.append(Parameter(str(name), kind))
+
+    def _declare_parameter(self, name: str, kind: Type, initial: Expression) -> None:
+        """A parameter with a default, which may follow from the parameters before it."""
+        if isinstance(initial, Literal):
+            self.parameters.append(Parameter(name, kind, initial.value))
+            return
+        needed = {one.name for one in parts_of(initial) if isinstance(one, VariableValue)}
+        required = [one.name for one in self.parameters if one.required and one.name in needed]
+        if any(one in self.context.symbols.doubtful for one in required):
+            self.context.symbols.doubtful.add(name)
+            self.parameters.append(Parameter(name, kind))
+        elif required:
+            message = f"`{name}` depends on `{required[0]}`, which has no default itself"
+            self.context.report.add("E0303", initial.place, message, f"give `{required[0]}` a default")
+        elif needed <= {one.name for one in self.parameters}:  # else one of them is invalid itself, and reported
+            try:
+                default = follow(initial, Parameter(name, kind), {one.name: one.default for one in self.parameters})
+            except ValueError as error:
+                self.context.report.add("E0306", initial.place, str(error))
+            else:
+                self.derived[name] = initial
+                self.parameters.append(Parameter(name, kind, default))
+
+    def _made_of_later(self, name: Token, value: ast.Expression) -> bool:
+        """Whether a value names what is declared at its own line or below; reported."""
+        made_of = _made_of(self.context.symbols.root.lines)
+        later = [one for one in ast.names_in(value) if one in made_of and one not in self.context.scope.variables]
+        if not later or any(one in self.context.symbols.doubtful for one in later):
+            return bool(later)
+        used, seen = later[0], set(later)
+        pending = list(later)
+        while pending:
+            more = made_of.get(pending.pop(), frozenset()) - seen
+            seen |= more
+            pending += more
+        if str(name) in seen:
+            message, hint = f"`{name}` depends on itself", "give one of them a value that does not depend on the others"
+        else:
+            message, hint = f"`{name}` depends on `{used}`, which is declared below it", f"put `{used}` above `{name}`"
+        self.context.report.add("E0303", self.context.place(name), message, hint)
+        return True
 
     def gather_events(self, order: Sequence[StateSymbol], imported: Iterable[str]) -> None:
         """Find out which events each state may hear of: outcomes and final states inside it, what is raised anywhere.
@@ -157,6 +260,8 @@ class Declarations:
 
     def _gather_raised(self, actions: tuple[ast.ActionSyntax, ...]) -> None:
         for action in actions:
+            if isinstance(action, ast.SendSyntax):
+                self.sent.add(str(action.event))
             if isinstance(action, ast.RaiseSyntax):
                 self.events.setdefault(str(action.event), None)
                 if action.delay is not None:
@@ -185,6 +290,42 @@ class Declarations:
         if instance or complete or any(one.kind is StateKind.FINAL for one in own):
             symbol.completions.add("done")
 
+    def expose(self) -> None:
+        """Let machines that import this one read the variables that it exposes."""
+        scope = self.context.scope
+        for line in self.context.symbols.root.lines:
+            for name in line.names if isinstance(line, ast.ExposeLine) else ():
+                declared = scope.variables.get(str(name))
+                if declared is None or declared.constant:
+                    if name not in self.context.symbols.doubtful:
+                        known = [one for one, other in scope.variables.items() if not other.constant]
+                        what = f"there is no variable `{name}`" if declared is None else f"`{name}` is a parameter"
+                        hint = self.context.report.guess(name, known).text or "variables can be exposed"
+                        self.context.add_once("E0202", name, f"{what} to expose", hint)
+                    continue
+                if str(name) in self.exposed:
+                    self.context.add("E0209", name, f"`{name}` is exposed twice")
+                scope.used.add(str(name))
+                self.exposed[str(name)] = None
+                self._let_read(name)
+
+    def _let_read(self, name: Token) -> None:
+        for index, variable in enumerate(self.variables):
+            if variable.name == name:
+                self.variables[index] = replace(variable, exposed=True)
+                if not isinstance(variable.initial, Literal):
+                    message = f"`{name}` is exposed, and can be read before the machine begins"
+                    self.context.add("E0303", name, message, "let it begin with a constant")
+
+    def deferred(self, symbol: StateSymbol, token: Token) -> str:
+        """The name of an event that is deferred: one from outside or one that is raised."""
+        name = self.event(symbol, token)
+        reported = name in symbol.reported.known or name in symbol.completions or name == "fault"
+        if reported and name not in self.events and name not in self.context.library.events:
+            hint = "only events from outside, raised ones and those of other machines are deferred"
+            self.context.add_once("E0203", token, f"`{name}` is reported by `{symbol.name}` itself", hint)
+        return name
+
     def event(self, symbol: StateSymbol, token: Token) -> str:
         """The name of an event; of a misspelt one the name that was probably meant."""
         name = str(token)
@@ -205,7 +346,7 @@ class Declarations:
             self.heard.add(guess.name)
             self.context.add_once("E0203", token, message, guess.text)
             return guess.name
-        # What a state hears of may be missing as a whole: one finding for all that it waits for in vain.
+        # What a state hears of may be missing as a whole: one diagnostic for all that it waits for in vain.
         subject = self._unsent.setdefault(name, symbol.index)
         place, again = self.context.place(token), f"nor `{name}`" if subject == symbol.index else "and here"
         hint = guess.text or self._reporter(name) or _heard(symbol)
@@ -238,15 +379,17 @@ class Declarations:
         for name in imports:
             found.append(Unused("import", name, self.context.place(self.context.symbols.imports[name])))
         for name, declared in self.context.scope.variables.items():
-            if name not in self.context.scope.used:
+            if name not in self.context.scope.used and declared.owner is None:
                 found.append(Unused("parameter" if declared.constant else "variable", name, declared.place))
         for name, definition in self.context.scope.definitions.items():
             if name not in self.context.scope.used:
                 found.append(Unused("definition", name, definition.place))
         for name, place in self.events.items():
-            if place is not None and name not in self.heard and name not in self.raised:
+            if place is None or name in self.raised or name in self.sent:
+                continue
+            if name not in self.heard:
                 found.append(Unused("event", name, place))
-            elif place is not None and name not in self.raised and name not in self.context.library.events:
+            elif name not in self.context.library.events:
                 found.append(Unused("outside event", name, place))
         for name, token in self.raised.items():
             if name not in self.heard and self.events[name] is None and name not in self.context.library.events:
@@ -257,4 +400,14 @@ class Declarations:
 def _heard(symbol: StateSymbol) -> str | None:
     """What a state hears of, as a way out."""
     names = sorted(symbol.completions | symbol.reported.known)
-    return f"what `{symbol.name}` hears of: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None
+    return f"events of `{symbol.name}`: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None
+
+
+def _made_of(lines: Iterable[object]) -> Mapping[str, frozenset[str]]:
+    """What each parameter and variable of a file is made of, by their names."""
+    found = {}
+    for line in lines:
+        if isinstance(line, ast.ParameterLine | ast.VariableLine):
+            value = line.default if isinstance(line, ast.ParameterLine) else line.initial
+            found[str(line.name)] = frozenset(() if value is None else ast.names_in(value))
+    return found

@@ -1,4 +1,4 @@
-"""Sets of names to which names may belong that nobody can tell: the error value of the compiler.
+"""Sets of names to which unknown names may belong: the error value of the compiler.
 
 A line that cannot be read, or that names what is not there, may mean anything. What depends on it is a set of names
 with unknown ones: it has any name for a member, and what takes its names over is unknown as well. So nothing is
@@ -42,5 +42,5 @@ class Names:
         self.known.discard(name)
 
     def add_unknown(self) -> None:
-        """Something belongs here, and it cannot be told what."""
+        """Something belongs here, but it is not known what."""
         self.unknown = True

@@ -36,6 +36,7 @@ def compile_properties(
     """
     inner = _Scope(scope.library, scope.report, scope.variables, scope.states, scope.doubtful, scope.used)
     inner.definitions, inner.enumerations = scope.definitions, scope.enumerations
+    inner.carried, inner.outcomes = scope.carried, scope.outcomes
     inner.machine, inner.certain = states, certain
     found = [_property(line, source, inner, scope.report) for line in lines]
     return tuple(one for one in found if one is not None)
@@ -93,7 +94,7 @@ def _property(line: ast.PropertyLine, source: Sequence[str], scope: Scope, repor
             within = float(value.value)
         elif value is not None:
             place = place_of(report.file, first_token(line.within), last_token(line.within))
-            report.add("E0303", place, "the time in a property is constant")
+            report.add("E0303", place, "the time in a property must be constant")
     given = [one for one in conditions if one is not None]
     if len(given) < len(conditions) or (line.within is not None and within is None):
         return None

@@ -15,7 +15,7 @@ from hsm.model.chart import Model, StateKind
 from hsm.model.diagnostics import Related
 
 HISTORY = {"history": StateKind.SHALLOW_HISTORY, "deep_history": StateKind.DEEP_HISTORY}
-"""How the history of a state is named behind the state's own name."""
+"""How the history of a state is named after the state's own name."""
 
 
 @dataclass(slots=True, eq=False)
@@ -24,7 +24,7 @@ class StateSymbol:
 
     Attributes:
         name: its name in this file.
-        kind: what it is, as far as its lines tell.
+        kind: what it is, as far as its lines say.
         parent: the state around it.
         token: where its name is written.
         children: the states directly inside it, histories excepted.
@@ -34,6 +34,7 @@ class StateSymbol:
         initial: its ``initial`` line.
         activity: its ``do`` line.
         instance: the machine that it is an instance of, with arguments.
+        member: the instance has a robot and events of its own.
         model: that machine, once found.
         erroneous: its declaration is invalid: diagnostics about it are suppressed, except for the names it uses.
         completions: ``done`` where it can complete: only its own transitions see that.
@@ -54,6 +55,7 @@ class StateSymbol:
     initial: ast.InitialLine | None = None
     activity: ast.DoLine | None = None
     instance: ast.CallSyntax | None = None
+    member: bool = False
     model: Model | None = None
     erroneous: bool = False
     completions: set[str] = field(default_factory=set)
@@ -79,12 +81,12 @@ class SymbolTable:
     """What a file declares.
 
     Attributes:
-        root: stands for the machine.
+        root: represents the machine.
         states: all states by name.
         heading: the line ``machine NAME``.
         imports: imported machines, by the name that the file knows them under.
         declared: where each state, variable and parameter is declared first.
-        doubtful: names that lines which could not be read may declare, and names whose declaration is at fault.
+        doubtful: names that lines which could not be read may declare, and names whose declaration is invalid.
         events: the events that may be sent to the machine or raised in it.
         entered: the states that transitions name.
         unread: how many lines could not be read, or belong to no block.
@@ -101,7 +103,7 @@ class SymbolTable:
     unread: int = 0
 
     def all_states(self) -> list[StateSymbol]:
-        """All symbols in document order, the root first, also those that bear no good name."""
+        """All symbols in document order, the root first, also those that have no good name."""
         found: list[StateSymbol] = []
         stack = [self.root]
         while stack:
@@ -110,9 +112,13 @@ class SymbolTable:
             stack.extend(reversed(symbol.children))
         return found
 
+    def members(self) -> list[str]:
+        """The names of the members."""
+        return [one.name for one in self.all_states() if one.member]
+
 
 def collect_symbols(tree: ast.File, report: Report) -> SymbolTable:
-    """Walk a file once; whatever stands in the wrong place or twice is reported."""
+    """Walk a file once; whatever is in the wrong place or twice is reported."""
     walker = _Walker(tree, report, SymbolTable(StateSymbol("", StateKind.COMPOUND, None)))
     walker.result.unread = sum(one.code == "E0105" for one in report.found)
     if walker.result.unread:
@@ -142,25 +148,25 @@ class _Walker:
                 stack.pop()
 
     def check_whole(self) -> None:
-        """What only the whole file tells."""
+        """What only the whole file says."""
         result = self.result
         for symbol in result.states.values():
             few = symbol.kind is StateKind.PARALLEL and len(symbol.children) < 2
             if few and not symbol.erroneous and not result.unread:
                 result.entered.add_unknown()
-                message = f"parallel state `{symbol.name}` has fewer than two states inside"
-                self._add("E0408", symbol.token, message, "write `state`, or give it a second region")
+                message = f"parallel state `{symbol.name}` has fewer than two regions"
+                self._add("E0408", symbol.token, message, "write `state` instead of `parallel`, or add a second region")
         if result.heading is None:
             if not result.unread:
-                message = "the first line is to be `machine`, with a name"
+                message = "the first line must be `machine` with a name"
                 self._add("E0401", _start_of(self.tree), message, "begin with `machine maze`")
             return
         name = result.heading.name
         result.root.name, result.root.token = str(name), name
         if "." in name:
-            self._add("E0211", name, "the name of a machine has no dot")
+            self._add("E0211", name, "the name of a machine cannot contain a dot")
         if name in result.states:
-            related = Related(place_of(self.tree.name, name), "the machine is named here")
+            related = Related(place_of(self.tree.name, name), "the machine gets its name here")
             self.report.add(
                 "E0209",
                 place_of(self.tree.name, result.states[str(name)].token or name),
@@ -168,7 +174,7 @@ class _Walker:
                 related=(related,),
             )
         if not result.root.children and not result.unread:
-            self._add("E0409", name, f"machine `{name}` has no state", "begin with one: `state waiting`")
+            self._add("E0409", name, f"machine `{name}` has no state", "add a state: `state waiting`")
 
     def _take(self, symbol: StateSymbol, item: ast.Item) -> tuple[StateSymbol, Iterator[ast.Item]] | None:
         """Note one line; a block is returned to be walked next."""
@@ -214,15 +220,20 @@ class _Walker:
     def _new_state(self, parent: StateSymbol, block: ast.StateBlock) -> StateSymbol:
         if parent.instance is not None:
             self._not_here(
-                parent, block.name, "an instance of a machine has no further states: its states are in its file"
+                parent, block.name, "an instance of a machine cannot have states here: its states are in its file"
             )
-        symbol = StateSymbol(str(block.name), block.kind, parent, block.name, instance=block.instance)
+        if block.member and parent.kind is not StateKind.PARALLEL and not parent.erroneous:
+            message = "a member runs beside others: it lies directly in a parallel state"
+            self._add("E0402", block.name, message, "put it into a `parallel` block")
+        symbol = StateSymbol(
+            str(block.name), block.kind, parent, block.name, instance=block.instance, member=block.member
+        )
         self._insert(symbol, block.name)
         return symbol
 
     def _insert(self, symbol: StateSymbol, name: Token) -> None:
         if "." in name:
-            message = f"`{name}` cannot name a state: a name that is declared has no dot"
+            message = f"`{name}` cannot name a state: a declared name cannot contain a dot"
             self._add("E0211", name, message, f"write `{name.replace('.', '_')}`")
             self.result.doubtful.add(symbol.name)
             symbol.erroneous = True
@@ -246,14 +257,14 @@ class _Walker:
         match item:
             case ast.FinalLine(name):
                 if symbol.kind is StateKind.PARALLEL or symbol.instance is not None:
-                    self._add("E0402", name, "a final state lies in the machine or in a state that is not parallel")
+                    self._add("E0402", name, "a final state cannot be a region of a parallel state")
                 self._insert(StateSymbol(str(name), StateKind.FINAL, symbol, name), name)
             case ast.InitialLine(target):
                 if symbol.kind is StateKind.PARALLEL:
-                    self._add("E0402", target, "all regions of a parallel state are entered: it has no `initial`")
+                    self._add("E0402", target, "a parallel state enters all its regions: it cannot have `initial`")
                     symbol.erroneous = True
                 elif symbol.instance is not None:
-                    self._not_here(symbol, target, "where an instance begins is said in its machine's file")
+                    self._not_here(symbol, target, "the file of the machine names the initial state of its instances")
                 elif symbol.initial is not None:
                     self._second("initial", target, symbol.initial.target)
                     symbol.erroneous = True
@@ -262,7 +273,11 @@ class _Walker:
                     symbol.initial = item
             case ast.DoLine(call):
                 if symbol.instance is not None:
-                    self._not_here(symbol, call.name, "an instance of a machine does what that machine does")
+                    self._not_here(
+                        symbol,
+                        call.name,
+                        "an instance of a machine cannot have `do`: its activities are in the machine's file",
+                    )
                 elif symbol.activity is not None:
                     self._second("do", call.name, symbol.activity.call.name)
                     symbol.erroneous = True
@@ -275,7 +290,7 @@ class _Walker:
             self._second("machine", item.name, self.result.heading.name)
             return
         if item is not _first_item(self.tree):
-            self._add("E0401", item.name, "the line `machine` is the first of its file")
+            self._add("E0401", item.name, "the line `machine` must be the first of its file")
         self.result.heading = item
 
     def _take_declaration(self, symbol: StateSymbol, item: ast.Item) -> None:
@@ -288,15 +303,17 @@ class _Walker:
                 | ast.DefinitionLine(name)
             ):
                 first = name
-            case ast.EventLine(names):
+            case ast.ExposeLine(names):
                 first = names[0]
+            case ast.EventLine(events):
+                first = events[0].name
             case ast.PropertyLine(name):
                 first = name
             case _:
                 raise AssertionError(item)
         if symbol is not self.result.root and not symbol.erroneous:
-            message = "this is declared at the top of the file, not in a state"
-            self._add("E0402", first, message, "move it up, in front of the first state")
+            message = "this must be declared at the top of the file, not in a state"
+            self._add("E0402", first, message, "move it above the first state")
         if isinstance(item, ast.ImportLine):
             known = first.rpartition(".")[2]
             if known in self.result.imports:
@@ -304,7 +321,7 @@ class _Walker:
             self.result.imports.setdefault(known, first)
             return
         self.result.root.lines.append(item)
-        if not isinstance(item, ast.EventLine):
+        if not isinstance(item, ast.EventLine | ast.ExposeLine):
             self.is_new(first)
 
     def is_new(self, name: Token) -> bool:
@@ -318,7 +335,7 @@ class _Walker:
         return False
 
     def _not_here(self, instance: StateSymbol, token: Token, message: str) -> None:
-        """An instance has lines that it cannot have: told once, as they are likely those of a state of their own."""
+        """Report lines that an instance cannot have, once: they are likely those of a state of their own."""
         place = place_of(self.tree.name, token)
         self.report.add_once("E0402", place, message, subject=id(instance), again="nor does this belong here")
         instance.erroneous = True
@@ -329,7 +346,7 @@ class _Walker:
 
     def _second(self, what: str, token: Token, first: Token) -> None:
         related = Related(place_of(self.tree.name, first), "the first is here")
-        hint = "a state does one thing: the other belongs to a state of its own" if what == "do" else "keep one of them"
+        hint = "a state has one activity: move the other one into another state" if what == "do" else "keep one of them"
         self.report.add("E0403", place_of(self.tree.name, token), f"a second `{what}`", hint, (related,))
 
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import Enum, StrEnum
+from types import MappingProxyType
 from typing import Any
 
 from lark import Token
@@ -16,7 +17,17 @@ from hsm.dsl.semantics.names import Names
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import DEEPEST_EXPRESSION, depth_of, first_token, last_token, place_of
 from hsm.model.diagnostics import Place, Related
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import (
+    Active,
+    Binary,
+    Choice,
+    EventValue,
+    Expression,
+    Literal,
+    SignalValue,
+    Unary,
+    VariableValue,
+)
 from hsm.model.registry import Library, Parameter
 from hsm.model.rewriting import parts_of
 from hsm.model.types import (
@@ -38,8 +49,9 @@ from hsm.model.unparse import value_text
 FUNCTIONS = ("abs", "in", "max", "min")
 """The language's own functions."""
 
-_SIMPLE_TYPES: dict[str, Type] = {"bool": BOOLEAN, "int": INTEGER}
-_SIMPLE_TYPES.update((name, quantity) for quantity, name in QUANTITY_NAMES.items())
+SIMPLE_TYPES: dict[str, Type] = {"bool": BOOLEAN, "int": INTEGER}
+"""The types that are no enumerations, by name."""
+SIMPLE_TYPES.update((name, quantity) for quantity, name in QUANTITY_NAMES.items())
 _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
     "+": lambda left, right: left + right,
     "-": lambda left, right: left - right,
@@ -74,11 +86,19 @@ _NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?) *(.*)")
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """A variable or a parameter of the machine."""
+    """A variable or a parameter of the machine, or what an instance exposes.
+
+    Attributes:
+        type: its type.
+        constant: it keeps its value while the machine runs.
+        place: where it is declared.
+        owner: the instance that it belongs to, and that alone can change it; None for the machine's own.
+    """
 
     type: Type
     constant: bool
     place: Place
+    owner: str | None = None
 
 
 @dataclass(slots=True)
@@ -111,10 +131,13 @@ class Scope:
 
     Attributes:
         library: the registry.
-        report: where findings go.
+        report: where diagnostics go.
         variables: variables and parameters by name.
         definitions: named expressions.
         enumerations: those of the registry and of the file.
+        carried: what events carry, by the event's name and its own: the event and the type.
+        outcomes: the enumerations of how each instance has ended, by name.
+        heard: the events that the transition at hand waits for.
         states: names of states, for ``in(state)``.
         doubtful: names that may be declared on lines that could not be read; nothing is said about those.
         used: names of variables that something reads.
@@ -128,19 +151,22 @@ class Scope:
     used: Names = field(default_factory=Names)
     definitions: dict[str, Definition] = field(default_factory=dict)
     enumerations: dict[str, type[StrEnum]] = field(default_factory=dict)
+    carried: dict[str, tuple[str, Type]] = field(default_factory=dict)
+    outcomes: dict[str, type[StrEnum]] = field(default_factory=dict)
+    heard: tuple[Token, ...] = ()
 
     def __post_init__(self) -> None:
         self.enumerations = self.enumerations or dict(self.library.enumerations)
 
     def type_named(self, name: Token) -> Type | None:
         """The type with a name; None, reported, where there is none."""
-        found = _SIMPLE_TYPES.get(name)
+        found = SIMPLE_TYPES.get(name)
         if found is not None:
             return found
         enumeration = self.enumerations.get(name)
         if enumeration is not None:
             return _type_of_enumeration(enumeration)
-        hint = _meant(name, _OTHER_TYPES) or self.report.guess(name, [*_SIMPLE_TYPES, *self.enumerations]).text
+        hint = _meant(name, _OTHER_TYPES) or self.report.guess(name, [*SIMPLE_TYPES, *self.enumerations]).text
         hint = hint or "`maze-machine list types` shows what there is"
         self.report.add_once("E0206", self._place(name), f"there is no type `{name}`", hint)
         return None
@@ -155,10 +181,10 @@ class Scope:
         return None if found is None else self._fit(found, expected, self._span(node))
 
     def duration(self, node: ast.Expression) -> Expression | None:
-        """A typed expression that is a time and, where its value is known, not negative; None where it is at fault."""
+        """A typed expression that is a time and, where its value is known, not negative; None where it is invalid."""
         found = self.value(node, _DURATION)
         if isinstance(found, Literal) and found.value < 0:
-            hint = "write how long it is, without the sign"
+            hint = "write the duration without the minus sign"
             self.report.add(
                 "E0307", self._span(node), f"a duration cannot be {value_text(found.value, _DURATION)}", hint
             )
@@ -173,16 +199,27 @@ class Scope:
         """A typed expression; ``expected`` only helps to find the enumeration that a bare name belongs to."""
         if depth_of(node) > DEEPEST_EXPRESSION:
             message = f"this expression is nested more than {DEEPEST_EXPRESSION} deep"
-            hint = "put parts of it into variables, or into a signal of the registry"
+            hint = "move parts of it into variables, or into a signal of the library"
             self.report.add("E0106", place_of(self.report.file, first_token(node)), message, hint)
             self.used.update(ast.names_in(node))
             return None
         return self._expression(node, expected)
 
     def arguments(
-        self, call: ast.CallSyntax, parameters: Sequence[Parameter], subject: str
+        self,
+        call: ast.CallSyntax,
+        parameters: Sequence[Parameter],
+        subject: str,
+        derived: Mapping[str, Expression] = MappingProxyType({}),
     ) -> tuple[Expression, ...] | None:
-        """The arguments of a call in the order of the parameters, defaults filled in; None where one is at fault."""
+        """The arguments of a call in the order of the parameters, defaults filled in; None where one is invalid.
+
+        Args:
+            call: the call.
+            parameters: of what is called.
+            subject: how that is called in messages.
+            derived: what takes the place of a default, by the parameter's name.
+        """
         by_name = {parameter.name: parameter for parameter in parameters}
         given: dict[str, Expression | None] = {}
         position = 0
@@ -218,7 +255,9 @@ class Scope:
             return None
         if missing or None in given.values():
             return None
-        return tuple(given.get(one.name) or Literal(one.default, one.type) for one in parameters)
+        return tuple(
+            given.get(one.name) or derived.get(one.name) or Literal(one.default, one.type) for one in parameters
+        )
 
     def _expression(self, node: ast.Expression | ast.Named, expected: Type | None) -> Expression | None:
         match node:
@@ -234,8 +273,10 @@ class Scope:
                 return self._binary(node)
             case ast.CallSyntax():
                 return self._call(node)
+            case ast.ChoiceSyntax():
+                return self._choice(node, expected)
             case ast.Named():
-                self.report.add("E0101", self._place(node.name), "an argument with a name stands only in a call")
+                self.report.add("E0101", self._place(node.name), "a named argument is allowed only in a call")
                 return None
 
     def _number(self, token: Token) -> Literal | None:
@@ -256,7 +297,7 @@ class Scope:
 
     def _finite(self, value: float, kind: Type, token: Token) -> Literal | None:
         if math.isinf(value):
-            self.report.add("E0306", self._place(token), "no number is that large")
+            self.report.add("E0306", self._place(token), "this number is too large")
             return None
         return Literal(value, kind, self._place(token))
 
@@ -270,6 +311,8 @@ class Scope:
             return VariableValue(name, declared.type, self._place(token))
         if name in self.definitions:
             return self._defined(token)
+        if name in self.carried:
+            return self._carried(token)
         constant = self.library.constants.get(name)
         if constant is not None:
             return Literal(constant.value, constant.type, self._place(token))
@@ -280,8 +323,38 @@ class Scope:
             return None if arguments is None else SignalValue(signal, arguments, self._place(token))
         return self._member(token, expected)
 
+    def _carried(self, token: Token) -> EventValue | None:
+        """What the event carries that the transition at hand waits for."""
+        event, kind = self.carried[token.value]
+        if [str(one) for one in self.heard] == [event]:
+            return EventValue(token.value, kind, self._place(token))
+        listed = len(self.heard) > 1 and event in self.heard
+        hint = f"write a line for `on {event}` alone" if listed else f"only a transition `on {event}` can use it"
+        message = f"`{token}` is known only while the event `{event}` is handled"
+        self.report.add_once("E0202", self._place(token), message, hint, subject=f"{token} on {len(self.heard)}")
+        return None
+
+    def _choice(self, node: ast.ChoiceSyntax, expected: Type | None) -> Expression | None:
+        """One of two values; one of two conditions becomes a condition of all three."""
+        condition = self.condition(node.condition)
+        then = self._expression(node.then, expected)
+        other = self._expression(node.otherwise, expected if then is None else then.type)
+        if condition is None or then is None or other is None:
+            return None
+        place = self._span(node)
+        if not _comparable(then.type, other.type):
+            self._mismatch(then.type, other.type, "if ... else", place, (then, other))
+            return None
+        if then.type == BOOLEAN:
+            chosen = Binary("and", condition, then, BOOLEAN, place)
+            return Binary("or", chosen, Binary("and", Unary("not", condition, BOOLEAN), other, BOOLEAN), BOOLEAN, place)
+        if isinstance(condition, Literal):
+            return then if condition.value else other
+        kind = then.type if then.type == other.type else NUMBER
+        return Choice(condition, then, other, kind, place)
+
     def _defined(self, token: Token) -> Expression | None:
-        """The expression that a name stands for, at the place where it is used."""
+        """The expression that a name represents, at the place where it is used."""
         definition = self.definitions[token.value]
         self.used.add(token.value)
         if definition.state is Visit.OPEN:
@@ -289,17 +362,20 @@ class Scope:
             return None
         if definition.state is None:
             definition.state = Visit.OPEN
+            heard, self.heard = self.heard, ()  # it means the same wherever it is used
             definition.value = self.expression(definition.node)
+            self.heard = heard
             definition.state = Visit.DONE
             if definition.value is not None and _size(definition.value) > _LARGEST_DEFINITION:
-                message = f"`{token}` stands for an expression with more than {_LARGEST_DEFINITION} parts"
-                self.report.add("E0106", definition.place, message, "put a part of it into a signal of the registry")
+                message = f"`{token}` expands to an expression with more than {_LARGEST_DEFINITION} parts"
+                self.report.add("E0106", definition.place, message, "move a part of it into a signal of the library")
                 definition.value = None
         return None if definition.value is None else replace(definition.value, place=self._place(token))
 
     def _member(self, token: Token, expected: Type | None) -> Literal | None:
         if isinstance(expected, Enumeration):
-            candidates = [one for name, one in self.enumerations.items() if name == expected.name]
+            known = {**self.enumerations, **self.outcomes}
+            candidates = [one for name, one in known.items() if name == expected.name]
         else:
             candidates = list(self.enumerations.values())
         owners = [one for one in candidates if token.value in one._value2member_map_]
@@ -310,7 +386,9 @@ class Scope:
         if owners:
             names = " and ".join(one.__name__ for one in owners)
             self.report.add_once(
-                "E0202", self._place(token), f"`{token}` may be of {names}; compare it with one of them"
+                "E0202",
+                self._place(token),
+                f"`{token}` is a value of {names}; compare it with a variable or signal of one of these types",
             )
             return None
         hint: str | None
@@ -321,7 +399,14 @@ class Scope:
         else:
             message = f"there is no variable, parameter or signal `{token}`"
             close = self.report.guess(
-                token, [*self.variables, *self.definitions, *self.library.signals, *self.library.constants]
+                token,
+                [
+                    *self.variables,
+                    *self.definitions,
+                    *self.library.signals,
+                    *self.library.constants,
+                    *(name for name, (event, _) in self.carried.items() if event in self.heard),
+                ],
             )
             hint = self._other_kind(token.value) or close.text or "`maze-machine list signals` shows what there is"
         self.used.add(close.name or "")
@@ -336,9 +421,9 @@ class Scope:
         if name.lower() in ("true", "false"):
             return f"write `{name.lower()}`"
         if name in library.events or any(name in one.outcomes for one in library.activities.values()):
-            return f"`{name}` is waited for: `on {name}`"
+            return f"`{name}` is an event: write `on {name}`"
         if name in self.states:
-            return f"whether a state is active: `in({name})`"
+            return f"to ask whether a state is active, write `in({name})`"
         return None
 
     def _chain(self, node: ast.ChainSyntax) -> Expression | None:
@@ -384,7 +469,7 @@ class Scope:
         kind: Type
         if operator in ("*", "/"):
             if operator == "/" and isinstance(right, Literal) and right.value == 0:
-                self.report.add("E0305", right.place or place, "this divides by zero", "divide by another value")
+                self.report.add("E0305", right.place or place, "this is a division by zero", "divide by another value")
                 return None
             first, second = _as_quantity(left_type), _as_quantity(right_type)
             kind = first * second if operator == "*" else first / second
@@ -404,7 +489,7 @@ class Scope:
     def _folded(self, operator: str, left: Literal, right: Literal, kind: Type, place: Place) -> Literal | None:
         value = _ARITHMETIC[operator](left.value, right.value)
         if abs(value) > (LARGEST_INTEGER if kind == INTEGER else _LARGEST):
-            self.report.add("E0306", place, "no number is that large")
+            self.report.add("E0306", place, "this number is too large")
             return None
         return Literal(value, kind, place)
 
@@ -431,6 +516,7 @@ class Scope:
             and node.type == "NAME"
             and node.value not in self.variables
             and node.value not in self.definitions
+            and node.value not in self.carried
             and node.value not in self.library.signals
         )
 
@@ -455,7 +541,7 @@ class Scope:
             return None
         for argument in arguments:
             if not self.is_constant(argument):
-                message = "an argument of a signal is made of constants and parameters only"
+                message = "an argument of a signal can contain only constants and parameters"
                 self.report.add("E0303", argument.place, message)
                 return None
         return SignalValue(signal, arguments, place)
@@ -497,7 +583,7 @@ class Scope:
     def _numeric(self, node: ast.Expression | ast.Named) -> Expression | None:
         found = self._expression(node, None)
         if found is not None and not isinstance(found.type, (Integer, Quantity)):
-            self.report.add("E0302", self._span(node), f"a number is wanted here, and this is {_a(found.type)}")
+            self.report.add("E0302", self._span(node), f"expected a number here, but this is {_a(found.type)}")
             return None
         return found
 
@@ -506,25 +592,30 @@ class Scope:
         match expression:
             case Literal():
                 return True
+            case EventValue():
+                return False
             case VariableValue(name=name):
                 return self.variables[name].constant
             case Unary(operand=operand):
                 return self.is_constant(operand)
             case Binary(left=left, right=right):
                 return self.is_constant(left) and self.is_constant(right)
+            case Choice(condition, then, otherwise):
+                return all(map(self.is_constant, (condition, then, otherwise)))
             case _:
                 return False
 
     def _fit(self, found: Expression, expected: Type, place: Place) -> Expression | None:
-        """The expression as one of the expected type: a whole number may stand for a number."""
+        """The expression as one of the expected type: a whole number may represent a number."""
         if found.type == expected:
             return found
         if found.type == INTEGER and expected == NUMBER:
             return Literal(float(found.value), NUMBER, found.place) if isinstance(found, Literal) else found
         hint = None
         if isinstance(expected, Quantity) and found.type in (INTEGER, NUMBER):
-            hint = f"write it with a unit, such as `1 {expected.si_unit}`"
-        message = f"{_a(expected)} is wanted here, and this is {_a(found.type)}"
+            units = [f"`{unit.name}`" for unit in UNITS.values() if unit.quantity == expected]
+            hint = f"write a unit after the number: {' or '.join(units) or f'`{expected.si_unit}`'}"
+        message = f"expected {_a(expected)} here, but this is {_a(found.type)}"
         self.report.add("E0301", place, message, hint)
         return None
 

@@ -1,4 +1,4 @@
-"""The syntax tree of one file: what stands there, before any name has a meaning.
+"""The syntax tree of one file: what is there, before any name has a meaning.
 
 Leaves are lark's tokens, which carry line and column; so do the first and last tokens of whatever spans more than one.
 """
@@ -65,7 +65,17 @@ class CallSyntax:
     depth: int
 
 
-Expression: TypeAlias = Token | UnarySyntax | BinarySyntax | ChainSyntax | CallSyntax
+@dataclass(frozen=True, slots=True)
+class ChoiceSyntax:
+    """``then if condition else otherwise``."""
+
+    then: Expression
+    condition: Expression
+    otherwise: Expression
+    depth: int
+
+
+Expression: TypeAlias = Token | UnarySyntax | BinarySyntax | ChainSyntax | CallSyntax | ChoiceSyntax
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +89,29 @@ class AssignSyntax:
 
 @dataclass(frozen=True, slots=True)
 class RaiseSyntax:
-    """``raise event``, or ``raise event after duration``."""
+    """``raise event``, with what it carries as for a call, or ``raise event after duration``."""
 
     event: Token
     delay: Expression | None = None
+    call: CallSyntax | None = None
+
+    @property
+    def data(self) -> CallSyntax:
+        """What it carries, as a call of the event."""
+        return CallSyntax(self.event, (), self.event, 1) if self.call is None else self.call
+
+
+@dataclass(frozen=True, slots=True)
+class SendSyntax:
+    """``send event``, with what it carries as for a call."""
+
+    event: Token
+    call: CallSyntax | None = None
+
+    @property
+    def data(self) -> CallSyntax:
+        """What it carries, as a call of the event."""
+        return CallSyntax(self.event, (), self.event, 1) if self.call is None else self.call
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +121,7 @@ class CancelSyntax:
     event: Token
 
 
-ActionSyntax: TypeAlias = AssignSyntax | RaiseSyntax | CancelSyntax | CallSyntax
+ActionSyntax: TypeAlias = AssignSyntax | RaiseSyntax | SendSyntax | CancelSyntax | CallSyntax
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,10 +157,26 @@ class VariableLine:
 
 
 @dataclass(frozen=True, slots=True)
-class EventLine:
-    """``event NAME, NAME``."""
+class FieldSyntax:
+    """``NAME : TYPE`` in the parentheses of a declared event."""
 
-    names: tuple[Token, ...]
+    name: Token
+    type: Token
+
+
+@dataclass(frozen=True, slots=True)
+class EventSyntax:
+    """An event that is declared, with what it carries."""
+
+    name: Token
+    fields: tuple[FieldSyntax, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class EventLine:
+    """``event NAME, NAME(FIELD : TYPE)``."""
+
+    events: tuple[EventSyntax, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +196,13 @@ class DefinitionLine:
 
 
 @dataclass(frozen=True, slots=True)
+class ExposeLine:
+    """``expose NAME, NAME``."""
+
+    names: tuple[Token, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class InitialLine:
     """``initial NAME / actions``."""
 
@@ -160,7 +212,7 @@ class InitialLine:
 
 @dataclass(frozen=True, slots=True)
 class StateBlock:
-    """``state NAME``, ``state NAME = machine(...)`` or ``parallel NAME``, with what is indented below it.
+    """A ``state``, an instance of a machine, a ``member`` or a ``parallel``, with what is indented below it.
 
     The kind of a state with others inside is only known when they are seen: until then it is atomic.
     """
@@ -169,6 +221,7 @@ class StateBlock:
     kind: StateKind
     instance: CallSyntax | None
     items: tuple[Item, ...]
+    member: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,11 +283,11 @@ class ActionsSyntax:
 
 @dataclass(frozen=True, slots=True)
 class TransitionLine:
-    """A line that begins with ``on``, ``when``, ``else``, ``after`` or ``every``.
+    """A line that begins with ``on``, ``when``, ``else``, ``after``, ``every`` or ``defer``.
 
     Attributes:
         keyword: the word it begins with.
-        names: the events of an ``on``.
+        names: the events of an ``on`` or ``defer``.
         operand: the condition of a ``when``, the duration of an ``after`` or ``every``.
         lasting: for how long the condition of a ``when`` must have held.
         guard: the condition after ``if``.
@@ -283,7 +336,7 @@ class BadLine:
     """A line that could not be read, or lines that are indented under one that has no block.
 
     Attributes:
-        names: the names that stand on it: they may be declarations.
+        names: the names that are on it: they may be declarations.
         items: what is indented below it.
         nameless: it declares something, and it is not known what.
     """
@@ -301,6 +354,7 @@ Item: TypeAlias = (
     | EventLine
     | EnumerationLine
     | DefinitionLine
+    | ExposeLine
     | InitialLine
     | StateBlock
     | FinalLine
@@ -367,6 +421,8 @@ def names_in(expression: Expression | Named) -> Iterator[str]:
                 pending += (left, right)
             case ChainSyntax(operands=parts) | CallSyntax(arguments=parts):
                 pending.extend(parts)
+            case ChoiceSyntax(then, condition, otherwise):
+                pending += (then, condition, otherwise)
 
 
 def first_token(expression: Expression | Named) -> Token:
@@ -379,6 +435,8 @@ def first_token(expression: Expression | Named) -> Token:
                 expression = part
             case ChainSyntax(operands=parts):
                 expression = parts[0]
+            case ChoiceSyntax(then=part):
+                expression = part
     return expression
 
 
@@ -392,6 +450,8 @@ def last_token(expression: Expression | Named) -> Token:
                 expression = part
             case ChainSyntax(operands=parts):
                 expression = parts[-1]
+            case ChoiceSyntax(otherwise=part):
+                expression = part
     return expression
 
 

@@ -47,7 +47,7 @@ def described(character: str) -> str:
 
 
 def advice(character: str) -> str:
-    """A way out where a strange character stands."""
+    """A way out for a strange character."""
     category = unicodedata.category(character)
     if character in _MEANT:
         return f"write `{_MEANT[character]}`"
@@ -58,5 +58,5 @@ def advice(character: str) -> str:
     if category == "Nd":
         return f"digits are 0 to 9: write `{unicodedata.digit(character)}`"
     if category.startswith(("L", "M")):
-        return "names are made of the letters A to Z, digits and underscores; other characters stand in comments only"
+        return "names have the letters A to Z, digits and underscores; other characters are allowed only in comments"
     return "remove it, or move it into a comment"

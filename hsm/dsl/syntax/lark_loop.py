@@ -1,4 +1,4 @@
-"""Lark's own loop behind the interface of ``lark_table.TableParser``: slower, and without lark's table."""
+"""Lark's own loop after the interface of ``lark_table.TableParser``: slower, and without lark's table."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class LarkParser:
         return cls(lark.parse_interactive())
 
     def feed(self, token: Token) -> bool:
-        """Take a token; False, with the parse as it was up to reductions, where it cannot stand here."""
+        """Take a token; False, with the parse as it was up to reductions, where it cannot be here."""
         try:
             self.parser.feed_token(token)
         except UnexpectedToken:

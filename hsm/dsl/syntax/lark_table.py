@@ -83,7 +83,7 @@ class TableParser:
         self.states.append(self.table.start)
 
     def feed(self, token: Token) -> bool:
-        """Take a token; False, with the parse as it was up to reductions, where it cannot stand here."""
+        """Take a token; False, with the parse as it was up to reductions, where it cannot be here."""
         rows, states = self.table.rows, self.states
         kind = token.type
         while (action := rows[states[-1]].get(kind)) is not None:

@@ -13,7 +13,7 @@ _OF_BLOCKS = ("E0203", "E04", "W05", "N07")
 
 
 def without_doubtful(findings: Sequence[Diagnostic], lines: Sequence[str]) -> list[Diagnostic]:
-    """The findings that stand on their own.
+    """The diagnostics that are on their own.
 
     A line that is indented wrongly leaves open which lines belong to which state, in the outermost block around it and
     in the one before. What is found there and hangs on it waits until the line is right.
@@ -34,7 +34,7 @@ def _of_blocks(found: Diagnostic) -> bool:
 
 
 def _around(line: int, lines: Sequence[str]) -> Iterable[int]:
-    """The lines of the outermost block that a line stands in, and of the one before."""
+    """The lines of the outermost block that a line is in, and of the one before."""
     first, last = line, line
     for _ in range(2):
         first -= 1

@@ -16,18 +16,19 @@ STATEMENTS = frozenset(
     {
         *("machine", "import", "param", "var", "event", "state", "parallel", "final", "initial"),
         *("do", "entry", "exit", "on", "when", "else", "after", "every", "stay", "property", "enum", "define"),
+        *("defer", "expose", "member"),
     }
 )
 """The words that a line may begin with."""
 
 RESERVED = frozenset({"and", "if", "not", "or", "raise"})
-"""The words that are keywords anywhere behind the beginning of a line."""
+"""The words that are keywords anywhere after the beginning of a line."""
 
 _INNER = {
     "stay": RESERVED | {"when"},
     "property": RESERVED | {"after", "always", "before", "eventually", "never", "within"},
 }
-_IN_PLACE = frozenset({"after", "cancel", "for"})
+_IN_PLACE = frozenset({"after", "cancel", "else", "for", "send"})
 """Words that are keywords only where nothing else makes sense."""
 
 _OPENERS = frozenset(map(str.upper, STATEMENTS))
@@ -65,7 +66,7 @@ class Lexer:
     Attributes:
         terminals: what a token can be.
         unclosed: brackets that are never closed, by the line on which that is noticed.
-        misfits: ends of lines behind which the indentation fits no block; of neighbours that agree, the first.
+        misfits: ends of lines after which the indentation fits no block; of neighbours that agree, the first.
     """
 
     terminals: Terminals
@@ -73,13 +74,18 @@ class Lexer:
     misfits: list[Token] = field(default_factory=list)
     _misfit: int = -1
 
-    def tokens(self, text: str) -> Iterator[Token]:
-        """All tokens of a text that ends with a line break, with where blocks begin and end; called once."""
+    def tokens(self, text: str, first: int = 1) -> Iterator[Token]:
+        """All tokens of a text that ends with a line break, with where blocks begin and end; called once.
+
+        Args:
+            text: the text.
+            first: the number of its first line.
+        """
         levels = [0]
         opened: list[Token] = []
         held: Token | None = None
-        end = _token("_NL", "\n", 1, 1)
-        for token in self._words(text):
+        end = _token("_NL", "\n", first, 1)
+        for token in self._words(text, first):
             kind = token.type
             if kind == "_NL":
                 if opened:
@@ -103,12 +109,12 @@ class Lexer:
         for _ in levels[1:]:
             yield _block_token("_DEDENT", end)
 
-    def _words(self, text: str) -> Iterator[Token]:
-        """The tokens of a text as they stand there; what looks blank at its end is no line of its own."""
+    def _words(self, text: str, first: int) -> Iterator[Token]:
+        """The tokens of a text as they are there; what looks blank at its end is no line of its own."""
         symbols = self.terminals.symbols
-        line, line_start = 1, 0
+        line, line_start = first, 0
         opening = ""
-        earlier, previous = "_NL", "_NL"  # the text begins like a line behind a line break
+        earlier, previous = "_NL", "_NL"  # the text begins like a line after a line break
         for match in self.terminals.pattern.finditer(text):
             kind = match.lastgroup or "UNKNOWN"
             start, end = match.span(kind)
@@ -141,7 +147,7 @@ class Lexer:
         yield from self._indentation(end, levels)
 
     def _indentation(self, newline: Token, levels: list[int]) -> Iterator[Token]:
-        """The beginning of a block or the ends of some, as the blanks behind a line break tell.
+        """The beginning of a block or the ends of some, as the blanks after a line break say.
 
         A line that begins where no block begins is taken to belong to the nearest.
         """
@@ -181,11 +187,13 @@ def _block_token(kind: str, newline: Token) -> Token:
 
 
 def _in_place(word: str, opening: str, earlier: str, previous: str, following: str) -> bool:
-    """Whether a word is a keyword behind these two tokens on a line with this beginning."""
+    """Whether a word is a keyword after these two tokens on a line with this beginning."""
     match word:
         case "for":
             return opening == "when" and previous in ("NAME", "NUMBER", "RPAR")
         case "after":
-            return earlier == "RAISE" and previous == "NAME"
+            return (earlier == "RAISE" and previous == "NAME") or previous == "RPAR"
+        case "else":
+            return previous in ("NAME", "NUMBER", "RPAR")
         case _:
             return previous in ("SLASH", "COMMA") and following[:1] == " " and following[1:].isidentifier()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib.resources import files
@@ -23,12 +23,12 @@ from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Diagnostic, Place
 
 _INDENTED = "this is indented under a line that has no block"
-_MISFIT = "this begins where no block begins"
-_SHIFT = "let it begin below the line that it belongs with; only `state` and `parallel` have a block"
-_TAB = "here is a tab"
+_MISFIT = "this indentation matches no block"
+_SHIFT = "align it with the lines of its block; only `state` and `parallel` open a block"
+_TAB = "a tab cannot be used here"
 _CLAIM_WORDS = ("EVENTUALLY", "WITHIN", "BEFORE")
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
-_NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import)\b(?! *[A-Za-z_])")
+_NAMELESS = re.compile(r" *(?:state|parallel|final|param|var|event|enum|define|import|expose|member)\b(?! *[A-Za-z_])")
 
 
 class TreeBuilder:
@@ -52,6 +52,12 @@ class TreeBuilder:
     def event(self, parts: list[Any]) -> ast.EventLine:
         return ast.EventLine(tuple(parts))
 
+    def declared_event(self, parts: list[Any]) -> ast.EventSyntax:
+        return ast.EventSyntax(parts[0], tuple(parts[1:-1]))
+
+    def field(self, parts: list[Any]) -> ast.FieldSyntax:
+        return ast.FieldSyntax(*parts)
+
     def enum(self, parts: list[Any]) -> ast.EnumerationLine:
         return ast.EnumerationLine(parts[0], tuple(parts[2:]))
 
@@ -62,6 +68,12 @@ class TreeBuilder:
         if len(parts) > 1 and isinstance(parts[1], ast.CallSyntax):
             return ast.StateBlock(parts[0], StateKind.ATOMIC, parts[1], tuple(parts[2:]))
         return ast.StateBlock(parts[0], StateKind.ATOMIC, None, tuple(parts[1:]))
+
+    def member(self, parts: list[Any]) -> ast.StateBlock:
+        return ast.StateBlock(parts[0], StateKind.ATOMIC, parts[1], tuple(parts[2:]), member=True)
+
+    def expose(self, parts: list[Any]) -> ast.ExposeLine:
+        return ast.ExposeLine(tuple(parts))
 
     def parallel(self, parts: list[Any]) -> ast.StateBlock:
         return ast.StateBlock(parts[0], StateKind.PARALLEL, None, tuple(parts[1:]))
@@ -86,6 +98,8 @@ class TreeBuilder:
         while end < len(parts) and isinstance(parts[end], Token):
             end += 1
         return self._transition(parts[0], tuple(parts[1:end]), None, parts[end:])
+
+    defer = on
 
     def when(self, parts: list[Any]) -> ast.TransitionLine:
         return self._transition(parts[0], (), parts[1], parts[2:])
@@ -141,7 +155,14 @@ class TreeBuilder:
         return ast.AssignSyntax(*parts)
 
     def raise_event(self, parts: list[Any]) -> ast.RaiseSyntax:
-        return ast.RaiseSyntax(parts[0], parts[2] if len(parts) > 1 else None)
+        raised, delay = parts[0], parts[2] if len(parts) > 1 else None
+        if isinstance(raised, ast.CallSyntax):
+            return ast.RaiseSyntax(raised.name, delay, raised)
+        return ast.RaiseSyntax(raised, delay)
+
+    def send_event(self, parts: list[Any]) -> ast.SendSyntax:
+        sent = parts[0]
+        return ast.SendSyntax(sent.name, sent) if isinstance(sent, ast.CallSyntax) else ast.SendSyntax(sent)
 
     def cancel(self, parts: list[Any]) -> ast.CancelSyntax:
         return ast.CancelSyntax(parts[0])
@@ -167,6 +188,10 @@ class TreeBuilder:
         return ast.UnarySyntax(parts[0], parts[1], 1 + depth_of(parts[1]))
 
     unary = negation
+
+    def choice(self, parts: list[Any]) -> ast.ChoiceSyntax:
+        then, condition, _, otherwise = parts
+        return ast.ChoiceSyntax(then, condition, otherwise, 1 + max(map(depth_of, (then, condition, otherwise))))
 
     def group(self, parts: list[Any]) -> ast.Expression:
         inner: ast.Expression = parts[0]
@@ -222,7 +247,7 @@ def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.Fil
     """Read a file.
 
     Args:
-        text: what stands in it.
+        text: what is in it.
         file: its name, for diagnostics.
         grammar: by default the language's, read once.
 
@@ -255,6 +280,55 @@ def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.Fil
     return ast.File(file, items, tuple(lines)), _once_a_line(report.found)
 
 
+class BlockParser:
+    """Reads one text again and again while it is edited; what did not change since the last time is not read again.
+
+    A file is a list of items, and an item that begins at the left edge is read on its own: what is in it does not
+    depend on those before it. Where anything in the text cannot be read, all of it is read together, as by ``parse``.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[int, str], tuple[ast.Item, ...]] = {}
+
+    def parse(self, text: str, file: str) -> tuple[ast.File, list[Diagnostic]]:
+        """The same as ``parse`` gives."""
+        text = text.replace("\r\n", "\n")
+        if "\t" in text:
+            return parse(text, file)
+        lines = tuple(text.split("\n"))
+        known, items = {}, list[ast.Item]()
+        for first, last in _blocks(lines):
+            key = first, "\n".join(lines[first:last])
+            found = self._known.get(key)
+            if found is None:
+                found = _items(key[1], first + 1)
+            if found is None:
+                return parse(text, file)
+            known[key] = found
+            items.extend(found)
+        self._known = known
+        return ast.File(file, tuple(items), lines), []
+
+
+def _blocks(lines: Sequence[str]) -> Iterator[tuple[int, int]]:
+    """Where lines at the left edge begin and what follows them ends; lines count from 0."""
+    begin = 0
+    for number, line in enumerate(lines):
+        if line and line[0] not in " #" and number > begin:
+            yield begin, number
+            begin = number
+    yield begin, len(lines)
+
+
+def _items(text: str, first: int) -> tuple[ast.Item, ...] | None:
+    """The items of a part of a file; None where something in it cannot be read."""
+    grammar = _grammar()
+    parser, lexer = grammar.begin(), Lexer(grammar.terminals)
+    if not all(parser.feed(token) for token in lexer.tokens(text + "\n", first)):
+        return None
+    return None if lexer.unclosed or lexer.misfits else parser.finish()
+
+
 def _once_a_line(found: list[Diagnostic]) -> list[Diagnostic]:
     """Without what is said about the beginning of a line of which something else is said."""
     told = {one.place.line for one in found if one.place is not None and one.code not in LAYOUT}
@@ -274,7 +348,7 @@ def tokens_of(text: str) -> Iterator[Token]:
 
 
 def _skip_line(parser: TableParser | LarkParser, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
-    """Puts ``BAD`` in place of the line that a token cannot stand on, and goes on behind that line."""
+    """Puts ``BAD`` in place of the line that a token cannot be on, and goes on after that line."""
     parser.back_to("BAD")
     first = token.line or 1
     while token.type != "_NL":
@@ -295,7 +369,7 @@ def _without_tabs(text: str, report: Report) -> str:
         place = Place(report.file, number, column, number, column + 1)
         more = len(found) - 1
         message = f"{_TAB}, as in {more} more line{'s' * (more != 1)}" if more else _TAB
-        report.add("E0102", place, message, "four spaces do instead")
+        report.add("E0102", place, message, "use four spaces instead")
     return "\n".join(line.replace("\t", "    ") for line in lines)
 
 

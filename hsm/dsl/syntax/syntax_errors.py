@@ -43,22 +43,22 @@ _FOREIGN = {
     "|": "write `or`",
     "!": "write `not`",
     "is": "compare with `==`",
-    "else": "a second transition below the first one is the other case",
-    ";": "one line, one thing",
+    "else": "write a second transition below the first one for the other case",
+    ";": "write one statement on each line",
     '"': "strings are not supported; remove the quotes",
     "'": "strings are not supported; remove the quotes",
     "-->": "write `->`",
     "++": "write `+= 1`",
     "--": "write `-= 1`",
     "//": "a comment begins with `#`",
-    "{": "a block needs no braces: it is what is indented below",
-    "}": "a block needs no braces: it is what is indented below",
+    "{": "a block needs no braces: indent its lines by four spaces",
+    "}": "a block needs no braces: indent its lines by four spaces",
 }
 _DO = "write an activity after `do`, and an action after a slash"
-_LOOP = "there are no loops: what a state does goes on until it is left"
+_LOOP = "there are no loops: an activity runs until its state is left"
 _TRANSITION = "a transition begins with `on`, `when` or `after`"
 _BEGINNINGS = {
-    "if": "a condition is watched with `when`; behind a trigger stands `if`",
+    "if": "begin a condition with `when`; use `if` only after a trigger",
     **dict.fromkeys(("elif", "elseif"), _FOREIGN["else"]),
     **dict.fromkeys(("while", "for"), _LOOP),
     **dict.fromkeys(("transition", "goto", "->"), _TRANSITION),
@@ -68,13 +68,13 @@ _TRANSITIONS = ("on", "when", "after")
 
 
 def report_line(report: Report, token: Token, expected: Set[str], line: str) -> None:
-    """Say why a token cannot stand where it does.
+    """Say why a token cannot be where it does.
 
     Args:
         report: where to.
         token: the first one that does not fit.
         expected: the kinds of token that would.
-        line: the line that it stands on.
+        line: the line that it is on.
     """
     number, column = token.line or 1, token.column or 1
     if column <= len(line) and is_strange(line[column - 1]):
@@ -99,12 +99,12 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
     if wanted and wanted[0] == _WORDS["NAME"]:
         wanted[0] = _NAMES.get(last, wanted[0])
     found = f"here is `{word}`" if word else "the line ends here"
-    message = f"expected {_either(wanted)}, but {found}" if wanted else f"`{word}` cannot stand here"
+    message = f"expected {_either(wanted)}, but {found}" if wanted else f"`{word}`is not allowed here"
     _add(report, place, message, _hint(before.split(), word, expected), word)
 
 
 def _add(report: Report, place: Place, message: str, hint: str | None, word: str) -> None:
-    """Report a line; marks of other languages, which stand on many lines, are told once."""
+    """Report a line; marks of other languages, which are on many lines, are reported once."""
     if word in _FOREIGN and hint == _FOREIGN[word]:
         report.add_once("E0101", place, message, hint, subject=hint)
     else:
@@ -122,15 +122,15 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
     if first in _TRANSITIONS:
         return _hint_in_transition(first, text, word, expected)
     if first in STATEMENTS and len(before) == 2 and word == "-":
-        return "a name has no hyphen: an underscore does instead"
+        return "a name cannot contain a hyphen: use an underscore"
     if word == ":" and first in ("state", "parallel"):
-        return "a block needs no colon: it is what is indented below"
+        return "a block needs no colon: indent its lines by four spaces"
     if word == "=" and first in ("var", "param") and len(before) == 2:
-        return f"say of which type it is: `{text} : int = ...`"
+        return f"give its type: `{text} : int = ...`"
     if text == "final state":
-        return "a line that begins with `final` declares a state already"
+        return "`final NAME` already declares a state: leave out `state`"
     if first == "do" and before[1:] == re.findall(r"^[\w.]+$", before[-1]) and "LPAR" in expected:
-        return f"an activity is called: `do {before[-1]}()`"
+        return f"an activity needs parentheses: `do {before[-1]}()`"
     if first in ("entry", "exit") and len(before) == 1:
         return f"write actions after a slash: `{first} / ...`"
     return None
@@ -142,7 +142,7 @@ def _hint_in_transition(first: str, text: str, word: str, expected: Set[str]) ->
         return "put extra conditions after `if`"
     divides = text.endswith(" /") and word[:1].isdigit()
     if divides or (" / " in text and word in _OPERATORS):
-        return "a division in a condition stands in parentheses; a bare slash begins the actions"
+        return "put a division in parentheses; a bare slash begins the actions"
     if word == "=":
         return "compare with `==`"
     if word in ("<", "<=", ">", ">=", "==", "!="):

@@ -84,4 +84,4 @@ def _single(tokens: list[_Token], place: Place, depth: int) -> tuple[Expression,
         if rest and rest[0][0] == "close":
             return inner, rest[1:]
         raise ConditionError("a parenthesis is not closed")
-    raise ConditionError(f"`{text}` stands where a condition is expected")
+    raise ConditionError(f"`{text}` is not a condition")

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 
 from hsm.model.chart import (
     After,
+    Defer,
+    Emit,
     Every,
     Held,
     Model,
@@ -33,7 +35,7 @@ _ORDER = "of what happens in one tick SCXML takes the earliest first; here event
 
 def differences(model: Model) -> list[Diagnostic]:
     """What of a machine changes its meaning when it is written as SCXML; empty where nothing does."""
-    return [*_transitions(model), *_names(model), *_same_tick(model)]
+    return [*_transitions(model), *_names(model), *_same_tick(model), *_sent(model)]
 
 
 def _transitions(model: Model) -> Iterator[Diagnostic]:
@@ -41,6 +43,9 @@ def _transitions(model: Model) -> Iterator[Diagnostic]:
     for transition in model.transitions:
         source = model.states[transition.source]
         match transition.trigger:
+            case Defer():
+                reason = "SCXML has no word for deferring an event: it is written as a transition that drops it"
+                yield _difference(transition, reason, "let the event be sent again, or keep it in a variable")
             case On(prefix=True):
                 continue  # read from SCXML
             case On(names):
@@ -59,7 +64,7 @@ def _timing(transition: Transition) -> Iterator[Diagnostic]:
     """What a condition or a time-out means otherwise."""
     match transition.trigger:
         case When():
-            yield _difference(transition, _SOONER, "let an event tell when the condition has become true")
+            yield _difference(transition, _SOONER, "send an event when the condition becomes true")
         case After(duration):
             if transition.guard is not None:
                 yield _difference(transition, _WAITS, "let the guarded state be entered only when the guard holds")
@@ -112,8 +117,16 @@ def _names(model: Model) -> Iterator[Diagnostic]:
                 yield _difference(transition, reason, "give one of them another name")
 
 
+def _sent(model: Model) -> Iterator[Diagnostic]:
+    """What is sent to other machines: SCXML sends to a session by its address."""
+    for action in actions_of(model):
+        if isinstance(action, Emit):
+            reason = f"SCXML sends `{action.event}` to a session with an address; here every other machine hears of it"
+            yield finding("W0923", action.place, reason, "let the program that runs the sessions hand it on")
+
+
 def _same_tick(model: Model) -> Iterator[Diagnostic]:
-    """One finding for a machine in which a time-out and something else could come in one tick."""
+    """One diagnostic for a machine in which a time-out and something else could come in one tick."""
     timed = [one for one in model.transitions if isinstance(one.trigger, After | Every)]
     if timed and len(model.transitions) > 1:
         yield _difference(timed[0], _ORDER, "none is needed where the order within a tick does not matter")

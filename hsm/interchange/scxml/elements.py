@@ -1,4 +1,4 @@
-"""XML elements with the places where they stand, read without recursion."""
+"""XML elements with the places where they are, read without recursion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Element:
     Attributes:
         tag: its local name; in braces before it the namespace, where that is not SCXML's or none.
         attributes: its attributes by their names, as ``tag`` is named.
-        place: where its start tag stands.
+        place: where its start tag is.
         children: the elements in it.
         text: the text directly in it.
     """

@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from math import isfinite
 from pathlib import Path
 
 from hsm.interchange.scxml.conditions import ConditionError, parse_condition
-from hsm.interchange.scxml.datamodel.model import DATA_MODELS, DataModel
+from hsm.interchange.scxml.datamodel.content import PROCESSOR, CommunicationError
+from hsm.interchange.scxml.datamodel.expressions import DataError
+from hsm.interchange.scxml.datamodel.model import CHARTS, DATA_MODELS, DataModel
 from hsm.interchange.scxml.elements import Element, parse
 from hsm.interchange.scxml.vocabulary import breaches
-from hsm.model.chart import Action, Always, Cancel, Model, On, Raise, Send, State, StateKind, Transition, TransitionKind
+from hsm.model.chart import (
+    Action,
+    Always,
+    Cancel,
+    Invoke,
+    Model,
+    On,
+    Raise,
+    Send,
+    State,
+    StateKind,
+    Transition,
+    TransitionKind,
+)
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place, Related
 from hsm.model.expressions import Active, Binary, Expression, Unary
@@ -26,6 +41,7 @@ _SILENT = ("log",)
 
 _DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
 _LARGEST = 32 * 2**20
+_DEEPEST_INVOKE = 16
 _SECONDS = {"ms": 0.001, "s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
 
@@ -33,17 +49,26 @@ def read_file(path: str | Path) -> Model:
     """The model of an SCXML file.
 
     Raises:
-        MachineError: the file cannot be read or is no chart that is supported; all findings are in it.
+        MachineError: the file cannot be read or is no chart that is supported; all diagnostics are in it.
+    """
+    return read_text(_content(Path(path)), str(path))
+
+
+def _content(path: Path) -> bytes:
+    """What is in a file.
+
+    Raises:
+        MachineError: it cannot be read.
     """
     try:
-        with Path(path).open("rb") as file:  # not to its end, which a device may not have
+        with path.open("rb") as file:  # not to its end, which a device may not have
             text = file.read(_LARGEST + 1)
-    except OSError as error:
-        reason = f"{path} cannot be read: {error.strerror or error}"
-        raise MachineError([finding("E0902", None, reason)]) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise MachineError([finding("E0902", None, f"{path} cannot be read: {reason}")]) from None
     if len(text) > _LARGEST:
         raise MachineError([finding("E0902", None, f"{path} cannot be read: it is larger than 32 MiB")])
-    return read_text(text, str(path))
+    return text
 
 
 def read_text(text: str | bytes, file: str = "<text>") -> Model:
@@ -51,20 +76,84 @@ def read_text(text: str | bytes, file: str = "<text>") -> Model:
 
     Args:
         text: the document.
-        file: what findings call it.
+        file: what diagnostics call it.
 
     Raises:
-        MachineError: it is no chart that is supported; all findings are in it.
+        MachineError: it is no chart that is supported; all diagnostics are in it.
     """
-    top = parse(text, file)
-    reader = _Reader(file)
-    model = reader.read(top)
-    found = list(breaches(top))
-    told = {(one.place, one.code) for one in found}
-    found += [one for one in reader.findings if (one.place, one.code) not in told]
+    model, found = _read(parse(text, file), file, 0)
     if found:
         raise MachineError(sorted(found, key=lambda one: (one.place is not None and one.place, one.code)))
     return model
+
+
+def _read(top: Element, file: str, depth: int) -> tuple[Model, list[Diagnostic]]:
+    """A document with all that is wrong with it; ``depth`` is how many charts invoke one another around it."""
+    reader = _Reader(file, depth)
+    model = reader.read(top)
+    found = list(breaches(top))
+    told = {(one.place, one.code) for one in found}
+    return model, found + [one for one in reader.findings if (one.place, one.code) not in told]
+
+
+@dataclass(frozen=True, slots=True)
+class _Loader:
+    """Reads the charts that a chart invokes.
+
+    Attributes:
+        reader: of the invoking chart.
+    """
+
+    reader: _Reader
+
+    def element(self, element: Element) -> Model | None:
+        """A chart within the chart."""
+        model, found = _read(element, self.reader.file, self.reader.depth + 1)
+        self.reader.findings += found
+        return None if found else model
+
+    def file(self, element: Element) -> Model | None:
+        """The chart in the file beside this one that an ``invoke`` names."""
+        try:
+            return self._file(element.attributes["src"])
+        except MachineError as error:
+            self.reader.findings += [replace(one, place=one.place or element.place) for one in error.diagnostics]
+            return None
+
+    def text(self, text: object) -> Model:
+        """A chart that is made while the machine runs."""
+        if not isinstance(text, str):
+            raise DataError("what is invoked is no chart")
+        return self._at_run_time(lambda: parse(text, self.reader.file), self.reader.file)
+
+    def at_run_time(self, name: object) -> Model:
+        """The chart in a file that is named while the machine runs."""
+        if not isinstance(name, str) or not name:
+            raise DataError(f"`{name}` names no chart to invoke")
+        try:
+            return self._file(name)
+        except MachineError as error:
+            raise CommunicationError(str(error)) from None
+
+    def _at_run_time(self, read: Callable[[], Element], file: str) -> Model:
+        try:
+            model, found = _read(read(), file, self.reader.depth + 1)
+        except MachineError as error:
+            raise DataError(str(error)) from None
+        if found:
+            raise DataError(str(found[0].message))
+        return model
+
+    def _file(self, name: str) -> Model:
+        if self.reader.depth >= _DEEPEST_INVOKE:
+            message = f"charts invoke one another more than {_DEEPEST_INVOKE} deep"
+            hint = "name the chart by `srcexpr`, which is read when it is due"
+            raise MachineError([finding("E0902", None, message, hint)])
+        path = Path(self.reader.file).parent / name.removeprefix("file:")
+        model, found = _read(parse(_content(path), str(path)), str(path), self.reader.depth + 1)
+        if found:
+            raise MachineError(found)
+        return model
 
 
 @dataclass(slots=True)
@@ -81,8 +170,9 @@ class _Draft:
 class _Reader:
     """One document: states are numbered first, as transitions may name any of them."""
 
-    def __init__(self, file: str) -> None:
+    def __init__(self, file: str, depth: int = 0) -> None:
         self.file = file
+        self.depth = depth
         self.findings: list[Diagnostic] = []
         self.drafts: list[_Draft] = []
         self.indices: dict[str, int] = {}
@@ -164,13 +254,31 @@ class _Reader:
             ),
             exit=tuple(action for block in element.of("onexit") for action in self._actions(block)),
             transitions=transitions,
+            invokes=self._invokes(draft),
             place=element.place,
         )
+
+    def _invokes(self, draft: _Draft) -> tuple[Invoke, ...]:
+        """The charts that run while a state is active."""
+        if self.data is None or draft.parent < 0:
+            return ()
+        load = _Loader(self)
+        for one in draft.element.of("invoke"):
+            kind = one.attributes.get("type", "scxml")
+            if kind not in CHARTS:
+                message, hint = f"what has the type `{kind}` cannot be invoked", "only charts in SCXML can: `scxml`"
+                self.find("E0904", message, one.place, hint)
+            elif not ({"src", "srcexpr"} & one.attributes.keys() or any(one.of("content"))):
+                self.find("E0909", "<invoke> needs a chart", one.place, "name it by `src`, or write it in <content>")
+        if self.findings:
+            return ()
+        elements = enumerate(draft.element.of("invoke"), 1)
+        return tuple(self.data.invoke(one, draft.name, number, load) for number, one in elements)
 
     def _refuse_strangers(self, element: Element) -> None:
         known = {*_STATES, "transition", "onentry", "onexit", "initial"}
         if self.data is not None:
-            known |= {"datamodel", "donedata", *(("script",) if element.tag == "scxml" else ())}
+            known |= {"datamodel", "donedata", "script" if element.tag == "scxml" else "invoke"}
         for child in element.children:
             empty_data = child.tag == "datamodel" and not child.children
             if child.tag not in known and not empty_data:
@@ -287,7 +395,9 @@ class _Reader:
     def _data_model(self, top: Element) -> DataModel | None:
         """The data model that a chart asks for by name, if it uses it."""
         name = top.attributes.get("datamodel", "null")
-        if name in DATA_MODELS and not _uses_data(top):
+        if name == "null" and (any(_all_of(top, "invoke")) or self.depth):
+            name = "ecmascript"  # sessions that talk are its business; there is no data
+        if name in DATA_MODELS and not _uses_data(top) and not self.depth:
             return None
         if name in DATA_MODELS:
 
@@ -437,8 +547,8 @@ _DATA = 'say which data model the chart has: `datamodel="ecmascript"`'
 _CASES = _DATA
 _ADVICE = {
     "script": _DATA,
-    "invoke": "charts that start other processes cannot be read: a .maze-machine has activities (`do`) for that",
-    "finalize": "charts that start other processes cannot be read",
+    "invoke": "put it into a state of a chart with a data model; a .maze-machine has activities (`do`)",
+    "finalize": "put it into an <invoke>",
     "datamodel": _DATA,
     "data": _DATA,
     "assign": _DATA,
@@ -446,13 +556,19 @@ _ADVICE = {
     "if": _CASES,
     "elseif": _CASES,
     "else": _CASES,
-    "donedata": "leave it out: the name of the final state tells how the chart ended",
+    "donedata": "leave it out: the name of the final state shows how the chart ended",
     "param": "events carry no data: send one of several events instead",
     "content": "events carry no data: send one of several events instead",
 }
 
 
-_DATA_ELEMENTS = {"data", "assign", "script", "if", "foreach", "donedata", "param", "content"}
+_DATA_ELEMENTS = {"invoke", "data", "assign", "script", "if", "foreach", "donedata", "param", "content"}
+
+
+def _to_itself(element: Element) -> bool:
+    """Whether an event is sent to the chart itself; anything else is an error of a chart with data, while it runs."""
+    kind = element.attributes.get("type", "scxml")
+    return element.attributes.get("target", "") in ("", "#_internal") and kind in ("scxml", PROCESSOR)
 
 
 def _uses_data(top: Element) -> bool:
@@ -463,6 +579,8 @@ def _uses_data(top: Element) -> bool:
         pending.extend(element.children)
         if element.tag in _SILENT:
             continue
+        if element.tag == "send" and not _to_itself(element):
+            return True
         if element.tag in _DATA_ELEMENTS or any(name.endswith("expr") for name in element.attributes):
             return True
         condition = element.attributes.get("cond")
@@ -472,3 +590,14 @@ def _uses_data(top: Element) -> bool:
             except ConditionError:
                 return True
     return False
+
+
+def _all_of(top: Element, tag: str) -> Iterator[Element]:
+    """All elements of a kind, except for those of charts within the chart."""
+    pending = [top]
+    while pending:
+        element = pending.pop()
+        if element.tag == tag:
+            yield element
+        if element.tag != "content":
+            pending.extend(element.children)

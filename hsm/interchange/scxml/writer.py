@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
@@ -21,6 +22,7 @@ from hsm.model.chart import (
     Assign,
     Call,
     Cancel,
+    Emit,
     Every,
     Held,
     Model,
@@ -35,7 +37,8 @@ from hsm.model.chart import (
 )
 from hsm.model.codes import finding
 from hsm.model.diagnostics import MachineError
-from hsm.model.expressions import Expression, Literal
+from hsm.model.expressions import EventValue, Expression, Literal
+from hsm.model.rewriting import rewrite_expression
 from hsm.model.topology import HISTORY
 from hsm.model.unparse import activity_text, call_text, expression_text
 
@@ -68,7 +71,7 @@ def write_text(model: Model) -> str:
             [finding("E0905", place, "a chart with a data model is not written again", "keep its document")]
         )
     root = ElementTree.Element("scxml", {"xmlns": NAMESPACE, "xmlns:maze": OWN, "version": "1.0", "name": model.name})
-    root.set("datamodel", "maze-machine" if model.variables or model.parameters else "null")
+    root.set("datamodel", "maze-machine" if model.variables or model.parameters or model.event_data else "null")
     elements = [root]
     for state in model.states[1:]:
         elements.append(ElementTree.SubElement(elements[state.parent], _TAGS.get(state.kind, "state"), id=state.name))
@@ -99,7 +102,8 @@ def _write_data(model: Model, root: ElementTree.Element) -> None:
         return
     data = ElementTree.Element("datamodel")
     for parameter in model.parameters:
-        value = {} if parameter.required else {"expr": expression_text(Literal(parameter.default, parameter.type))}
+        made_of = model.derived.get(parameter.name, Literal(parameter.default, parameter.type))
+        value = {} if parameter.required else {"expr": expression_text(made_of)}
         ElementTree.SubElement(data, "data", {"id": parameter.name, **value})
     for variable in model.variables:
         ElementTree.SubElement(data, "data", id=variable.name, expr=expression_text(variable.initial))
@@ -112,16 +116,16 @@ def _write_state(model: Model, state: State, element: ElementTree.Element) -> No
     if state.kind in HISTORY:
         element.set("type", "deep" if state.kind is StateKind.DEEP_HISTORY else "shallow")
         default = ElementTree.SubElement(element, "transition", target=targets)
-        _write_actions(default, state.initial_actions)
+        _write_actions(model, default, state.initial_actions)
         return
     if state.initial_actions:
         initial = ElementTree.Element("initial")
-        _write_actions(ElementTree.SubElement(initial, "transition", target=targets), state.initial_actions)
+        _write_actions(model, ElementTree.SubElement(initial, "transition", target=targets), state.initial_actions)
         front.append(initial)
     elif targets and state.kind is StateKind.COMPOUND:
         element.set("initial", targets)
     own = [model.transitions[index] for index in state.transitions]
-    front.extend(_blocks(state, own))
+    front.extend(_blocks(model, state, own))
     if state.activity is not None:
         call = activity_text(state.activity)
         front.append(ElementTree.Element("invoke", type=OWN, id=f"{state.name}.activity", src=call))
@@ -132,14 +136,14 @@ def _write_state(model: Model, state: State, element: ElementTree.Element) -> No
         element.insert(at + offset, one)
 
 
-def _blocks(state: State, own: list[Transition]) -> list[ElementTree.Element]:
+def _blocks(model: Model, state: State, own: list[Transition]) -> list[ElementTree.Element]:
     entry, leave = ElementTree.Element("onentry"), ElementTree.Element("onexit")
     for transition in own:
         if isinstance(transition.trigger, After | Every):
             _send_time_out(entry, state, transition, transition.trigger.duration)
             ElementTree.SubElement(leave, "cancel", sendid=_time_out(state, transition))
-    _write_actions(entry, state.entry)
-    _write_actions(leave, state.exit)
+    _write_actions(model, entry, state.entry)
+    _write_actions(model, leave, state.exit)
     return [block for block in (entry, leave) if len(block)]
 
 
@@ -160,7 +164,7 @@ def _transition(model: Model, state: State, transition: Transition) -> Iterator[
     """A transition; one that waits for outcomes of its state waits for the completion besides."""
     conditions = [transition.trigger.condition] if isinstance(transition.trigger, When | Held) else []
     conditions += [transition.guard] if transition.guard is not None else []
-    texts = [_condition(expression_text(one)) for one in conditions]
+    texts = [_condition(_text(one)) for one in conditions]
     match transition.trigger:
         case On(names):
             plain = [one for one in dict.fromkeys(names) if one != "done" or _may_report(model, state, "done")]
@@ -197,7 +201,7 @@ def _element(
         element.set("target", " ".join(model.states[index].name for index in transition.targets))
         if transition.kind is TransitionKind.LOCAL and state.kind is StateKind.COMPOUND:
             element.set("type", "internal")
-    _write_actions(element, transition.actions)
+    _write_actions(model, element, transition.actions)
     return element
 
 
@@ -214,7 +218,7 @@ def _may_report(model: Model, state: State, outcome: str) -> bool:
 def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, list[str]]]:
     """What SCXML calls the outcomes that a trigger waits for: the state's completion, in one of its final states."""
     if trigger.prefix:
-        return  # it was read from SCXML and bears its names already
+        return  # it was read from SCXML and has its names already
     if "done" in trigger.names and (_finals(model, state) or state.kind is StateKind.PARALLEL):
         yield f"done.state.{state.name}", []
     for around in model.states[max(state.index, 1) : state.last + 1]:
@@ -229,22 +233,50 @@ def _finals(model: Model, state: State) -> list[State]:
     return [model.states[one] for one in state.children if model.states[one].kind is StateKind.FINAL]
 
 
-def _write_actions(element: ElementTree.Element, actions: tuple[Action, ...]) -> None:
+def _text(expression: Expression) -> str:
+    """An expression; what an event carries goes by SCXML's name."""
+    return expression_text(_renamed(expression))
+
+
+def _renamed(expression: Expression) -> Expression:
+    """An expression with SCXML's names for what the event carries."""
+
+    def renamed(part: Expression) -> Expression:
+        name = part.name.rpartition(".")[2] if isinstance(part, EventValue) else ""
+        return replace(part, name=f"_event.data.{name}") if isinstance(part, EventValue) else part
+
+    return rewrite_expression(expression, renamed)
+
+
+def _write_data_of(model: Model, element: ElementTree.Element, event: str, arguments: tuple[Expression, ...]) -> None:
+    declared = model.data_of(event)
+    fields = () if declared is None else declared.fields
+    for field, argument in zip(fields, arguments, strict=True):
+        ElementTree.SubElement(element, "param", name=field.name, expr=_text(argument))
+
+
+def _write_actions(model: Model, element: ElementTree.Element, actions: tuple[Action, ...]) -> None:
     for action in actions:
         match action:
-            case Raise(event):
+            case Raise(event, arguments=()):
                 ElementTree.SubElement(element, "raise", event=event)
-            case Send(event, delay, label):
-                sent = {
+            case Raise(event, arguments=arguments):
+                # `raise` carries nothing in SCXML; an event that is sent to the session itself is the same.
+                sent = ElementTree.SubElement(element, "send", event=event, target="#_internal")
+                _write_data_of(model, sent, event, arguments)
+            case Send(event, delay, label, arguments=arguments):
+                given = {
                     "event": event,
                     **({"delay": f"{delay!r}s"} if delay else {}),
                     **({"id": label} if label else {}),
                 }
-                ElementTree.SubElement(element, "send", sent)
+                _write_data_of(model, ElementTree.SubElement(element, "send", given), event, arguments)
+            case Emit(event, arguments=arguments):
+                _write_data_of(model, ElementTree.SubElement(element, "maze:send", event=event), event, arguments)
             case Cancel(label):
                 ElementTree.SubElement(element, "cancel", sendid=label)
             case Assign(variable, value):
-                ElementTree.SubElement(element, "assign", location=variable, expr=expression_text(value))
+                ElementTree.SubElement(element, "assign", location=variable, expr=_text(value))
             case Call(declared, arguments):
-                text = call_text(declared.name, declared.parameters, arguments)
+                text = call_text(declared.name, declared.parameters, [_renamed(one) for one in arguments])
                 ElementTree.SubElement(element, "maze:call", text=text)

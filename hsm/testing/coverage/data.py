@@ -58,7 +58,7 @@ class Measurements:
     machines: dict[str, Measured] = field(default_factory=dict)
 
     def add(self, model: Model, coverage: Coverage) -> None:
-        """Take down what a run has exercised; a machine that has changed since begins anew."""
+        """Take down what a run has exercised; a machine that has changed since begins again."""
         key = str(Path(model.files[0]).resolve()) if model.files else model.name
         known = self.machines.get(key)
         if known is not None and fingerprint(known.model) == fingerprint(model):
@@ -104,7 +104,7 @@ def measured_files(folder: Path) -> list[str]:
 
 
 def fingerprint(model: Model) -> str:
-    """Tells a machine from the same file's machine before a change."""
+    """Distinguishes a machine from the same file's machine before a change."""
     parts = [
         *(
             (state.name, state.kind.value, state.activity and state.activity.activity.outcomes)

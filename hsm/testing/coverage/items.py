@@ -34,7 +34,7 @@ class CoverageItem:
 
     Attributes:
         kind: what it is about.
-        key: tells it from all others of its machine.
+        key: distinguishes it from all others of its machine.
         text: what is missed where it is not covered.
         place: where it is written.
         count: how often it was exercised; for what is not counted 1 or 0.

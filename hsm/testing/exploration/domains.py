@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from hsm.model.expressions import Binary, Expression, SignalValue, VariableValue
-from hsm.model.registry import SignalDeclaration
+from hsm.model.expressions import Binary, EventValue, Expression, SignalValue, VariableValue
+from hsm.model.registry import EventField, SignalDeclaration
 from hsm.model.rewriting import parts_of
 from hsm.model.types import UNITS, Boolean, Enumeration, Integer, Type, si_value
 from hsm.model.unparse import value_text
@@ -41,9 +41,7 @@ class Domains:
         for expression in expressions:
             for part in parts_of(expression):
                 if isinstance(part, Binary) and part.operator in _BINARY:
-                    for name in dict.fromkeys(
-                        one.signal.name for one in parts_of(part) if isinstance(one, SignalValue)
-                    ):
+                    for name in dict.fromkeys(_free(part)):
                         listed = self._comparisons.setdefault(name, [])
                         if part not in listed:
                             listed.append(part)
@@ -59,27 +57,52 @@ class Domains:
         return found
 
     def values(self, signal: SignalDeclaration, residue: Residue) -> list[Any]:
-        """What to try, the simplest first.
+        """What to try for a signal, the simplest first.
 
         Args:
             signal: the signal.
             residue: evaluates a comparison for a value of the signal, with all else as it is.
         """
-        match signal.type:
-            case Boolean():
-                return [False, True]
-            case Enumeration(members=members):
-                return [member_of(signal, one) for one in members]
-        found = self._comparisons.get(signal.name, [])
+        if isinstance(signal.type, Enumeration):
+            return [member_of(signal, one) for one in signal.type.members]
+        return self.of_type(signal.name, signal.type, residue) or [default_of(signal)]
+
+    def carried(self, name: str, field: EventField, residue: Residue) -> list[Any]:
+        """What to try for a part of what an event carries, the simplest first.
+
+        Args:
+            name: how expressions name it.
+            field: its type.
+            residue: evaluates a comparison for a value of it, with all else as it is.
+        """
+        if isinstance(field.type, Enumeration):
+            return [one if field.enumeration is None else field.enumeration(one) for one in field.type.members]
+        return self.of_type(name, field.type, residue) or [0 if isinstance(field.type, Integer) else 0.0]
+
+    def of_type(self, name: str, kind: Type, residue: Residue) -> list[Any]:
+        """Both values of a condition, numbers on both sides of each threshold; none where there is no threshold."""
+        if isinstance(kind, Boolean):
+            return [False, True]
+        found = self._comparisons.get(name, [])
         roots = sorted({root for one in found for root in _roots(partial(residue, one))})
-        tried: list[Any] = [written(one, signal.type) for one in _around(roots)]
-        if isinstance(signal.type, Integer):
+        tried: list[Any] = [written(one, kind) for one in _around(roots)]
+        if isinstance(kind, Integer):
             around = {math.floor(root) + step for root in roots for step in (-1, 0, 1)}
             tried = sorted(around, key=lambda one: (abs(one), one))
         distinct: dict[tuple[bool | None, ...], Any] = {}
         for one in tried:
             distinct.setdefault(tuple(_truth(comparison, residue(comparison, one)) for comparison in found), one)
-        return list(distinct.values()) or [default_of(signal)]
+        return list(distinct.values())
+
+
+def _free(comparison: Binary) -> Iterator[str]:
+    """What in a comparison is free: signals, and what events carry."""
+    for one in parts_of(comparison):
+        match one:
+            case SignalValue(signal):
+                yield signal.name
+            case EventValue(name):
+                yield name
 
 
 def written(value: float, kind: Type) -> float:

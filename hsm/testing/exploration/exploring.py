@@ -8,32 +8,43 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from itertools import product
+from functools import partial
+from itertools import islice, product
 from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.configuration import Plan
+from hsm.engine.coverage import guards_of
 from hsm.engine.evaluation import Evaluation
 from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
+from hsm.engine.inputs import settled
 from hsm.engine.machine import Machine
+from hsm.engine.occurrences import checked_events, event_text
 from hsm.engine.record import Selection
-from hsm.model.chart import On, Raise, Send, State, StateKind, Transition
+from hsm.model.chart import Assign, Emit, Model, On, Raise, Send, State, StateKind, Transition
 from hsm.model.events import StateEvent
-from hsm.model.expressions import Binary, SignalValue
+from hsm.model.expressions import Binary, EventValue, Expression, SignalValue, VariableValue
 from hsm.model.faults import MachineFault
+from hsm.model.messages import Occurrence
 from hsm.model.registry import ActionDeclaration, SignalDeclaration
-from hsm.model.rewriting import actions_of, expressions_of, parts_of
+from hsm.model.rewriting import actions_of, expressions_of, parts_of, rewrite_expression
 from hsm.testing.exploration.domains import Domains
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.inputs import NO_WAIT, Input, Wait
 from hsm.testing.scenarios.script import FAULT, ScriptedFault, SignalKey
 
 _DIGITS = 6
+_MOST_DATA = 64
+"""At most this many combinations of what an event carries are tried at most."""
 
 
 def _coarse(nanoseconds: int) -> float:
     """Time to go in seconds, without the digits in which sums of waiting times differ."""
     return round(seconds(nanoseconds), _DIGITS)
+
+
+def _carried(message: object) -> tuple[Any, ...]:
+    return tuple(message.data.items()) if isinstance(message, Occurrence) else ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,15 +64,16 @@ class ExploredMoment:
     signals: Mapping[SignalKey, Any]
 
     def key(self) -> tuple[Any, ...]:
-        """What tells this moment from those from which the same can follow."""
+        """What distinguishes this moment from others with another future."""
         state, now = self.state, nanoseconds(self.time)
         return (
             state.configuration.leaves,
             tuple(round(one, _DIGITS) if isinstance(one, float) else one for one in state.values),
             tuple(sorted((index, _coarse(due - now)) for index, due in state.timers.items())),
-            tuple((_coarse(due - now), send.event) for due, send in state.sent),
+            tuple((_coarse(due - now), send.event, _carried(send.message)) for due, send in state.sent),
             tuple(sorted(state.history.items())),
             state.acted,
+            tuple((str(one), _carried(one)) for one in state.deferred),
             self.over,
         )
 
@@ -225,9 +237,9 @@ class Explorer:
     ) -> None:
         self.machine = machine
         self._tick = tick
-        self._domains = Domains(expressions_of(machine.model))
-        given = {one.name: None if one.required else one.default for one in machine.model.parameters}
-        self.parameters = tuple({**given, **(parameters or {})}.values())
+        self._domains = Domains([*expressions_of(machine.model), *_by_way_of_variables(machine.model)])
+        unknown = {one.name: None for one in machine.model.parameters if one.required}
+        self.parameters = tuple(settled(machine.model, {**unknown, **(parameters or {})}).values())
         self._heard = _events(machine)
         self._regions = regions
         self._tried: dict[tuple[Any, ...], list[Any]] = {}
@@ -237,12 +249,10 @@ class Explorer:
     def start(self) -> list[ExploredStep]:
         """All first steps: entering the machine and its first step at the same time."""
         plan = self.machine.planner.start()
-        state = RunState(
-            plan.target, [*self.parameters, *(None for _ in self.machine.model.variables)], {}, (), {}, None
-        )
+        state = RunState(plan.target, self.machine.generator.first_values(self.parameters), {}, (), {}, None)
         before = ExploredMoment(state, 0.0, frozenset(), {})
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+        def attempt(choices: _Choices, hits: set[tuple[int, int]]) -> tuple[RunState, list[Selection]]:
             execution = choices.execution = MacrostepExecution(
                 self.machine, state, 0.0, facts=choices, memo={}, hits=hits
             )
@@ -281,10 +291,10 @@ class Explorer:
         time = moment.time + given.wait.seconds
         before = ExploredMoment(moment.state, time, over, moment.signals)
 
-        def attempt(choices: _Choices, hits: list[Any]) -> tuple[RunState, list[Selection]]:
+        def attempt(choices: _Choices, hits: set[tuple[int, int]]) -> tuple[RunState, list[Selection]]:
             execution = MacrostepExecution(self.machine, moment.state, time, facts=choices, memo={}, hits=hits)
             choices.execution = execution
-            execution.run((*pending, *given.events))
+            execution.run((*pending, *checked_events(self.machine.model, given.events)))
             return execution.state, execution.selections
 
         return self._edges(before, given, attempt, region)
@@ -293,15 +303,14 @@ class Explorer:
         self,
         before: ExploredMoment,
         given: Input,
-        attempt: Callable[[_Choices, list[Any]], tuple[RunState, list[Selection]]],
+        attempt: Callable[[_Choices, set[tuple[int, int]]], tuple[RunState, list[Selection]]],
         region: int,
     ) -> Iterator[ExploredStep]:
         """One edge for each combination of the signals that are asked for."""
-        marks = self.machine.generator.probes
         open_choices: list[tuple[dict[SignalKey, Any], int]] = [(dict(given.signals), region)]
         while open_choices:
             choices = _Choices(self, before.signals, *open_choices.pop())
-            hits = marks.new()
+            hits: set[tuple[int, int]] = set()
             selections: list[Selection] = []
             state, fault = before.state, None
             try:
@@ -314,7 +323,7 @@ class Explorer:
             signals = tuple(choices.chosen.items())
             target = ExploredMoment(state, before.time, over, {**before.signals, **choices.chosen})
             taken = Input(given.wait, given.reports, given.events, signals)
-            yield ExploredStep(taken, target, tuple(selections), dict(marks.seen(hits)), fault)
+            yield ExploredStep(taken, target, tuple(selections), guards_of(hits), fault)
 
     # What may happen.
 
@@ -359,7 +368,36 @@ class Explorer:
         for state in sorted(active):
             for index in self.machine.model.states[state].transitions:
                 found.update(dict.fromkeys(self._heard.get(index, ())))
-        return list(found)
+        return [text for name in found for text in self._with_data(name, moment.state)]
+
+    def _with_data(self, event: str, state: RunState) -> Iterator[str]:
+        """An event with all that is worth trying for what it carries."""
+        model = self.machine.model
+        declared = model.data_of(event)
+        if declared is None:
+            yield event
+            return
+        tried: list[list[Any]] = []
+        for one in declared.fields:
+            name = declared.variable(one)
+            tried.append(self._domains.carried(name, one, partial(self._difference, state, name)))
+        for values in islice(product(*tried), _MOST_DATA):
+            given = {one.name: value for one, value in zip(declared.fields, values, strict=True)}
+            yield event_text(model, Occurrence(event, given))
+
+    def _difference(self, state: RunState, name: str, comparison: Binary, value: float) -> float | None:
+        """Left side minus right side of a comparison when an event carries a value."""
+        values = state.values[:]
+        values[self.machine.generator.variables[name]] = value
+
+        def ask(_: SignalValue) -> Any:
+            raise KeyError
+
+        evaluation = self.machine.generator.evaluation({}, values, state.configuration.active, ask)
+        try:
+            return float(evaluation.value(comparison.left) - evaluation.value(comparison.right))
+        except (KeyError, TypeError, ArithmeticError):
+            return None
 
     def _outcome(self, state: str, outcome: str) -> StateEvent | PendingFault:
         index = self.machine.indices[state]
@@ -406,22 +444,44 @@ class Explorer:
         return self._domains.values(signal, residue)
 
 
+def _by_way_of_variables(model: Model) -> Iterator[Expression]:
+    """Conditions on variables that are given what an event carries, as conditions on what it carries."""
+    given = [one for one in actions_of(model) if isinstance(one, Assign) and isinstance(one.value, EventValue)]
+    for one in {(assigned.variable, assigned.value): assigned for assigned in given}.values():
+        variable, value = one.variable, one.value
+
+        def put(part: Expression, variable: str = variable, value: Expression = value) -> Expression:
+            return value if isinstance(part, VariableValue) and part.name == variable else part
+
+        yield from (rewrite_expression(condition, put) for condition in expressions_of(model))
+
+
 def _events(machine: Machine) -> dict[int, tuple[str, ...]]:
-    """The events from outside that each transition waits for: not what the machine raises or reports itself."""
+    """The events from outside that each transition waits for: not what the machine raises or reports itself.
+
+    What carries something is declared by the machine, and may come from outside although it is raised, too.
+    """
     model = machine.model
     own = {"done", "fault"}
     for state in model.states:
         if state.activity is not None:
             own.update(state.activity.activity.outcomes)
         own.update(model.states[child].name.rpartition(".")[2] for child in state.children)
-    own.update(one.event for one in actions_of(model) if isinstance(one, Raise | Send))
+    raised = {one.event for one in actions_of(model) if isinstance(one, Raise | Send)}
+    own.update(one for one in raised if model.data_of(one) is None)
+    own.update(name for one in actions_of(model) if isinstance(one, Emit) for name in one.receivers)
 
     def names(transition: Transition) -> tuple[str, ...]:
         if not isinstance(transition.trigger, On) or transition.trigger.prefix:
             return ()
         named = transition.trigger.names
-        if "*" in named:
-            named = (*named, *sorted(model.events or ()))
-        return tuple(one for one in dict.fromkeys(named) if one != "*" and one not in own)
+        known = sorted(model.events or ())
+        patterns = [one.removesuffix("*") for one in named if one.endswith("*")]
+        named = (*named, *(one for one in known if any(map(one.startswith, patterns))))
+        return tuple(
+            one
+            for one in dict.fromkeys(named)
+            if "*" not in one and one not in own and (one in known or model.events is None)
+        )
 
     return {one.index: names(one) for one in model.transitions if names(one)}

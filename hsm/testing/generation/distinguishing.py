@@ -1,4 +1,4 @@
-"""Steps that may tell a machine from one with a mistake in it."""
+"""Steps that may distinguish a machine from one with a mistake in it."""
 
 from __future__ import annotations
 

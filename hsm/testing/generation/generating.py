@@ -32,16 +32,16 @@ from hsm.testing.scenarios.writing import Writer
 Key = tuple[Any, ...]
 
 MOST_WAYS = 60
-"""So many ways are tried to make a change of the machine show that no test has noticed yet."""
+"""At most this many ways are tried to make a change of the machine show that no test has noticed yet."""
 
 MOST_TOLD = 10_000
-"""So many steps are looked at to find those ways."""
+"""At most this many steps are looked at to find those ways."""
 
 MOST_STEPS = 120_000
-"""So many steps are tried before what was not reached is given up."""
+"""At most this many steps are tried before what was not reached is given up."""
 
 PATIENCE = 40_000
-"""So many steps without anything new are tried before the rest is given up."""
+"""At most this many steps without anything new are tried before the rest is given up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,9 +68,9 @@ class Generated:
     Attributes:
         scenarios: the tests.
         unreached: what no run was found for.
-        moments: how many different situations were seen.
+        moments: how many different states were seen.
         steps: how many steps were tried.
-        complete: whether those are all the situations there are.
+        complete: whether those are all the states there are.
     """
 
     scenarios: tuple[Scenario, ...]
@@ -214,7 +214,7 @@ class _Search:
         yield from alike
 
     def _near(self, mutant: Mutant) -> list[Key]:
-        """The situations from which a step may come by a change."""
+        """The states from which a step may come by a change."""
         if mutant.state == 0:
             return list(self.parents)
         entering = self.entering.get(mutant.state, {})
@@ -283,7 +283,7 @@ class _Search:
         """How sure it is that something cannot be reached."""
         if self.proved:
             return "it cannot be: proved for all runs"
-        return f"not found in {self.steps} steps from {len(self.parents)} situations"
+        return f"not found in {self.steps} steps from {len(self.parents)}states"
 
     def _possible(self) -> Possible | None:
         """What steps may reach, where all of them are known."""
@@ -310,7 +310,7 @@ class _Search:
         return f"another transition always comes first; {self._bound()}"
 
     def _ranges(self, conditions: Sequence[Expression]) -> str:
-        """Between which values the variables in some conditions were in all situations."""
+        """Between which values the variables in some conditions were in all states."""
         slots = self.machine.generator.variables
         constant = {one.name for one in (*self.machine.model.parameters,)}
         names = dict.fromkeys(

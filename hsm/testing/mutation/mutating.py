@@ -25,7 +25,7 @@ Kinds = Callable[[Model], Iterator[Mutant]]
 """Gives some of the mutants of a machine."""
 
 SHIFT = 0.1
-"""By so much of itself a constant is shifted; whole numbers are shifted by one, zeros by as much as one."""
+"""A constant is shifted by this share of itself; whole numbers are shifted by one, zeros by as much as one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +197,9 @@ def _shifted(model: Model) -> Iterator[Mutant]:
             parameters = list(model.parameters)
             parameters[index] = replace(parameter, default=value)
             text = f"{parameter.name} = {value_text(value, parameter.type)}"
-            yield Mutant("shifted constant", text, None, replace(model, parameters=tuple(parameters)))
+            derived = {name: one for name, one in model.derived.items() if name != parameter.name}
+            mutated = replace(model, parameters=tuple(parameters), derived=derived)
+            yield Mutant("shifted constant", text, None, mutated)
     for literal, (state, transitions) in _literals(model).items():
         value = _shift(literal.value)
 
@@ -210,7 +212,7 @@ def _shifted(model: Model) -> Iterator[Mutant]:
 
 
 def _literals(model: Model) -> dict[Literal, tuple[int, tuple[int, ...]]]:
-    """All numbers that stand in the text, with the state and the transition that they belong to."""
+    """All numbers that are in the text, with the state and the transition that they belong to."""
     found: dict[Literal, tuple[int, tuple[int, ...]]] = {}
     owner: tuple[int, tuple[int, ...]] = (0, ())
 

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from hsm.model.chart import ActivityCall, After, Model, On, State, StateKind, Transition
+from hsm.model.chart import ActivityCall, After, Defer, Model, On, State, StateKind, Transition
 from hsm.model.diagnostics import Place
-from hsm.model.expressions import Binary, Expression, Literal, Unary
+from hsm.model.expressions import Binary, Choice, EventValue, Expression, Literal, Unary
 from hsm.model.rewriting import Rewriter
 from hsm.model.topology import HISTORY
 from hsm.model.types import BOOLEAN, Enumeration, Quantity
@@ -44,7 +44,7 @@ class Mutant:
 def in_expressions(model: Model) -> Iterator[Mutant]:
     """A comparison with or without its boundary, ``and`` for ``or``, a number in a smaller unit, a negated argument."""
     for node, (state, transitions) in _nodes(model).items():
-        for kind, changed in _changes(node):
+        for kind, changed in (*_changes(node), *_other_parts(model, node)):
             text = f"{expression_text(node)} to {expression_text(changed)}"
 
             def change(one: Expression, node: Expression = node, changed: Expression = changed) -> Expression:
@@ -59,9 +59,20 @@ def _changes(node: Expression) -> Iterator[tuple[str, Expression]]:
             yield "comparison", replace(node, operator=_COMPARISONS[operator])
         case Binary(operator) if operator in _LOGICAL and node.type == BOOLEAN:
             yield "logical operator", replace(node, operator=_LOGICAL[operator])
+        case Choice(_, then, otherwise) if then.type == otherwise.type:
+            yield "swapped choice", replace(node, then=otherwise, otherwise=then)
         case Literal(value, Quantity() as kind) if value and (kind.length or kind.time or kind.angle):
             factor = 0.01 if kind.length else 0.001 if kind.time and not kind.angle else _DEGREE
             yield "wrong unit", replace(node, value=value * factor)
+
+
+def _other_parts(model: Model, node: Expression) -> Iterator[tuple[str, Expression]]:
+    """Another part of what the event carries, of the same type."""
+    if isinstance(node, EventValue):
+        for declared in model.event_data:
+            names = [declared.variable(one) for one in declared.fields if one.type == node.type]
+            if node.name in names and len(names) > 1:
+                yield "other part of an event", replace(node, name=names[names.index(node.name) - 1])
 
 
 def _nodes(model: Model) -> dict[Expression, tuple[int, tuple[int, ...]]]:
@@ -98,6 +109,8 @@ def _transition_changes(model: Model, transition: Transition) -> Iterator[tuple[
     if transition.guard is not None:
         yield "dropped guard", replace(transition, guard=None)
     match transition.trigger:
+        case Defer():
+            yield "dropped defer", replace(transition, trigger=On(()))
         case On(names):
             listed = [model.transitions[index].trigger for index in model.states[transition.source].transitions]
             others = [one.names for one in listed if isinstance(one, On) and one.names != names]

@@ -30,9 +30,9 @@ class Branch:
         memory: what is remembered then.
         among: the signals for which it goes so.
         violated: whether the property is violated.
-        least: the time of the property is at least so many nanoseconds; None where that does not matter.
+        least: the time of the property is at least that many nanoseconds; None where that does not matter.
         most: at most.
-        restarts: whether the time begins anew.
+        restarts: whether the time begins again.
     """
 
     memory: Memory
@@ -85,11 +85,11 @@ class Automaton:
             if not active:
                 return (Branch(Memory.OUTSIDE, edge.among),)
             if memory is Memory.OUTSIDE or self._scope in edge.point.entered:
-                found = self._branches(self._begun(), edge, anew=True)
+                found = self._branches(self._begun(), edge, again=True)
                 return [one for one in found if one.among != FALSE]
-        return [one for one in self._branches(memory, edge, anew=False) if one.among != FALSE]
+        return [one for one in self._branches(memory, edge, again=False) if one.among != FALSE]
 
-    def _branches(self, memory: Memory, edge: Edge, *, anew: bool) -> Sequence[Branch]:
+    def _branches(self, memory: Memory, edge: Edge, *, again: bool) -> Sequence[Branch]:
         both, without = self._diagrams.both, self._diagrams.without
         among = edge.among
         match self.stated.claim:
@@ -115,7 +115,7 @@ class Automaton:
                     Branch(Memory.NOTHING, without(among, waits)),
                 )
             case Recurrence(condition, within):
-                return self._recurrence(among, self._truth(condition, edge), _nanoseconds(within), anew=anew)
+                return self._recurrence(among, self._truth(condition, edge), _nanoseconds(within), again=again)
             case Response(trigger, response, within):
                 limit = _nanoseconds(within)
                 answered = self._truth(response, edge).true
@@ -133,10 +133,10 @@ class Automaton:
                     Branch(Memory.WAITING, asked, violated=limit <= 1, restarts=True),
                 )
 
-    def _recurrence(self, among: Diagram, truth: Truth, limit: int, *, anew: bool) -> Sequence[Branch]:
+    def _recurrence(self, among: Diagram, truth: Truth, limit: int, *, again: bool) -> Sequence[Branch]:
         missed = self._diagrams.both(among, truth.false)
         met = self._diagrams.without(among, missed)
-        if anew:
+        if again:
             return (
                 Branch(Memory.WAITING, met, restarts=True),
                 Branch(Memory.WAITING, missed, violated=limit <= 1, restarts=True),

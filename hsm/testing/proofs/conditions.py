@@ -6,8 +6,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 
-from hsm.model.expressions import Active, Binary, Expression, Literal, SignalValue, Unary, VariableValue
+from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.types import BOOLEAN, Boolean, Quantity, Type
+from hsm.testing.proofs.diagrams import FALSE
 from hsm.testing.proofs.values import NO, UNKNOWN, YES, Arithmetic, Derived, Exact, Symbols, Truth, Undecided, Value
 
 COMPARISONS = frozenset(("==", "!=", "<", "<=", ">", ">="))
@@ -19,12 +20,12 @@ class Evaluator:
     """Evaluates expressions at one moment within a step.
 
     Attributes:
-        symbols: stand for what is not known.
-        slots: where each variable stands.
+        symbols: represent what is not known.
+        slots: where each variable is.
         states: index of each state by its name.
         values: the variables.
         active: the active states.
-        compared: is told of each symbol that is compared with a known value.
+        compared: receives each symbol that is compared with a known value.
     """
 
     symbols: Symbols
@@ -72,7 +73,17 @@ class Evaluator:
                 return self._compared(operator, self.value(left), self.value(right), left)
             case Binary(operator, left, right):
                 return Arithmetic(self.symbols).binary(operator, self.value(left), self.value(right), expression.type)
+            case Choice(condition, then, otherwise):
+                return self._chosen(self.truth(condition), then, otherwise)
         raise Undecided(f"an expression of a kind that proofs do not know: {type(expression).__name__}")
+
+    def _chosen(self, condition: Truth, then: Expression, otherwise: Expression) -> Value:
+        """One of two values, where it is known which."""
+        if condition.false == FALSE:
+            return self.value(then)
+        if condition.true == FALSE:
+            return self.value(otherwise)
+        raise Undecided("a choice between two numbers on a condition that is not known")
 
     def _compared(self, operator: str, left: Value, right: Value, first: Expression) -> Value:
         if UNKNOWN in (left, right):

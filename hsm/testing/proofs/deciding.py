@@ -18,7 +18,7 @@ from hsm.testing.proofs.witness import Replayer
 from hsm.testing.scenarios.scenarios import Scenario
 
 CANDIDATES = 12
-"""So many ways to a violation are tried on the engine, the shortest first."""
+"""At most this many ways to a violation are tried on the engine, the shortest first."""
 
 NO_FAULT_TEXT = "no guard, assignment or duration fails, no transitions follow one another without end"
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.machine import Machine
-from hsm.model.chart import After, Always, Assign, Every, Held, Model, On, Send, When
+from hsm.model.chart import After, Always, Assign, Defer, Every, Held, Model, On, Send, When
 from hsm.model.expressions import Expression, Literal, VariableValue
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
@@ -90,7 +90,7 @@ class Budget:
 
     Attributes:
         seconds: of the processor, from ``begin`` on.
-        locations: so many at most.
+        locations: that many at most.
         begin: when it began.
     """
 
@@ -143,7 +143,7 @@ class Graph:
         self.machine = machine
         model = machine.model
         self.symbols = Symbols(not_a_number=not_a_number)
-        names = list(machine.generator.variables)
+        names = machine.generator.own_variables
         types: list[Type] = [*(one.type for one in model.parameters), *(one.type for one in model.variables)]
         asked = [*_deciding(model), *stated]
         self.regions = Regions(
@@ -158,7 +158,7 @@ class Graph:
             Region(*held(declared.type)) if given is FREE else Exact.of(given)
             for given, declared in zip(parameters, model.parameters, strict=True)
         ]
-        kept += [Exact.of(None) for _ in model.variables]
+        kept += [Exact.of(one) for one in machine.generator.first_values(parameters)[len(kept) : len(types)]]
         values, _ = self.regions.opened(kept)
         self.evaluator = Evaluator(
             self.symbols, machine.generator.variables, machine.indices, values, compared=self.regions.compared
@@ -283,8 +283,12 @@ def unsupported(model: Model) -> str | None:
     for one in model.transitions:
         if not isinstance(one.trigger, On | When | After | Every | Held | Always):
             return f"a trigger of a kind that proofs do not know ({one.place})"
+        if isinstance(one.trigger, Defer):
+            return f"events that are deferred ({one.place})"
         if isinstance(one.trigger, On) and (one.trigger.prefix or ("*" in one.trigger.names and model.events is None)):
             return f"events that are matched by a pattern ({one.place})"
+        if isinstance(one.trigger, On) and any(model.data_of(name) is not None for name in one.trigger.names):
+            return f"events that carry something ({one.place})"
     for action in actions_of(model):
         if isinstance(action, Send) and (action.message is not None or action.delay <= 0 or model.events is None):
             return f"an event that is sent without a delay, or with data ({action.place})"

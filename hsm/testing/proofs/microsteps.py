@@ -32,7 +32,7 @@ class Microsteps:
         machine: the machine.
         evaluator: evaluates its expressions.
         scopes: states of which it matters whether they were entered.
-        duration: the least and the greatest duration that a value stands for, in nanoseconds.
+        duration: the least and the greatest duration that a value represents, in nanoseconds.
 
     Attributes:
         sends: the events that are sent with a delay: the name, the delay in seconds, the label.
@@ -195,7 +195,7 @@ class Microsteps:
 
 
 def _begin(timers: list[Timer], timer: Timer) -> None:
-    """A time-out begins; one that runs already begins anew."""
+    """A time-out begins; one that runs already begins again."""
     timers[:] = [one for one in timers if one.transition != timer.transition]
     timers.append(timer)
 

@@ -17,7 +17,7 @@ NOT_A_NUMBER = 0x7FF0000000000000 + 1
 """The ordinal of what is not a number."""
 
 MOST = 10**30
-"""The greatest whole number that is told from greater ones, and with the other sign the least."""
+"""The greatest whole number that is distinguished from greater ones, and with the other sign the least."""
 
 
 def ordinal(value: Any, kind: Type) -> int:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from hsm.engine.clock import nanoseconds
 from hsm.engine.machine import Machine
 from hsm.model.chart import Model
 from hsm.model.properties import Property, conditions_of
+from hsm.testing.exploration.violations import search
 from hsm.testing.proofs.deciding import NO_FAULT_TEXT, Decider
-from hsm.testing.proofs.graph import Budget, Graph, events_of, unsupported
+from hsm.testing.proofs.graph import FREE, Budget, Graph, events_of, unsupported
 from hsm.testing.proofs.possible import Possible
 from hsm.testing.proofs.regions import COARSE, FINE, MIDDLE, Precision
 from hsm.testing.proofs.values import TooMany, Undecided
@@ -19,7 +20,7 @@ from hsm.testing.proofs.witness import Replayer
 from hsm.testing.scenarios.script import scripted_machine
 
 SECONDS = 60.0
-"""So much time of the processor a machine's graph may take, and as much again all its properties."""
+"""At most this much time of the processor a machine's graph may take, and as much again all its properties."""
 
 LOCATIONS = 20_000
 
@@ -50,9 +51,9 @@ def check(
     Args:
         machine: the machine.
         assumptions: what is taken for granted; by default as ``Assumptions`` has it.
-        depth: look at runs of so many steps only; by default at all.
+        depth: look at runs of that many steps only; by default at all.
         only: names of properties, ``NO_FAULT`` among them; by default all.
-        seconds: so much time of the processor for the graph, and again for the properties.
+        seconds: that much time of the processor for the graph, and again for the properties.
     """
     return examine(machine, assumptions, depth=depth, only=only, seconds=seconds).verdicts
 
@@ -111,10 +112,26 @@ class _Proof:
                 self._decide(graph, [one for one in texts if one not in found or _open(found[one])], found)
             if precision is MIDDLE and not (len(found) == len(texts) and not any(map(_open, found.values()))):
                 pending.append(FINE if graph.complete else COARSE)
-        return [
-            found.get(name) or PropertyVerdict(name, text, Status.UNDECIDED, reason=obstacle or "")
+        left = {name: text for name, text in texts.items() if name not in found}
+        if left:
+            found |= self._explored(left, obstacle or "")
+        return [found[name] for name in texts]
+
+    def _explored(self, texts: Mapping[str, str], obstacle: str) -> dict[str, PropertyVerdict]:
+        """What proofs do not follow is looked for in runs from the start on."""
+        values = {name: value for name, value in self._parameters.items() if value is not FREE}
+        if len(values) < len(self._parameters):
+            undecided = Status.UNDECIDED
+            return {name: PropertyVerdict(name, text, undecided, reason=obstacle) for name, text in texts.items()}
+        searched = search(self._machine, values, tick=self._assumed.longest_tick)
+        shown = {**searched.violations, **({} if searched.fault is None else {NO_FAULT: searched.fault})}
+        reason = f"{obstacle}; {searched.extent}"
+        return {
+            name: PropertyVerdict(name, text, Status.UNDECIDED, reason=reason, states=searched.states)
+            if name not in shown
+            else PropertyVerdict(name, text, Status.VIOLATED, counterexample=shown[name], states=searched.states)
             for name, text in texts.items()
-        ]
+        }
 
     def _decide(self, graph: Graph, names: Sequence[str], found: dict[str, PropertyVerdict]) -> None:
         """Decide some properties; what was known of them stays where no more is found out."""

@@ -24,10 +24,10 @@ MARGIN = 1
 """So far around the outermost thresholds whole numbers are kept as they are."""
 
 MOST_OPERATIONS = 3
-"""So many operations on a symbol are followed within one step."""
+"""At most this many operations on a symbol are followed within one step."""
 
 MOST_THRESHOLDS = 40
-"""So many thresholds of one variable are told apart."""
+"""At most this many thresholds of one variable are distinguished."""
 
 _FALSE, _TRUE = map(Exact.of, (False, True))
 
@@ -39,9 +39,9 @@ class Precision:
     """How much is kept as it is.
 
     Attributes:
-        whole: between the outermost thresholds of a variable, so many whole numbers at most.
-        floats: so many floats of one variable.
-        counted: so many whole numbers of one variable beyond its thresholds.
+        whole: between the outermost thresholds of a variable, that many whole numbers at most.
+        floats: that many floats of one variable.
+        counted: that many whole numbers of one variable beyond its thresholds.
     """
 
     whole: int
@@ -56,7 +56,7 @@ class Regions:
     """The regions of all variables of a machine.
 
     Args:
-        symbols: stand for variables in regions.
+        symbols: represent variables in regions.
         types: of the variables and parameters, by slot.
         names: theirs.
         relevant: names of those on which anything depends; of the others nothing is kept.
@@ -233,7 +233,7 @@ class Regions:
                 ]
 
     def _single(self, region: Region, kind: Type) -> Kept:
-        plain = isinstance(kind, Boolean | Enumeration)  # one of them stands for all where nothing depends on it
+        plain = isinstance(kind, Boolean | Enumeration)  # one of them represents all where nothing depends on it
         return Exact.of(value_at(region.least, kind)) if plain or region.least == region.most else region
 
     def _inside(self, value: Derived, least: int, most: int, kind: Type) -> Diagram:
@@ -274,7 +274,7 @@ class Regions:
         yield least, last
 
     def _limits(self, slot: int) -> list[int]:
-        """Where the regions of a variable begin, but for the first."""
+        """Where the regions of a variable begin, except for the first."""
         found = self._cuts[slot]
         if found is None:
             cuts = set(self._thresholds[slot])

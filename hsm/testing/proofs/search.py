@@ -55,7 +55,7 @@ class _Move:
     Attributes:
         edge: the step.
         branch: how the property goes on.
-        reset: the clocks that begin anew.
+        reset: the clocks that begin again.
         clocks: those that run afterwards.
     """
 
@@ -76,7 +76,7 @@ class Search:
         longest_tick: in nanoseconds.
         rounding: in nanoseconds: so far around a deadline it is left open on which side of it a time falls.
         visits: all places, in the order in which they were found.
-        depth: after so many steps no violation was found.
+        depth: after that many steps no violation was found.
         complete: whether all places were looked at.
     """
 
@@ -194,8 +194,8 @@ class Search:
         return zone
 
     def _again(self, visit: Visit, number: int, move: _Move) -> Visit:
-        """A step in which only the time of the property begins anew, any number of times."""
-        assert visit.zone is not None, "only what is timed begins anew"
+        """A step in which only the time of the property begins again, any number of times."""
+        assert visit.zone is not None, "only what is timed begins again"
         later = self._at(visit.zone.later(), visit.location, frozenset())
         assert later is not None, "no time at all is some time"
         zone = later.reset({PROMISE}, move.clocks)

@@ -24,7 +24,7 @@ from hsm.testing.proofs.values import TooMany, Value
 from hsm.testing.scenarios.script import FAULT
 
 MOST_POINTS = 4_000
-"""So many points are looked at within one step at most."""
+"""At most this many points are looked at within one step at most."""
 
 Ways = dict[int, dict[int, Diagram]]
 """From one place to others, by their numbers, each with the signals."""
@@ -219,7 +219,7 @@ class Stepper:
                 yield way.target, further, way.label
 
     def _expansion(self, number: int) -> _Expansion:
-        """What a place leads to, worked out once for all signals."""
+        """What a place leads to, computed once for all signals."""
         found = self._expansions.get(number)
         if found is None:
             found = self._expansions[number] = _Expansion()

@@ -15,7 +15,7 @@ class Schedule:
 
     Attributes:
         count: how many moments there are; the first one is at zero.
-        bounds: ``(early, late, least)``: from one moment to another it is at least so long; negative for "at most".
+        bounds: ``(early, late, least)``: from one moment to another it is at least that long; negative for "at most".
     """
 
     count: int = 1
@@ -27,11 +27,11 @@ class Schedule:
         return self.count - 1
 
     def at_least(self, early: int, late: int, least: int) -> None:
-        """From one moment to another it is at least so long."""
+        """From one moment to another it is at least this long."""
         self.bounds.append((early, late, least))
 
     def at_most(self, early: int, late: int, most: int) -> None:
-        """From one moment to another it is at most so long."""
+        """From one moment to another it is at most this long."""
         self.bounds.append((late, early, -most))
 
     def solved(self, grid: int) -> list[int] | None:

@@ -1,6 +1,6 @@
 """What is known of a value within a step: the value itself, or how it follows from a symbol.
 
-A symbol stands for the value of a signal in this step, for a variable of which only a region is known, or for the
+A symbol represents the value of a signal in this step, for a variable of which only a region is known, or for the
 result of arithmetic that is not followed. A value that follows from one symbol by a chain of operations with constants
 is piecewise monotone in it, in floats as in real numbers; so where it is below a constant is found by bisection over
 the floats, with the very operations of the engine.
@@ -108,7 +108,7 @@ _MONOTONE = {"+", "-", "*", "/", "min", "max"}
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """What a symbol stands for.
+    """What a symbol represents.
 
     Attributes:
         key: a signal with its arguments, a variable, or arithmetic; equal keys are one symbol.
@@ -367,4 +367,4 @@ class TooMany(Exception):  # noqa: N818 - how a proof ends early
 
 
 class Undecided(Exception):  # noqa: N818 - an answer, not an error
-    """Something that proofs do not follow; the message says what stands in the way."""
+    """Something that proofs do not follow; the message says what is in the way."""

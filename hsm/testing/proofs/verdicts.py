@@ -7,8 +7,11 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
+from hsm.engine.inputs import follow
 from hsm.model.chart import Model
-from hsm.model.unparse import value_text
+from hsm.model.expressions import VariableValue
+from hsm.model.rewriting import parts_of
+from hsm.model.unparse import shown_text
 from hsm.testing.proofs.graph import FREE
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.scenarios import Scenario
@@ -18,7 +21,7 @@ NO_FAULT = "no step fails"
 
 
 class Status(Enum):
-    """How a property stands."""
+    """The verdict about a property."""
 
     PROVED = "proved"
     BOUNDED = "no violation"
@@ -38,7 +41,7 @@ class Assumptions:
     """What a proof takes for granted.
 
     Attributes:
-        longest_tick: at most so many seconds pass between two steps.
+        longest_tick: at most that many seconds pass between two steps.
         parameters: of the machine, by name, in SI units; of others the defaults.
         free: parameters that may have any value, but NaN; those without a default and a value always may.
         not_a_number: whether signals may be NaN.
@@ -50,19 +53,30 @@ class Assumptions:
     not_a_number: bool = True
 
     def values(self, model: Model) -> dict[str, Any]:
-        """The value of each parameter of a machine, in order; ``FREE`` for one that may have any."""
-        found = {}
+        """The value of each parameter of a machine, in order; ``FREE`` for one that may have any.
+
+        A parameter that is made of a free one is free.
+        """
+        found: dict[str, Any] = {}
         for one in model.parameters:
+            made_of = None if one.name in self.parameters else model.derived.get(one.name)
+            names = (
+                [] if made_of is None else [part.name for part in parts_of(made_of) if isinstance(part, VariableValue)]
+            )
             known = not one.required or one.name in self.parameters
-            value = self.parameters.get(one.name, one.default)
-            found[one.name] = FREE if one.name in self.free or not known else value
+            if one.name in self.free or not known or any(found[name] is FREE for name in names):
+                found[one.name] = FREE
+            elif made_of is not None:
+                found[one.name] = follow(made_of, one, found)
+            else:
+                found[one.name] = self.parameters.get(one.name, one.default)
         return found
 
     def lines(self, model: Model) -> list[str]:
         """All that is assumed of a machine, for a person."""
         types = {one.name: one.type for one in model.parameters}
         given = ", ".join(
-            f"any {name}" if value is FREE else f"{name} = {value_text(value, types[name])}"
+            f"any {name}" if value is FREE else f"{name} = {shown_text(value, types[name])}"
             for name, value in self.values(model).items()
         )
         return [
@@ -82,11 +96,11 @@ class PropertyVerdict:
     Attributes:
         name: the property's name, or ``NO_FAULT``.
         text: the property.
-        status: how it stands.
+        status: the verdict.
         method: how it was proved; None where it was not.
-        reason: what stands in the way of a decision; empty where nothing does.
+        reason: what is in the way of a decision; empty where nothing does.
         counterexample: a shortest run to a violation, which was replayed on the engine; None where there is none.
-        depth: in no run of so many steps it is violated.
+        depth: in no run of that many steps it is violated.
         states: how many places between two steps were looked at.
     """
 
@@ -130,4 +144,5 @@ class PropertyVerdict:
             case Status.BOUNDED:
                 return f"{self.name}: no violation to depth {self.depth} ({self.reason})"
             case Status.UNDECIDED:
-                return f"{self.name}: not decided: {self.reason} (no violation to depth {self.depth})"
+                known = f" (no violation to depth {self.depth})" if self.depth else ""
+                return f"{self.name}: not decided: {self.reason}{known}"

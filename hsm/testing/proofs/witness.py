@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hsm.engine.inputs import settled
 from hsm.engine.machine import Machine
 from hsm.model.expressions import Expression
 from hsm.model.faults import MachineFault
@@ -31,7 +32,7 @@ from hsm.testing.scenarios.watching import property_watch
 from hsm.testing.scenarios.writing import Writer
 
 ATTEMPTS = 6
-"""So many choices of signals and free parameters are tried for one way."""
+"""At most this many choices of signals and free parameters are tried for one way."""
 
 _NANOSECONDS = 1_000_000_000
 
@@ -77,7 +78,7 @@ class Replayer:
         self._free = {one.name: one.type for one in self._machine.model.parameters if parameters[one.name] is FREE}
 
     def violation(self, way: Sequence[Visit], name: str) -> Scenario | None:
-        """A run on the engine that violates a property, told as a scenario; None where none was found.
+        """A run on the engine that violates a property, reported as a scenario; None where none was found.
 
         Args:
             way: from the first step to the one that violates the property.
@@ -258,8 +259,11 @@ class Replayer:
         if not seen:
             return None
         shown = _joined(steps, self._tick / _NANOSECONDS)
-        defaults = {one.name: one.default for one in self._machine.model.parameters}
-        changed = {one: value for one, value in parameters.items() if defaults[one] != value}
+        # What is made of others would follow from the changed ones; a value of its own is said.
+        usual = settled(self._machine.model, {})
+        plain = {one: value for one, value in parameters.items() if usual[one] != value}
+        follows = settled(self._machine.model, plain)
+        changed = {one: value for one, value in parameters.items() if one in plain or follows[one] != value}
         period = self._tick / _NANOSECONDS
         title = f"counterexample to {name}"
         return Scenario(title if period == TICK else f"{title} (tick {period:g} s)", changed, given, shown)

@@ -78,14 +78,14 @@ class Zone:
         )
 
     def later_by(self, most: int) -> Zone:
-        """After some time, at most so many nanoseconds."""
+        """After some time, at most this many nanoseconds."""
         extended = self._with(_NOW).later()
         limited = extended.limited(_NOW, None, at_most(most))
         assert limited is not None, "no time at all is some time"
         return limited.only(self.clocks)
 
     def limited(self, clock: Clock, least: int | None, most: int | None) -> Zone | None:
-        """Where a clock is at least so much (as a bound on its negative), and at most; None where it never is."""
+        """Where a clock is at least this much (as a bound on its negative), and at most; None where it never is."""
         at = self.clocks.index(clock) + 1
         found: Zone | None = self
         if most is not None:
@@ -103,7 +103,7 @@ class Zone:
         return zone.only(kept)
 
     def back(self, clock: Clock, by: int) -> Zone:
-        """One clock put back by so many nanoseconds."""
+        """One clock put back by a number of nanoseconds."""
         size, at = len(self.clocks) + 1, self.clocks.index(clock) + 1
         bounds = list(self.bounds)
         for other in range(size):
@@ -115,7 +115,7 @@ class Zone:
         return Zone(self.clocks, tuple(bounds))
 
     def anywhere(self, clock: Clock, below: int) -> Zone:
-        """One clock set to any time below so many nanoseconds."""
+        """One clock set to any time below a number of nanoseconds."""
         zone = self.only(tuple(one for one in self.clocks if one != clock))._with(clock)
         size = len(zone.clocks) + 1
         at, bounds = size - 1, list(zone.bounds)

@@ -1,9 +1,10 @@
-"""Drives a scripted machine, step by step, on a clock that only moves when it is told to."""
+"""Drives a scripted machine, step by step, on a clock that moves only on command."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from enum import StrEnum
 from typing import Any
 
 from hsm.engine.evaluation import UNSET
@@ -28,6 +29,8 @@ class Driver:
         doing: what the activities of the active states are asked to do, by the state's full name.
         calls: the actions called in the last ``step`` or ``wait``.
         raised: the events that the machine raised meanwhile.
+        sent: the events that it sent to other machines meanwhile.
+        script: what the signals were in the last step.
     """
 
     def __init__(
@@ -44,11 +47,12 @@ class Driver:
         self._watch = watch
         self._signals: dict[Any, Any] = dict(signals or {})
         self._failing: frozenset[str] = frozenset()
-        script = self._script()
+        self.script = script = self._script()
         self.supervisor = self.machine.start(parameters, facts=script)
         self.doing: dict[str, Performed] = {}
         self.calls: list[Performed] = []
         self.raised: list[str] = []
+        self.sent: list[str] = []
         self.last = self.supervisor.step(0.0, (), script)
         self._took(script)
 
@@ -80,6 +84,16 @@ class Driver:
     def give(self, signals: Mapping[Any, Any]) -> None:
         """Set signals, by name or by name and arguments; they keep their values until they are given others."""
         self._signals.update(signals)
+
+    def assign(self, variable: str, value: Any) -> None:
+        """Give a variable or a parameter another value, as no machine and no scenario can: for a person who tries.
+
+        Raises:
+            SnapshotError: the run cannot be changed.
+        """
+        saved = self.supervisor.snapshot()
+        saved["variables"][variable] = value.value if isinstance(value, StrEnum) else value
+        self.supervisor = self.machine.restore(saved)
 
     def fail(self, signals: frozenset[str]) -> None:
         """Let signals fail from now on; all others can be had."""
@@ -123,17 +137,19 @@ class Driver:
         """Let time pass, tick by tick, with all as it is; then one step with what changes, as for ``step``."""
         end = self.time + duration
         ticks = math.ceil(duration / self.tick - 1e-6) if self.tick > 0 else 1
-        begin, calls, raised = self.time, list[Performed](), list[str]()
+        begin, calls, raised, sent = self.time, list[Performed](), list[str](), list[str]()
         for count in range(1, ticks):
             if self.outcome is not None:
                 break
             self.step(after=begin + count * self.tick - self.time)
             calls += self.calls
             raised += self.raised
+            sent += self.sent
         if self.outcome is None:
             self.step(signals, reports, events, after=max(0.0, end - self.time))
         self.calls[:0] = calls
         self.raised[:0] = raised
+        self.sent[:0] = sent
         return self.last
 
     def running(self, name: str) -> tuple[str, ...]:
@@ -162,12 +178,13 @@ class Driver:
         self.doing = {state: effect for state, effect in effects if isinstance(effect, Performed)}
         self.calls = script.calls
         self.raised = [one.event for one in self.last.actions if isinstance(one, Raise | Send)]
-        self._script_of_step = script
+        self.sent = [str(one) for one in self.last.sent]
+        self.script = script
         self._watch(self)
 
     def value(self, expression: Expression) -> Any:
         """The value of an expression now, with the signals of the last step; ``UNSET`` where it has none."""
-        script, supervisor = self._script_of_step, self.supervisor
+        script, supervisor = self.script, self.supervisor
 
         def ask(call: SignalValue) -> Any:
             return script.read(call.signal, tuple(evaluation.value(one) for one in call.arguments))

@@ -1,6 +1,6 @@
-"""The lines of a .maze-test file: what stands there, before any name has a meaning.
+"""The lines of a .maze-test file: what is there, before any name has a meaning.
 
-The file is read line by line, so that one line at fault hides no other.
+The file is read line by line, so that one invalid line hides no other.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class ScenarioLine:
 
     Attributes:
         kind: name of its rule.
-        parts: what stands in it.
+        parts: what is in it.
         place: its first to its last character.
     """
 
@@ -61,9 +61,9 @@ class Reporting:
 
 @dataclass(frozen=True, slots=True)
 class Sending:
-    """An event from outside."""
+    """An event from outside, with what it carries as for a call."""
 
-    event: Token
+    event: Token | ast.CallSyntax
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +175,7 @@ def _explain(error: UnexpectedInput, text: str, place: Place, report: Report) ->
 
 
 def name_of(subject: Token | ast.CallSyntax) -> Token:
-    """The name in what stands alone or is a call."""
+    """The name in what is alone or is a call."""
     return subject if isinstance(subject, Token) else subject.name
 
 
@@ -192,6 +192,8 @@ def text_of(node: ast.Expression | ast.Named) -> str:
             return f" {operator} ".join(
                 f"({text_of(one)})" if isinstance(one, ast.ChainSyntax) else text_of(one) for one in operands
             )
+        case ast.ChoiceSyntax(then, condition, otherwise):
+            return f"({text_of(then)} if {text_of(condition)} else {text_of(otherwise)})"
         case ast.Named(name, value):
             return f"{name} = {text_of(value)}"
         case ast.CallSyntax(name, arguments):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,12 @@ from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.typing import Declared, Scope
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
-from hsm.model.chart import Model, On, Raise, Send
+from hsm.engine.occurrences import event_text
+from hsm.model.chart import Emit, Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
 from hsm.model.expressions import Literal
+from hsm.model.members import library_of_members
+from hsm.model.messages import Occurrence
 from hsm.model.registry import Library, Parameter, SignalDeclaration
 from hsm.model.rewriting import actions_of
 from hsm.model.types import BOOLEAN, Quantity
@@ -59,7 +63,7 @@ def read_suite(path: str | Path, model: Model, library: Library) -> Suite:
         library: what the machine was checked against.
 
     Raises:
-        MachineError: the file cannot be read, or there is something wrong with it; with all findings.
+        MachineError: the file cannot be read, or there is something wrong with it; with all diagnostics.
     """
     return parse_suite(read_text(path), model, library, str(path))
 
@@ -84,7 +88,7 @@ def parse_suite(text: str, model: Model, library: Library, file: str = "<text>")
     """The scenarios in a text.
 
     Raises:
-        MachineError: there is something wrong with it; with all findings.
+        MachineError: there is something wrong with it; with all diagnostics.
     """
     report = Report(file)
     reader = _Reader(model, library, report)
@@ -92,6 +96,56 @@ def parse_suite(text: str, model: Model, library: Library, file: str = "<text>")
     if report.found:
         raise MachineError(sorted(report.found, key=lambda one: (one.place is None, one.place)))
     return suite
+
+
+def parse_expectation(text: str, model: Model, library: Library, file: str = "<text>") -> Expectation:
+    """What somebody waits for, in the words of an ``expect`` line: ``in_door``, ``turns == 2``, ``doing drive``.
+
+    Raises:
+        MachineError: it cannot be read, or names what the machine does not know.
+    """
+    report = Report(file)
+    reader = _Reader(model, library, report)
+    found = [reader.expectation(line) for line in read_lines(f"    expect {text}", report) if line.kind == "expect"]
+    if not report.found and len(found) != 1:
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` is not one condition")
+    if report.found:
+        raise MachineError(report.found)
+    return found[0]
+
+
+def parse_assignment(text: str, model: Model, library: Library, file: str = "<text>") -> tuple[str, Any]:
+    """A variable's or parameter's full name and the value that ``NAME = VALUE`` gives it, in SI units.
+
+    Raises:
+        MachineError: it cannot be read, there is no such variable, or the value is not of its type.
+    """
+    report = Report(file)
+    reader = _Reader(model, library, report)
+    settings = [part for line in read_lines(f"    given {text}", report) if line.kind == "given" for part in line.parts]
+    found = [one for one in map(reader.assignment, settings) if one is not None]
+    if not report.found and len(found) != 1:
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not give one variable a value")
+    if report.found:
+        raise MachineError(report.found)
+    return found[0]
+
+
+def parse_signal(text: str, model: Model, library: Library, file: str = "<text>") -> tuple[str | SignalKey, Any]:
+    """A signal, by name or by name and arguments, with the value that ``NAME``, ``not NAME``, ``NAME = VALUE`` gives.
+
+    Raises:
+        MachineError: it cannot be read, there is no such signal, or the value is not of its type.
+    """
+    report = Report(file)
+    reader = _Reader(model, library, report)
+    lines = [line for line in read_lines(f"    when {text}", report) if line.kind == "step"]
+    signals = [found for line in lines for found in reader.stimulus(line).signals.items()]
+    if not report.found and len(signals) != 1:
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not give one signal a value")
+    if report.found:
+        raise MachineError(report.found)
+    return signals[0]
 
 
 @dataclass(slots=True)
@@ -107,6 +161,7 @@ class _Reader:
 
     def __post_init__(self) -> None:
         unknown = Place(self.report.file, 1, 1, 1, 1)
+        self.library = library_of_members(self.library, self.model.members)
         self.parameters = {one.name: one for one in self.model.parameters}
         declared = {name: Declared(one.type, constant=True, place=unknown) for name, one in self.parameters.items()}
         declared.update(
@@ -119,6 +174,11 @@ class _Reader:
                 self.states.setdefault(name.rpartition(".")[2], []).append(name)
         self.scope = Scope(self.library, self.report, declared, frozenset(names))
         self.scope.enumerations.update((one.__name__, one) for one in self.model.enumerations)
+        for one in self.model.variables:  # how instances have ended
+            if isinstance(one.initial, Literal) and isinstance(one.initial.value, StrEnum):
+                kind = type(one.initial.value)
+                if kind.__name__ not in self.scope.enumerations:
+                    self.scope.outcomes[kind.__name__] = kind
 
     def suite(self, lines: list[ScenarioLine]) -> Suite:
         """The whole file."""
@@ -145,7 +205,7 @@ class _Reader:
                     titles.add(name)
                     scenarios.append(Scenario(name, place=line.place))
                 case _ if not scenarios:
-                    self.report.add("E0402", line.place, "this line stands before any `scenario`")
+                    self.report.add("E0402", line.place, "this line must follow a `scenario` line")
                 case _:
                     scenarios[-1] = self._extended(scenarios[-1], line)
         for one in scenarios:
@@ -161,10 +221,11 @@ class _Reader:
             for setting in line.parts:
                 self._set(setting, signals, parameters)
             return replace(scenario, parameters=parameters, given=signals)
-        step = self._expectation(line) if line.kind == "expect" else self._stimulus(line)
+        step = self.expectation(line) if line.kind == "expect" else self.stimulus(line)
         return replace(scenario, steps=(*scenario.steps, step))
 
-    def _stimulus(self, line: ScenarioLine) -> Stimulus:
+    def stimulus(self, line: ScenarioLine) -> Stimulus:
+        """What a line lets happen."""
         after = None if line.kind == "step" else self._seconds(line.parts[1], 0.0)
         signals: dict[str | SignalKey, Any] = {}
         reports: dict[str, str] = {}
@@ -179,8 +240,7 @@ class _Reader:
                 case Reporting(name, outcome):
                     self._report(name, outcome, reports)
                 case Sending(event):
-                    self._event(event)
-                    events.append(str(event))
+                    events += self._event(event)
         return Stimulus(after, signals, reports, frozenset(failing), tuple(events), line.place)
 
     def _set(self, setting: Setting, signals: dict[str | SignalKey, Any], parameters: dict[str, Any] | None) -> None:
@@ -251,10 +311,12 @@ class _Reader:
         else:
             reports[str(name)] = FAULT if outcome is None else str(outcome)
 
-    def _event(self, event: Token) -> None:
+    def _event(self, sent: Token | ast.CallSyntax) -> list[str]:
+        """The event that is sent, as a text with what it carries; none where something is wrong with it."""
+        event = name_of(sent)
         heard = {one for t in self.model.transitions if isinstance(t.trigger, On) for one in t.trigger.names}
-        if "*" in heard:
-            heard |= self.model.events or set()
+        patterns = [one.removesuffix("*") for one in heard if one.endswith("*")]
+        heard |= {one for one in self.model.events or () if any(map(one.startswith, patterns))}
         if str(event) not in heard and str(event) not in self.library.events:
             self.report.add(
                 "E0203",
@@ -262,8 +324,33 @@ class _Reader:
                 f"nothing in the machine waits for `{event}`",
                 self.report.guess(event, heard).text,
             )
+            return []
+        data = self.model.data_of(str(event))
+        call = sent if isinstance(sent, ast.CallSyntax) else ast.CallSyntax(sent, (), sent, 1)
+        fields = () if data is None else data.fields
+        values = self.scope.arguments(call, [Parameter(one.name, one.type) for one in fields], f"event `{event}`")
+        if values is None:
+            return []
+        known = {one.name: value.value for one, value in zip(fields, values, strict=True) if isinstance(value, Literal)}
+        if len(known) < len(fields):
+            self.report.add("E0303", self._span(call), "what an event carries in a scenario is constant")
+            return []
+        return [event_text(self.model, Occurrence(str(event), known))]
 
-    def _expectation(self, line: ScenarioLine) -> Expectation:
+    def assignment(self, setting: Setting) -> tuple[str, Any] | None:
+        """A variable or parameter and its new value."""
+        name = name_of(setting.subject)
+        place = place_of(self.report.file, name)
+        declared = self.scope.variables.get(str(name))
+        if declared is None or isinstance(setting.subject, ast.CallSyntax):
+            hint = self.report.guess(name, self.scope.variables)
+            self.report.add("E0201", place, f"there is no variable or parameter `{name}`", hint.text)
+            return None
+        value = self._value(setting, Parameter(str(name), declared.type), place)
+        return None if value is None else (str(name), value.value)
+
+    def expectation(self, line: ScenarioLine) -> Expectation:
+        """What a line expects."""
         parts = [part for part in line.parts if not isinstance(part, tuple)]
         limits = [part[1][0] for part in line.parts if isinstance(part, tuple)]
         claims = [self._claim(part) for part in parts]
@@ -295,7 +382,7 @@ class _Reader:
         return ExpectationClause(InState(found[0], negated), f"{'not ' if negated else ''}{name}")
 
     def _performs(self, part: Performance) -> ExpectationClause | None:
-        if part.keyword.type == "RAISED":
+        if part.keyword.type in ("RAISED", "SENT"):
             return self._raises(part)
         action = part.keyword.type == "CALLED"
         name = name_of(part.what)
@@ -315,13 +402,21 @@ class _Reader:
         return ExpectationClause(Performs(str(name), arguments, action, part.negated), text)
 
     def _raises(self, part: Performance) -> ExpectationClause | None:
-        raised = {one.event for one in actions_of(self.model) if isinstance(one, Raise | Send)}
+        sent, word = part.keyword.type == "SENT", str(part.keyword)
+        kinds = Emit if sent else Raise | Send
+        raised = {one.event for one in actions_of(self.model) if isinstance(one, kinds)}
         name = name_of(part.what)
+        if isinstance(part.what, ast.CallSyntax):
+            message = f"`{word} {name}` takes the event's name alone, without the data that it carries"
+            self.report.add("E0213", self._span(part.what), message, "expect a variable that it was given to")
+            return None
         if str(name) not in raised:
             hint = self.report.guess(name, raised).text
-            self.report.add("E0203", self._span(name), f"the machine never raises `{name}`", hint)
+            message = f"the machine never {'sends' if sent else 'raises'} `{name}`"
+            self.report.add("E0203", self._span(name), message, hint)
             return None
-        return ExpectationClause(Raises(str(name), part.negated), f"{'not ' if part.negated else ''}raised {name}")
+        text = f"{'not ' if part.negated else ''}{word} {name}"
+        return ExpectationClause(Raises(str(name), part.negated, sent), text)
 
     def _given_arguments(self, call: ast.CallSyntax, parameters: tuple[Parameter, ...]) -> dict[int, Any] | None:
         """The arguments that are given, by position; what is left out may be anything."""

@@ -21,7 +21,7 @@ from hsm.testing.scenarios.writing import Writer
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """A run told as a scenario.
+    """A run reported as a scenario.
 
     Attributes:
         scenario: what happens and what is to be seen.
@@ -98,7 +98,7 @@ class Teller:
     doing: dict[str, Any] = field(default_factory=dict)
 
     def act(self, one: Input) -> None:
-        """Let one input happen, and tell what is seen."""
+        """Let one input happen, and say what is seen."""
         if any(state not in self.driver.doing for state, _ in one.reports):
             raise _Diverged
         reports = {self.subject(state): outcome for state, outcome in one.reports}
@@ -154,6 +154,7 @@ class Teller:
             if claim not in claims:
                 claims.append(claim)
         claims += map(self.writer.raises, dict.fromkeys(self.driver.raised))
+        claims += map(self.writer.sends, dict.fromkeys(self.driver.sent))
         for variable in model.variables:
             value = self.driver.variables.get(variable.name)
             known = self.seen.get(variable.name)

@@ -216,7 +216,7 @@ def await_claims(driver: Driver, expected: Expectation) -> list[ExpectationClaus
 
 
 def unmet_claims(driver: Driver, claims: Iterable[ExpectationClause]) -> list[ExpectationClause]:
-    """Which claims do not hold where a run stands."""
+    """Which claims do not hold where a run is."""
     return [one for one in claims if not _met(driver, one)]
 
 
@@ -227,8 +227,8 @@ def _met(driver: Driver, claim: ExpectationClause) -> bool:
         case Performs() as performs:
             among = driver.calls if performs.action else driver.doing.values()
             return any(map(performs.matches, among)) != performs.negated
-        case Raises(event, negated):
-            return (event in driver.raised) != negated
+        case Raises(event, negated, sent):
+            return (event in (driver.sent if sent else driver.raised)) != negated
         case ConditionHolds(condition):
             return driver.value(condition) is True
 

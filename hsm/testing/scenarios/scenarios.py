@@ -67,10 +67,17 @@ class Performs:
 
 @dataclass(frozen=True, slots=True)
 class Raises:
-    """The machine raised an event in the last step, or did not."""
+    """The machine raised an event in the last step, or did not.
+
+    Attributes:
+        event: its name.
+        negated: it did not.
+        sent: it sent it to other machines.
+    """
 
     event: str
     negated: bool = False
+    sent: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +147,7 @@ class Suite:
 
 
 def close(one: Any, other: Any) -> bool:
-    """Whether two values are the same but for the last digits of what was computed and what was written."""
+    """Whether two values are the same except for the last digits of what was computed and what was written."""
     if isinstance(one, float) or isinstance(other, float):
         return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
     return bool(one == other)

@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import groupby, repeat
 from typing import Any
 
 from hsm.engine.machine import Machine
+from hsm.engine.snapshots import SnapshotError
 from hsm.model.diagnostics import MachineError
 from hsm.model.faults import MachineFault
 from hsm.model.registry import Library
 from hsm.model.types import Type
 from hsm.model.unparse import trigger_text, value_text
 from hsm.testing.scenarios.driver import TICK, Driver
-from hsm.testing.scenarios.reading import parse_suite
+from hsm.testing.scenarios.reading import parse_assignment, parse_expectation, parse_suite
 from hsm.testing.scenarios.running import await_claims, performed_text, unmet_claims
 from hsm.testing.scenarios.scenarios import Expectation, Scenario, Stimulus
 from hsm.testing.scenarios.script import scripted_machine
 
 _LINES = ("given", "when", "after", "expect")
 """What the lines of a scenario begin with."""
+_SET = "set"
+"""What a line begins with that gives a variable a value, which no scenario can."""
+_SAME = 1e-9
+"""Times that are so near to each other are the same, s."""
+_TICK = f"after {TICK} s"
+"""One tick as a line."""
 
 
 class SessionError(Exception):
@@ -28,7 +37,7 @@ class SessionError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Where a run stands, and what has happened since the moment before.
+    """Where a run is, and what has happened since the moment before.
 
     Attributes:
         time: seconds since the start.
@@ -70,10 +79,16 @@ class Session:
     Attributes:
         machine: the machine's name.
         lines: the lines that were accepted, in order.
+        driver: the run itself, to be looked at.
     """
 
     def __init__(
-        self, machine: Machine, library: Library[Any, Any], parameters: Mapping[str, Any] | None = None
+        self,
+        machine: Machine,
+        library: Library[Any, Any],
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        watch: Callable[[Driver], None] = lambda _: None,
     ) -> None:
         """Start a run.
 
@@ -81,6 +96,7 @@ class Session:
             machine: the machine.
             library: what it was checked against.
             parameters: its parameters, in SI units.
+            watch: called after each step, also where the run is played again in order to go back.
 
         Raises:
             SessionError: it cannot start.
@@ -95,12 +111,14 @@ class Session:
         self.lines: list[str] = []
         self._break: tuple[str, Expectation] | None = None
         self._seen = _Seen()
-        self._driver = self._started()
+        self._watching = watch
+        self._ends: list[float] = []  # when each line was done
+        self.driver = self._started()
 
     @property
     def moment(self) -> Moment:
-        """Where the run stands."""
-        driver, seen = self._driver, self._seen
+        """Where the run is."""
+        driver, seen = self.driver, self._seen
         return Moment(
             driver.time,
             tuple(sorted(driver.configuration, key=driver.machine.indices.__getitem__)),
@@ -117,37 +135,62 @@ class Session:
 
         Args:
             line: such as ``when door.near, not space.front``, ``when rotate reports done``, ``after 2 s``,
-                ``when event go``, ``expect driving`` or ``given door.near``, which begins anew with that.
+                ``when event go``, ``expect driving`` or ``given door.near``, which begins again with that; or
+                ``set turns = 2``, which gives a variable a value at once.
 
         Raises:
             SessionError: it cannot be read, what it expects does not hold, or the run has ended.
         """
         text = line.strip()
-        if text.split(" ", 1)[0] == "given":
+        if _word(text) == "given":
             given = [one for one in self.lines if one.startswith("given")]
             rest = [one for one in self.lines if not one.startswith("given")]
             self._replay([*given, text, *rest])
             return self.moment
         self._seen = _Seen()
-        for step in self._read([text]).steps:
-            text = self._perform(step, text)
-        self.lines.append(text)
-        return self.moment
+        if _word(text) == _SET:
+            self._assign(text)
+        else:
+            for step in self._read([text]).steps:
+                text = self._perform(step, text)
+        return self._done(text)
+
+    def check(self, line: str) -> None:
+        """Read a line and do nothing.
+
+        Raises:
+            SessionError: it cannot be read.
+        """
+        self._read([line.strip()])
 
     def tick(self) -> Moment:
         """Let one tick pass."""
-        return self.do(f"after {TICK} s")
+        self._seen = _Seen()
+        return self._done(self._perform(Stimulus(TICK), _TICK))
 
     def back(self, count: int = 1) -> Moment:
         """Take lines back: the run is played again without them.
 
         Raises:
-            SessionError: there are not so many.
+            SessionError: there are not that many.
         """
         if count > len(self.lines):
             raise SessionError(f"there {'is' if len(self.lines) == 1 else 'are'} {len(self.lines)} to take back")
         self._replay(self.lines[: len(self.lines) - count])
         return self.moment
+
+    def back_to(self, time: float) -> Moment:
+        """Take back all that was done after a time.
+
+        Args:
+            time: seconds since the start.
+
+        Raises:
+            SessionError: what remains cannot be done again.
+        """
+        self._replay(self.lines[: bisect_right(self._ends, time + _SAME)])
+        rest = time - self.driver.time
+        return self.do(f"after {rest:.10g} s") if rest > _SAME else self.moment
 
     def stop_when(self, condition: str | None) -> None:
         """Have a wait stop where something comes to hold.
@@ -161,9 +204,18 @@ class Session:
         if condition is None:
             self._break = None
             return
-        (step,) = self._read([f"expect {condition}"]).steps
-        assert isinstance(step, Expectation)
-        self._break = (condition, step)
+        self._break = (condition, self.condition(condition))
+
+    def condition(self, text: str) -> Expectation:
+        """What an ``expect`` line says.
+
+        Raises:
+            SessionError: it cannot be read.
+        """
+        try:
+            return parse_expectation(text, self._model, self._library, "session")
+        except MachineError as error:
+            raise _unreadable(error) from None
 
     def why(self, state: str | None = None) -> list[str]:
         """What became of the transitions that the last step looked at.
@@ -181,7 +233,7 @@ class Session:
             if not full:
                 raise SessionError(f"there is no state `{state}`; the states: {', '.join(names)}")
         looked = [
-            one for one in self._driver.last.considered if state is None or states[one.transition.source].name in full
+            one for one in self.driver.last.considered if state is None or states[one.transition.source].name in full
         ]
         if not looked:
             return ["the last step looked at none of them: the state was not active, or its triggers did not come"]
@@ -192,14 +244,27 @@ class Session:
         ]
 
     def scenario(self, name: str) -> str:
-        """The session as a scenario: what was done and, at the end, where that led."""
+        """The session as a scenario: what was done and, at the end, where that led.
+
+        Raises:
+            SessionError: a variable was set by hand.
+        """
+        by_hand = [one for one in self.lines if _word(one) == _SET]
+        if by_hand:
+            raise SessionError(f"`{by_hand[0]}` cannot be part of a scenario; `back` takes lines back")
         moment = self.moment
         states = self._machine.model.states
         expected = ", ".join(one for one in moment.states if not states[self._machine.indices[one]].children)
-        body = [*self.lines, f"expect {expected}"] if expected else self.lines
+        done = list(_together(self.lines))
+        body = [*done, f"expect {expected}"] if expected else done
         return f"scenario {name}\n" + "".join(f"    {line}\n" for line in body)
 
     # How it is done.
+
+    def _done(self, line: str) -> Moment:
+        self.lines.append(line)
+        self._ends.append(self.driver.time)
+        return self.moment
 
     def _started(self, given: Mapping[Any, Any] | None = None, parameters: Mapping[str, Any] | None = None) -> Driver:
         values = {**self._parameters, **(parameters or {})}
@@ -209,23 +274,28 @@ class Session:
             raise SessionError(str(error)) from None
 
     def _replay(self, lines: Sequence[str]) -> None:
-        """Begin anew and do lines; where one fails, all is as before."""
-        before = (self._driver, self.lines, self._break, self._seen)
-        scenario = self._read(lines)
+        """Begin again and do lines; where one fails, all is as before."""
+        before = (self.driver, self.lines, self._ends, self._break, self._seen)
+        scenario = self._read([one for one in lines if _word(one) != _SET])
+        steps = iter(scenario.steps)
         try:
-            self._break, self.lines, self._seen = None, list(lines), _Seen()
-            self._driver = self._started(scenario.given, scenario.parameters)
-            for step in scenario.steps:
+            self._break, self.lines, self._ends, self._seen = None, list(lines), [], _Seen()
+            self.driver = self._started(scenario.given, scenario.parameters)
+            for line in lines:
                 self._seen = _Seen()
-                self._perform(step, "")
+                if _word(line) == _SET:
+                    self._assign(line)
+                elif _word(line) != "given":
+                    self._perform(next(steps), "")
+                self._ends.append(self.driver.time)
         except SessionError:
-            self._driver, self.lines, self._break, self._seen = before
+            self.driver, self.lines, self._ends, self._break, self._seen = before
             raise
-        self._break = before[2]
+        self._break = before[3]
 
     def _read(self, lines: Sequence[str]) -> Scenario:
         for line in lines:
-            if line.split(" ", 1)[0] not in _LINES:
+            if _word(line) not in _LINES:
                 raise SessionError(f"a line begins with {', '.join(_LINES)}; `help` lists what else there is")
         # A scenario must expect something; what is added here is dropped again.
         last = f"expect {self._model.states[1].name}"
@@ -233,14 +303,24 @@ class Session:
         try:
             suite = parse_suite(text, self._model, self._library, "session")
         except MachineError as error:
-            found = error.diagnostics[0]
-            raise SessionError(found.message + (f"; {found.suggestion}" if found.suggestion else "")) from None
+            raise _unreadable(error) from None
         (scenario,) = suite.scenarios
         return replace(scenario, steps=scenario.steps[:-1])
 
+    def _assign(self, line: str) -> None:
+        """Do a line that sets a variable."""
+        try:
+            name, value = parse_assignment(line.removeprefix(_SET), self._model, self._library, "session")
+        except MachineError as error:
+            raise _unreadable(error) from None
+        try:
+            self.driver.assign(name, value)
+        except SnapshotError as error:
+            raise SessionError(str(error)) from None
+
     def _perform(self, step: Stimulus | Expectation, text: str) -> str:
         """Do a step; the line that says what was done, which is shorter where a wait was stopped."""
-        driver = self._driver
+        driver = self.driver
         if driver.outcome is not None and isinstance(step, Stimulus):
             raise SessionError(f"the machine has ended, as {driver.outcome}; `back` takes lines back")
         began = driver.time
@@ -271,5 +351,26 @@ class Session:
             self._seen.taken.append(f"{states[one.source].name}{f' -> {targets}' if targets else ''}{line}")
         self._seen.called += [one.name for one in driver.calls]
         self._seen.raised += driver.raised
+        self._watching(driver)
         if self._break is not None and driver.time > 0 and not unmet_claims(driver, self._break[1].claims):
             raise _Break
+
+
+def _word(line: str) -> str:
+    """What a line begins with."""
+    return line.partition(" ")[0]
+
+
+def _unreadable(error: MachineError) -> SessionError:
+    found = error.diagnostics[0]
+    return SessionError(found.message + (f"; {found.suggestion}" if found.suggestion else ""))
+
+
+def _together(lines: Iterable[str]) -> Iterator[str]:
+    """The lines with ticks that follow one another as one wait."""
+    for line, same in groupby(lines):
+        count = len(list(same))
+        if line == _TICK:
+            yield f"after {count * TICK:.10g} s"
+        else:
+            yield from repeat(line, count)

@@ -34,7 +34,7 @@ def load_machine(path: str | Path, library: Library) -> Machine:
         library: what the machine may name.
 
     Raises:
-        MachineError: the machine cannot be used; with all findings.
+        MachineError: the machine cannot be used; with all diagnostics.
     """
     path = Path(path)
     return Machine(load_model(tested_machine(path) if path.suffix == SUFFIX else path, library))
@@ -48,7 +48,7 @@ def load_tested_machine(path: str | Path, library: Library) -> TestedMachine:
         library: what the machine may name.
 
     Raises:
-        MachineError: the machine or its scenarios cannot be used; with all findings.
+        MachineError: the machine or its scenarios cannot be used; with all diagnostics.
     """
     path = Path(path)
     machine = load_machine(path, library)

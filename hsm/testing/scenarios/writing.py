@@ -1,4 +1,4 @@
-"""Scenarios as text: what generated tests and counterexamples are told in."""
+"""Scenarios as text: the form of generated tests and counterexamples."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ class Writer:
         """The text of a file.
 
         Args:
-            scenarios: what stands in it.
-            comment: what stands at its top, line by line.
+            scenarios: what is in it.
+            comment: what is at its top, line by line.
         """
         head = [*(f"# {one}".rstrip() for one in comment), f"test {self._model.name}"]
         return "\n".join([*head, *(line for one in scenarios for line in ("", *self.scenario(one)))]) + "\n"
@@ -112,6 +112,10 @@ class Writer:
         return ExpectationClause(
             content, f"{'called' if action else 'doing'} {name}({self._arguments(parameters, given)})"
         )
+
+    def sends(self, event: str) -> ExpectationClause:
+        """The claim that the machine sent an event to other machines."""
+        return ExpectationClause(Raises(event, sent=True), f"sent {event}")
 
     def raises(self, event: str) -> ExpectationClause:
         """The claim that the machine raised an event."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -21,6 +21,7 @@ _NAME = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
 _LOCATION = re.compile(r"\s*([A-Za-z_$][A-Za-z0-9_$]*)((?:\.[A-Za-z_$][A-Za-z0-9_$]*)*)\s*")
 _STATEMENT = re.compile(r"(?:(?:var|let|const)\s+)?([A-Za-z_$][A-Za-z0-9_$]*)\s*=(?!=)\s*(.+)")
 _LONGEST_LOOP = 10_000
+_INTERNAL = "#_internal"
 _SYSTEM = ("_event", "_sessionid", "_name", "_ioprocessors", "_x")
 
 
@@ -236,11 +237,11 @@ class Builder:
 
         return each
 
-    def payload(self, element: Element) -> Callable[[BlockContext], Any]:
-        """What the parameters, the content and the name list of an element carry."""
-        content = next(iter(element.of("content")), None)
-        if content is not None:
-            value = self.value(content)
+    def payload(self, element: Element, *, content: bool = True) -> Callable[[BlockContext], Any]:
+        """What the parameters, the name list and, where that counts, the content of an element carry."""
+        inner = next(iter(element.of("content")), None)
+        if content and inner is not None:
+            value = self.value(inner)
             return lambda session: session.evaluate(value)
         names = element.attributes.get("namelist", "").split()
         parameters = [
@@ -263,7 +264,7 @@ class Builder:
 
         return collect
 
-    def _either(self, element: Element, name: str, default: str | None = None) -> Callable[[BlockContext], Any]:
+    def either(self, element: Element, name: str, default: str | None = None) -> Callable[[BlockContext], Any]:
         """The value of an attribute, or of its ``...expr``."""
         computed = element.attributes.get(f"{name}expr")
         if computed is None:
@@ -275,8 +276,8 @@ class Builder:
     def _send(self, element: Element) -> Step:
         if any("basichttp" in value.lower() for value in element.attributes.values()):
             self.refuse(element, "events over HTTP are not supported", "a chart sends to itself only")
-        event, target = self._either(element, "event"), self._either(element, "target", "")
-        kind, delay = self._either(element, "type", PROCESSOR), self._either(element, "delay", "0s")
+        event, target = self.either(element, "event"), self.either(element, "target", "")
+        kind, delay = self.either(element, "type", PROCESSOR), self.either(element, "delay", "0s")
         payload, place = self.payload(element), element.attributes.get("idlocation")
         given = element.attributes.get("id")
         self._made += 1
@@ -295,30 +296,30 @@ class Builder:
                 if not isinstance(name, str) or not name:
                     raise DataError("an event that is sent has a name")
                 _check_processor(processor)
-                internal = _internal(where, session.system["_sessionid"])
+                own = session.store.session or session.system["_sessionid"]
+                route = _route(where, own, session.store.reachable)
             except DataError as error:
                 session.fail(error, label)
                 raise ReportedError from None
-            origin = f"#_scxml_{session.system['_sessionid']}"
-            if internal:
+            if route == _INTERNAL:
                 session.queue.append(Message(name, "internal", data, label))
             else:
-                message = Message(name, "external", data, label, origin)
-                session.queue.append(Send(name, seconds, label, element.place, message))
+                message = Message(name, "external", data, label, f"#_scxml_{own}")
+                session.queue.append(Send(name, seconds, label, element.place, message, target=route))
 
         return send
 
     def _cancel(self, element: Element) -> Step:
-        label = self._either(element, "sendid")
+        label = self.either(element, "sendid")
         return lambda session: session.queue.append(Cancel(str(label(session)), element.place))
 
 
 class ReportedError(DataError):
-    """An error that the chart was told about already."""
+    """An error that the chart has already received."""
 
 
 def run_block(steps: list[Step], session: BlockContext) -> None:
-    """Run a block; an error ends it, and the chart is told."""
+    """Run a block; an error ends it, and the chart receives it."""
     try:
         for step in steps:
             step(session)
@@ -352,12 +353,12 @@ def _check_processor(kind: Any) -> None:
         raise DataError(f"there is no event processor `{kind}`")
 
 
-def _internal(target: Any, session: str) -> bool:
-    """Whether an event goes to the chart's own queue of internal events; otherwise it comes from outside."""
-    if target == "#_internal":
-        return True
+def _route(target: Any, session: str, reachable: Collection[str]) -> str | None:
+    """Where an event goes: ``#_internal``, to another session, or None for the chart's own queue of external events."""
     if target in ("", None, f"#_scxml_{session}"):
-        return False
+        return None
+    if target == _INTERNAL or target in reachable:
+        return str(target)
     if isinstance(target, str) and target.startswith("#_"):
         raise CommunicationError(f"`{target}` cannot be reached")
     raise DataError(f"`{target}` is no target")

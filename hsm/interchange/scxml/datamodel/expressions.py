@@ -37,6 +37,17 @@ class Environment:
     system: Mapping[str, Any]
     processor: str = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
 
+    @property
+    def constants(self) -> Mapping[str, Any]:
+        """The chart's constants; an invoked chart has a session identifier of its own."""
+        return self.system if self.store.session is None else in_session(self.system, self.store.session)
+
+
+def in_session(system: Mapping[str, Any], session: str) -> Mapping[str, Any]:
+    """The constants of a chart in a session of its own."""
+    processors = {name: {"location": f"#_scxml_{session}"} for name in system.get("_ioprocessors", {})}
+    return {**system, "_sessionid": session, "_ioprocessors": processors}
+
 
 Evaluate = Callable[[Environment], Any]
 _DEPTH = 60
@@ -64,7 +75,7 @@ def compile_expression(text: str) -> Evaluate:
     parser = _Parser(tokens_of(text))
     made = parser.choice(0)
     if parser.left:
-        raise InvalidExpressionError(f"`{parser.left[0].value}` cannot stand there")
+        raise InvalidExpressionError(f"`{parser.left[0].value}`is not allowed there")
     return made
 
 
@@ -80,7 +91,7 @@ def event_fields(store: Store, kind: str) -> Any:
         "sendid": event.sendid,
         "origin": origin,
         "origintype": kind if origin is not None else None,
-        "invokeid": None,
+        "invokeid": event.invokeid,
         "data": event.data,
     }
 
@@ -169,7 +180,7 @@ class _Parser:
         while True:
             if self._take("."):
                 if not self.left or self.left[0].kind != "name":
-                    raise InvalidExpressionError("a name is missing behind `.`")
+                    raise InvalidExpressionError("a name is missing after `.`")
                 name = str(self.left.pop(0).value)
                 value = self._method(value, name, depth) if self._take("(") else _member(value, _constant(name))
             elif self._take("["):
@@ -213,7 +224,7 @@ class _Parser:
                 return lambda env: [one(env) for one in parts]
             case "{":
                 return self._object(depth)
-        raise InvalidExpressionError(f"`{token.value}` stands where a value is expected")
+        raise InvalidExpressionError(f"`{token.value}` is not a value")
 
     def _object(self, depth: int) -> Evaluate:
         parts: dict[str, Evaluate] = {}
@@ -231,7 +242,7 @@ class _Parser:
         if name in _CONSTANTS:
             return lambda _: _CONSTANTS[name]
         if name in _WORDS:
-            raise InvalidExpressionError(f"`{name}` stands where a value is expected")
+            raise InvalidExpressionError(f"`{name}` is not a value")
         if not self._take("("):
             return lambda env: _lookup(env, name)
         arguments = self._arguments(depth, ")")
@@ -356,7 +367,7 @@ def _lookup(env: Environment, name: str) -> Any:
             raise DataError("there was no event yet")
         return found
     if name in env.system:
-        return env.system[name]
+        return env.constants[name]
     if name in env.store.values:
         return env.store.values[name]
     raise DataError(f"there is no data `{name}`")

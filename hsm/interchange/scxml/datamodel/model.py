@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Protocol
 
 from hsm.interchange.scxml.datamodel.content import PROCESSOR, BlockContext, Builder, Step, run_block
 from hsm.interchange.scxml.datamodel.expressions import DataError, Environment, Evaluate, truth
 from hsm.interchange.scxml.elements import Element
-from hsm.model.chart import Execute
+from hsm.model.chart import Execute, Invoke, Invoked, Model
 from hsm.model.expressions import Computed
 from hsm.model.messages import STORE
 from hsm.model.registry import SignalDeclaration
@@ -20,6 +20,38 @@ DATA_MODELS = {"ecmascript": PROCESSOR, "python": "scxml"}
 
 The standard leaves that to its ECMAScript model; the public Python editions of its tests use the short name.
 """
+
+
+CHARTS = ("scxml", "http://www.w3.org/TR/scxml", "http://www.w3.org/TR/scxml/")
+"""The types of what can be invoked."""
+
+
+class Load(Protocol):
+    """Reads charts that are invoked."""
+
+    def element(self, element: Element) -> Model | None:
+        """A chart within the chart; None, with diagnostics, where there is something wrong with it."""
+        ...
+
+    def file(self, element: Element) -> Model | None:
+        """The chart in a file that an ``invoke`` names; None, with diagnostics, if it is not valid."""
+        ...
+
+    def text(self, text: Any) -> Model:
+        """A chart that is made while the machine runs.
+
+        Raises:
+            DataError: there is something wrong with it.
+        """
+        ...
+
+    def at_run_time(self, name: Any) -> Model:
+        """The chart in a file that is named while the machine runs.
+
+        Raises:
+            DataError: there is something wrong with it.
+        """
+        ...
 
 
 @dataclass(slots=True)
@@ -88,6 +120,9 @@ class DataModel:
                 return
             session.memo[STORE] = replace(session.store, begun=session.store.begun | {state})
             for name, value, _ in found:
+                if state == 0 and name in session.store.given:
+                    session.set(name, session.store.given[name])
+                    continue
                 try:
                     session.set(name, session.evaluate(value))
                 except DataError as error:
@@ -118,6 +153,50 @@ class DataModel:
             session.memo[STORE] = replace(session.store, results={**session.store.results, state: value})
 
         return (self._execute(element, [note]),)
+
+    def invoke(self, element: Element, state: str, number: int, load: Load) -> Invoke:
+        """A chart that runs while a state is active.
+
+        Args:
+            element: the ``invoke`` element.
+            state: the state's name.
+            number: which of the state's it is.
+            load: gives the chart of a file or of a text.
+        """
+        builder, attributes = self._builder, element.attributes
+        content = next(iter(element.of("content")), None)
+        inline = next(iter(content.of("scxml")), None) if content is not None else None
+        kind, source = builder.either(element, "type", "scxml"), builder.either(element, "src")
+        known = load.element(inline) if inline is not None else None
+        if content is None and "src" in attributes:
+            known = load.file(element)
+        written = builder.value(content) if content is not None and inline is None else None
+        data = builder.payload(element, content=False)
+        final = [builder.block(one.children) for one in element.of("finalize")]
+        identifier, place = attributes.get("id", f"{state}.{number}"), attributes.get("idlocation")
+
+        def begin(memo: dict[Any, Any], active: Collection[int], queue: Any) -> Invoked | None:
+            session = BlockContext(memo, active, queue, self.states, self.system, self.processor)
+            try:
+                if kind(session) not in CHARTS:
+                    raise DataError(f"a chart of the type `{kind(session)}` cannot be invoked")
+                model = known
+                if model is None:
+                    text = session.evaluate(written) if written is not None else None
+                    model = load.text(text) if written is not None else load.at_run_time(source(session))
+                if place is not None:
+                    session.set(place, identifier)
+                given = data(session)
+            except DataError as error:
+                session.fail(error)
+                return None
+            forward = attributes.get("autoforward") == "true"
+            return Invoked(identifier, model, given or {}, forward, finalize if final else None)
+
+        def finalize(memo: dict[Any, Any], active: Collection[int], queue: Any) -> None:
+            run_block(final[0], BlockContext(memo, active, queue, self.states, self.system, self.processor))
+
+        return Invoke(begin, element.place)
 
     def _execute(self, element: Element, steps: list[Step]) -> Execute:
         def run(memo: dict[Any, Any], active: Collection[int], queue: Any) -> None:

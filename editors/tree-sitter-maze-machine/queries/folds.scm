@@ -1,0 +1,6 @@
+[
+  (state)
+  (parallel)
+  (member)
+  (comment)+
+] @fold

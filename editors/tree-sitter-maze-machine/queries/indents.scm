@@ -1,0 +1,9 @@
+(block) @indent.begin
+[
+  (state)
+  (parallel)
+  (member)
+] @indent.begin
+(arguments) @indent.begin
+(group) @indent.begin
+")" @indent.branch

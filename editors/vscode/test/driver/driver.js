@@ -1,0 +1,340 @@
+// Tries the extension from within the extension host. The file that MAZE_MACHINE_VERDICT names gets, after each step, a
+// JSON object: step -> "ok" or what went wrong, and `done` at the end. MAZE_MACHINE_STEPS names the steps to take.
+"use strict";
+
+const { writeFileSync, existsSync } = require("node:fs");
+const path = require("node:path");
+const assert = require("node:assert/strict");
+const vscode = require("vscode");
+
+const PATIENCE = Number(process.env.MAZE_MACHINE_PATIENCE ?? 60_000);
+const root = () => vscode.workspace.workspaceFolders[0].uri;
+const at = (name) => vscode.Uri.joinPath(root(), name);
+
+async function until(condition, what, patience = PATIENCE) {
+  const end = Date.now() + patience;
+  for (;;) {
+    const found = await condition();
+    if (found) return found;
+    if (Date.now() > end) throw new Error(`${what} did not come`);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}
+
+const running = (api) => until(() => api.server.client, "the server");
+const open = async (name) => vscode.window.showTextDocument(at(name), { viewColumn: vscode.ViewColumn.One });
+const codes = (name) =>
+  vscode.languages.getDiagnostics(at(name)).map((one) => (typeof one.code === "object" ? one.code.value : one.code));
+const lineOf = (document, text) => document.getText().split("\n").findIndex((line) => line.includes(text));
+
+async function replace(editor, before, after) {
+  const text = editor.document.getText();
+  const begin = text.indexOf(before);
+  assert.ok(begin >= 0, `${before} is not in the text`);
+  const range = new vscode.Range(editor.document.positionAt(begin), editor.document.positionAt(begin + before.length));
+  assert.ok(await editor.edit((edit) => edit.replace(range, after)));
+}
+
+async function diagram(api, name) {
+  const shown = api.diagrams.show(at(name));
+  await until(() => shown.drawn?.states > 0, "the picture");
+  return shown;
+}
+
+/** What a test run says, heard at its source. */
+function hearTests(api) {
+  const heard = { passed: [], failed: [], coverage: [], ended: 0 };
+  const create = api.tests.controller.createTestRun.bind(api.tests.controller);
+  api.tests.controller.createTestRun = (...given) => {
+    const run = create(...given);
+    const listen = (name, keep) => {
+      const original = run[name].bind(run);
+      run[name] = (...said) => {
+        keep(...said);
+        return original(...said);
+      };
+    };
+    listen("passed", (item) => heard.passed.push(item.label));
+    listen("failed", (item, message) => heard.failed.push([item.label, message]));
+    listen("errored", (item, message) => heard.failed.push([item.label, message]));
+    listen("addCoverage", (one) => heard.coverage.push(one));
+    listen("end", () => heard.ended++);
+    return run;
+  };
+  return heard;
+}
+
+const steps = {
+  async server(api) {
+    await running(api);
+    assert.equal(vscode.workspace.isTrusted, true);
+    assert.match(api.server.program.version, /^\d/);
+  },
+
+  async diagnostics() {
+    const editor = await open("patrol.maze-machine");
+    await replace(editor, "-> walk\n", "-> wolk\n");
+    await until(() => codes("patrol.maze-machine").length, "diagnostics");
+    const found = vscode.languages.getDiagnostics(at("patrol.maze-machine"));
+    assert.ok(found.some((one) => one.message.includes("wolk")), JSON.stringify(found));
+    const fixes = await vscode.commands.executeCommand(
+      "vscode.executeCodeActionProvider",
+      at("patrol.maze-machine"),
+      found[0].range,
+    );
+    assert.ok(fixes.some((one) => one.title === "Change to `walk`"), fixes.map((one) => one.title).join());
+    await replace(editor, "-> wolk\n", "-> walk\n");
+    await until(() => !codes("patrol.maze-machine").length, "no diagnostics");
+  },
+
+  async completion() {
+    const { document } = await open("patrol.maze-machine");
+    const line = lineOf(document, "do drive(");
+    const found = await vscode.commands.executeCommand(
+      "vscode.executeCompletionItemProvider",
+      document.uri,
+      new vscode.Position(line, "    do dri".length),
+    );
+    assert.ok(found.items.some((one) => one.label === "drive" || one.label.label === "drive"));
+    const hover = await vscode.commands.executeCommand("vscode.executeHoverProvider", document.uri, new vscode.Position(line, 8));
+    assert.match(hover[0].contents[0].value, /drive/);
+  },
+
+  async indentation() {
+    const document = await vscode.workspace.openTextDocument({ language: "maze-machine", content: "state a" });
+    const editor = await vscode.window.showTextDocument(document);
+    editor.selection = new vscode.Selection(0, 7, 0, 7);
+    await vscode.commands.executeCommand("type", { text: "\n" });
+    await vscode.commands.executeCommand("type", { text: "stay" });
+    assert.equal(document.getText(), "state a\n    stay");
+    const snippets = await vscode.commands.executeCommand("editor.action.insertSnippet", {
+      langId: "maze-machine",
+      name: "state",
+    });
+    assert.equal(snippets, undefined);
+    assert.match(document.getText(), /do activity\(\)/);
+    await vscode.commands.executeCommand("workbench.action.revertAndCloseActiveEditor");
+  },
+
+  async diagram(api) {
+    const editor = await open("patrol.maze-machine");
+    const shown = await diagram(api, "patrol.maze-machine");
+    assert.equal(shown.drawn.states, 3);
+    // The cursor marks the state.
+    const line = lineOf(editor.document, "do rotate(");
+    const again = await open("patrol.maze-machine");
+    again.selection = new vscode.Selection(line, 6, line, 6);
+    await until(() => shown.drawn.selected === "s2", "the state under the cursor");
+    // A click shows the text.
+    const revealed = await shown.reveal("s1");
+    assert.equal(revealed.document.getText(revealed.selection), "walk");
+  },
+
+  async changes(api) {
+    const editor = await open("patrol.maze-machine");
+    const shown = await diagram(api, "patrol.maze-machine");
+    await shown.change("s1", "refactor.rewrite.maze-machine.addState", " after ");
+    await until(() => editor.document.getText().includes("state new_state"), "a new state");
+    await until(() => shown.drawn.states === 4, "its picture");
+    await shown.retarget("t1", "Change the target to `new_state`");
+    assert.match(editor.document.getText(), /turns >= 3 -> new_state/);
+    // A text that is wrong keeps the last picture.
+    await replace(editor, "state walk", "state walk -");
+    await until(() => shown.drawn.problem, "the problem");
+    assert.equal(shown.drawn.states, 4);
+    await replace(editor, "state walk -", "state walk");
+    await until(() => !shown.drawn.problem, "the picture again");
+    await vscode.commands.executeCommand("workbench.action.files.revert");
+    await until(() => shown.drawn.states === 3, "the first picture");
+  },
+
+  async live(api) {
+    await open("patrol.maze-machine");
+    const shown = await diagram(api, "patrol.maze-machine");
+    await api.live.watch(process.env.MAZE_MACHINE_LIVE);
+    await until(() => shown.drawn.active.length === 1, "an active state");
+    const name = api.live.newest.states.at(-1);
+    assert.ok(["walk", "turn"].includes(name));
+    await api.live.unwatch();
+    await until(() => shown.drawn.active.length === 0, "no active state");
+  },
+
+  async tests(api) {
+    await api.tests.discover();
+    const item = api.tests.controller.items.get(at("patrol.maze-test").toString());
+    assert.equal(item.children.size, 2);
+    const heard = hearTests(api);
+    await vscode.commands.executeCommand("testing.runAll");
+    await until(() => heard.ended, "the end of the run");
+    assert.equal(heard.passed.length, 2);
+    // A scenario that fails says so at the line that expected it.
+    const editor = await open("patrol.maze-test");
+    await replace(editor, "expect turn, turns == 1", "expect walk, turns == 1");
+    await editor.document.save();
+    heard.ended = 0;
+    await vscode.commands.executeCommand("testing.runAll");
+    await until(() => heard.ended, "the end of the second run");
+    const [[label, message]] = heard.failed;
+    assert.equal(label, "turns round at a wall");
+    assert.equal(message.location.range.start.line, lineOf(editor.document, "expect walk, turns == 1"));
+    assert.equal(message.expectedOutput, "walk");
+    assert.equal(message.actualOutput, "turn");
+    await replace(editor, "expect walk, turns == 1", "expect turn, turns == 1");
+    await editor.document.save();
+  },
+
+  async coverage(api) {
+    await running(api);
+    await api.tests.discover();
+    const heard = hearTests(api);
+    await vscode.commands.executeCommand("testing.coverageAll");
+    await until(() => heard.ended, "the end of the run");
+    const [found] = heard.coverage;
+    assert.equal(path.basename(found.uri.fsPath), "patrol.maze-machine");
+    assert.ok(found.statementCoverage.covered > 0);
+    assert.ok(found.details.some((one) => one instanceof vscode.DeclarationCoverage && one.name === "walk"));
+  },
+
+  async continuous(api) {
+    const heard = hearTests(api);
+    const [profile] = api.tests.profiles;
+    assert.ok(profile.supportsContinuousRun);
+    const wanted = new vscode.CancellationTokenSource();
+    await profile.runHandler(new vscode.TestRunRequest(undefined, undefined, profile, true), wanted.token);
+    const editor = await open("patrol.maze-test");
+    for (const [before, after] of [["scenario ends", "scenario  ends"], ["scenario  ends", "scenario ends"]]) {
+      const ended = heard.ended;
+      await replace(editor, before, after);
+      await editor.document.save();
+      await until(() => heard.ended > ended, "a run after a save");
+    }
+    wanted.cancel();
+  },
+
+  async debug() {
+    const { document } = await open("patrol.maze-machine");
+    const line = lineOf(document, "state walk");
+    const where = new vscode.Location(document.uri, new vscode.Position(line, 0));
+    vscode.debug.addBreakpoints([new vscode.SourceBreakpoint(where)]);
+    const said = [];
+    const tracker = vscode.debug.registerDebugAdapterTrackerFactory("maze-machine", {
+      createDebugAdapterTracker: () => ({ onDidSendMessage: (message) => said.push(message) }),
+    });
+    try {
+      const configuration = { type: "maze-machine", request: "launch", name: "t", program: document.uri.fsPath };
+      assert.ok(await vscode.debug.startDebugging(undefined, configuration));
+      await until(() => said.some((one) => one.event === "stopped"), "a stop");
+      const stack = await until(() => said.find((one) => one.command === "stackTrace"), "the stack");
+      assert.ok(stack.success && stack.body.stackFrames.length > 0, JSON.stringify(stack));
+      const verified = said.find((one) => one.command === "setBreakpoints");
+      assert.ok(verified.body.breakpoints[0].verified, JSON.stringify(verified));
+    } finally {
+      await vscode.debug.stopDebugging();
+      vscode.debug.removeBreakpoints(vscode.debug.breakpoints);
+      tracker.dispose();
+    }
+  },
+
+  async machines() {
+    const all = await vscode.commands.getCommands(true);
+    for (const name of ["check", "run", "test", "simulate", "diagram", "sample", "install", "choosePath", "watch", "logLevel"]) {
+      assert.ok(all.includes(`maze-machine.${name}`), name);
+    }
+    const ended = new Promise((resolve) => {
+      const heard = vscode.tasks.onDidEndTaskProcess((event) => {
+        heard.dispose();
+        resolve(event.exitCode);
+      });
+    });
+    await vscode.commands.executeCommand("maze-machine.check", at("patrol.maze-machine").fsPath);
+    assert.equal(await ended, 0);
+    await vscode.commands.executeCommand("maze-machine.sample", at("copy"));
+    assert.ok(existsSync(at("copy/patrol.maze-test").fsPath));
+  },
+
+  async crashes(api) {
+    const crash = async () => {
+      const client = await running(api);
+      process.kill(client._serverProcess.pid, "SIGKILL");
+      await until(() => !api.server.client || api.server.client._serverProcess?.pid !== client._serverProcess, "the crash", 500).catch(() => {});
+    };
+    for (let count = 1; count < 4; count++) {
+      const pid = (await running(api))._serverProcess.pid;
+      await crash();
+      await until(() => api.server.client && api.server.client._serverProcess.pid !== pid, `restart ${count}`);
+    }
+    await crash();
+    await until(() => !api.server.client, "giving up");
+    await new Promise((resolve) => setTimeout(resolve, 2000));
+    assert.equal(api.server.client, undefined);
+    await vscode.commands.executeCommand("maze-machine.restart");
+    await running(api);
+  },
+
+  // Something to see.
+
+  async shown(api) {
+    const editor = await open("patrol.maze-machine");
+    const shown = await diagram(api, "patrol.maze-machine");
+    await api.live.watch(process.env.MAZE_MACHINE_LIVE);
+    await until(() => shown.drawn.active.length === 1, "an active state");
+    const line = lineOf(editor.document, "state turn");
+    const again = await open("patrol.maze-machine");
+    again.selection = new vscode.Selection(line, 6, line, 6);
+    await until(() => shown.drawn.selected === "s2", "the state under the cursor");
+  },
+
+  // In a workspace that is not trusted.
+
+  async untrusted(api) {
+    assert.equal(vscode.workspace.isTrusted, false);
+    await running(api);
+    assert.ok(!api.server.program.path.startsWith(root().fsPath), api.server.program.path);
+    await open("own.maze-machine");
+    await until(() => codes("own.maze-machine").includes("E0202"), "the diagnostics of the shipped library");
+    assert.equal(existsSync(at("ran").fsPath), false, "code of the workspace ran");
+    const heard = hearTests(api);
+    await api.tests.discover();
+    const [profile] = api.tests.profiles;
+    await profile.runHandler(new vscode.TestRunRequest(undefined, undefined, profile), new vscode.CancellationTokenSource().token);
+    assert.deepEqual(heard.passed, []);
+    assert.match(heard.failed[0][1].message, /trust/);
+    assert.equal(existsSync(at("ran").fsPath), false, "code of the workspace ran");
+  },
+
+  async granted(api) {
+    await until(() => vscode.workspace.isTrusted, "trust", 120_000);
+    await until(() => api.server.client && existsSync(at("ran").fsPath), "the workspace's own library");
+    await open("own.maze-machine");
+    await until(() => !codes("own.maze-machine").includes("E0202"), "the diagnostics of its own library");
+  },
+
+  async nothing(api) {
+    await until(() => api.server.program === undefined && api.server.client === undefined, "nothing found");
+    await open("patrol.maze-machine");
+  },
+};
+
+exports.activate = async () => {
+  const file = process.env.MAZE_MACHINE_VERDICT;
+  if (!file) return;
+  const verdict = { version: vscode.version };
+  const write = () => writeFileSync(file, JSON.stringify(verdict, null, 2));
+  write();
+  try {
+    const api = await vscode.extensions.getExtension("maze-machine.maze-machine").activate();
+    for (const name of (process.env.MAZE_MACHINE_STEPS ?? "").split(",")) {
+      try {
+        await steps[name](api);
+        verdict[name] = "ok";
+      } catch (error) {
+        verdict[name] = error.stack ?? String(error);
+      }
+      write();
+    }
+  } catch (error) {
+    verdict.error = error.stack ?? String(error);
+  }
+  verdict.done = true;
+  write();
+};

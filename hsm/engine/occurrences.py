@@ -1,0 +1,145 @@
+"""Events from outside: their names and what they carry, checked before anything is done, and as texts.
+
+As a text an event is its name, followed by what it carries in parentheses: ``floor(number = 3)``. That is how commands,
+scenarios, recordings and the network hold it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from hsm.engine.inputs import typed, wanted_type
+from hsm.engine.limits import within_limits
+from hsm.model.chart import EventData, Model
+from hsm.model.messages import Occurrence
+from hsm.model.registry import EventField
+from hsm.model.unparse import value_text
+from hsm.model.written import value_of
+
+_WIDEST = 40
+_LONGEST = 10_000
+_WITH_DATA = re.compile(r"\s*([\w.]+)\s*\((.*)\)\s*", re.ASCII | re.DOTALL)
+
+
+def checked_events(model: Model, events: Iterable[str | Occurrence]) -> list[str | Occurrence]:
+    """The events of a step, as the engine takes them.
+
+    Args:
+        model: the machine.
+        events: their names, with what they carry either as texts such as ``floor(number = 3)`` or as ``Occurrence``.
+
+    Raises:
+        TypeError: it is one text instead of a list, something in the list is no event, or a value is of another type
+            than declared.
+        ValueError: neither the machine nor its library declares an event of that name, something that it carries is
+            missing, unknown or given twice, or a value is infinite, no number or too large.
+    """
+    if isinstance(events, str):
+        raise TypeError(f"events are a list of names: [{events!r:.{_WIDEST}}], not {events!r:.{_WIDEST}}")
+    return [_checked(model, event) for event in events]
+
+
+def event_text(model: Model, event: str | Occurrence) -> str:
+    """An event as a text that is read as the same event: the one form in which recordings hold it.
+
+    Raises:
+        TypeError, ValueError: as for ``checked_events``.
+    """
+    found = _checked(model, event)
+    declared = model.data_of(found.name) if isinstance(found, Occurrence) else None
+    if isinstance(found, str) or declared is None:
+        return str(found)
+    return _text(declared, found)
+
+
+def _text(declared: EventData, event: Occurrence) -> str:
+    parts = [f"{one.name} = {value_text(event.data[one.name], one.type)}" for one in declared.fields]
+    return f"{event.name}({', '.join(parts)})"
+
+
+def sent_text(model: Model, event: str | Occurrence) -> str:
+    """An event that a machine, or a member of it, has sent to others, as a text.
+
+    Args:
+        model: the machine.
+        event: as ``Macrostep.sent`` has it.
+    """
+    declared = model.data_of(event.name) if isinstance(event, Occurrence) else None
+    return str(event) if declared is None or isinstance(event, str) else _text(declared, event)
+
+
+def name_of(event: str) -> str:
+    """The name of an event that is written as a text."""
+    return event.partition("(")[0].strip()
+
+
+def _checked(model: Model, event: str | Occurrence) -> str | Occurrence:
+    if isinstance(event, str) and not model.event_data and (model.events is None or event in model.events):
+        return event
+    if not isinstance(event, str | Occurrence):
+        raise TypeError(f"an event is a text or an Occurrence, not {event!r:.{_WIDEST}} ({type(event).__name__})")
+    name, given = (event.name, event.data) if isinstance(event, Occurrence) else _parts(model, event)
+    if model.events is None:
+        return event
+    if name not in model.events:
+        known = ", ".join(sorted(model.events)) or "none"
+        raise ValueError(f"nobody declares an event `{name}` for machine {model.name}; its events: {known}")
+    declared = model.data_of(name)
+    if declared is None:
+        if given:
+            raise ValueError(f"event `{name}` carries nothing; send `{name}` alone")
+        return name
+    return Occurrence(name, _data(declared, given))
+
+
+def _parts(model: Model, text: str) -> tuple[str, Mapping[str, Any]]:
+    """The name in a text and the values after it, by name."""
+    written = None if len(text) > _LONGEST else _WITH_DATA.fullmatch(text)
+    declared = None if written is None else model.data_of(written[1])
+    if written is None:
+        return text, {}
+    fields = {} if declared is None else {one.name: one for one in declared.fields}
+    found: dict[str, Any] = {}
+    for position, part in enumerate(written[2].split(",") if written[2].strip() else ()):
+        name, equals, value = (one.strip() for one in part.partition("="))
+        if not equals and fields and position >= len(fields):
+            raise ValueError(f"event `{written[1]}` carries {len(fields)} value{'s' * (len(fields) != 1)}, not more")
+        if not equals:
+            name, value = (list(fields)[position] if fields else ""), name
+        if name in found:
+            raise ValueError(f"`{name}` of event `{written[1]}` is given twice in `{text:.{_WIDEST}}`")
+        found[name] = _value(written[1], fields[name], value) if name in fields else value
+    return written[1], found
+
+
+def _value(event: str, field: EventField, text: str) -> Any:
+    try:
+        return value_of(text, field.type, field.enumeration)
+    except ValueError as way_out:
+        message = f"`{text:.{_WIDEST}}` is no value for `{field.name} : {field.type}` of event `{event}`"
+        raise ValueError(f"{message}: {way_out}") from None
+
+
+def _data(declared: EventData, given: Mapping[str, Any]) -> dict[str, Any]:
+    """What an event carries, in the order of its declaration."""
+    fields = {one.name: one for one in declared.fields}
+    unknown = [name for name in given if name not in fields]
+    missing = [name for name in fields if name not in given]
+    if unknown or missing:
+        wrong = f"`{unknown[0]}` is no part of it" if unknown else f"`{missing[0]}` is missing"
+        form = ", ".join(f"{one.name} : {one.type}" for one in declared.fields)
+        raise ValueError(f"event `{declared.event}` carries ({form}); {wrong}")
+    return {name: _held(declared.event, field, given[name]) for name, field in fields.items()}
+
+
+def _held(event: str, field: EventField, given: Any) -> Any:
+    value = typed(given, field.type, field.enumeration)
+    subject = f"`{field.name}` of event `{event}`"
+    if value is None:
+        wanted = wanted_type(field.type)
+        raise TypeError(f"{subject} is {wanted}, not {given!r:.{_WIDEST}} ({type(given).__name__})")
+    if not within_limits(value, field.type):
+        raise ValueError(f"{subject} cannot be {given!r:.{_WIDEST}}")
+    return value

@@ -1,0 +1,126 @@
+"""A machine that runs elsewhere, watched over the network."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from maze_machine.debug.chart import Chart
+from maze_machine.debug.heard import HeardStep
+from maze_machine.debug.runs import Run, RunError
+from maze_machine.debug.steps import Step
+from maze_machine.errors import CommandError, UsageError
+from maze_machine.remote.client import RemoteMachine
+from maze_machine.remote.messages import AdvanceRun, Operation, Pause, Resume, SendEvent
+from maze_machine.remote.reaching import reaching
+
+MOST = 20_000
+"""This many steps of a run elsewhere are kept."""
+
+
+@dataclass(slots=True)
+class RemoteRun:
+    """A machine that runs elsewhere. It is watched; only a simulation can be held."""
+
+    chart: Chart
+    machine: RemoteMachine
+    let_go: Callable[[], None]
+    steps: list[Step] = field(default_factory=list)
+    over: str = ""
+    _pausable: bool = True
+    _newest: Callable[[], dict[str, Any] | None] = field(init=False)
+
+    quiet = False
+    fixed = "the machine runs elsewhere; `send EVENT` sends it an event"
+
+    def __post_init__(self) -> None:
+        """Listen."""
+        self._newest = self.machine.newest_step()
+
+    def advance(self) -> bool:
+        """The newest tick, if it has not been seen yet."""
+        heard = None if self.over else self._newest()
+        if heard is None:
+            return False
+        before = frozenset(self.steps[-1].states(0)) if self.steps else frozenset[str]()
+        step = HeardStep(self.chart, heard, before)
+        self.steps.append(step)
+        if step.outcome is not None:
+            self.over = f"the machine ended in {step.outcome}"
+        return True
+
+    def forget(self) -> int:
+        """The older half of too many steps."""
+        if len(self.steps) <= MOST:
+            return 0
+        del self.steps[: MOST // 2]
+        return MOST // 2
+
+    def pending(self) -> Mapping[str, str]:
+        """Nothing is ever changed."""
+        return {}
+
+    def change(self, step: int, name: str, value: str) -> None:
+        """Refused."""
+        del step, value
+        raise RunError(f"`{name}` cannot be set: {self.fixed}")
+
+    def tell(self, step: int, line: str) -> str:
+        """Send an event."""
+        del step
+        word, _, event = line.strip().partition(" ")
+        if word != "send" or not event:
+            raise RunError(f"`{line}` cannot be done: {self.fixed}")
+        self._operate(SendEvent(name=event.strip()))
+        return f"sent {event.strip()}"
+
+    def hold(self) -> None:
+        """Have a simulation stand still; a robot goes on, and only the view stops."""
+        self._ask(Pause())
+
+    def go(self, ticks: int | None) -> None:
+        """Have a simulation go on."""
+        self._ask(Resume() if ticks is None else AdvanceRun(ticks=ticks))
+
+    def close(self) -> None:
+        """Have a simulation that stands still go on, and leave."""
+        self.go(None)
+        self.let_go()
+
+    def _ask(self, operation: Operation) -> None:
+        if not self._pausable:
+            return
+        try:
+            self._pausable = self.machine.operate(operation).done
+        except CommandError:
+            self.over = "nobody drives the robot any more"
+
+    def _operate(self, operation: Operation) -> None:
+        try:
+            answer = self.machine.operate(operation)
+        except CommandError as error:
+            raise RunError(str(error)) from None
+        if not answer.done:
+            raise RunError(f"the machine refuses: {answer.reason}")
+
+
+def attached(chart: Chart, endpoint: str, robot: str | None, identity: str | None) -> Run:
+    """The machine that is open to viewers at an endpoint.
+
+    Raises:
+        LinkError: nobody can be reached there.
+        NoMachineError: nobody answers.
+        UsageError: another machine runs there.
+    """
+    stack = ExitStack()
+    with stack:
+        certificate = None if identity is None else Path(identity)
+        client = stack.enter_context(reaching(endpoint, robot, certificate))
+        running = client.model().get("machine")
+        if running != chart.machine.name:
+            raise UsageError(f"the machine that runs there is `{running}`, and `program` is `{chart.machine.name}`")
+        let_go = stack.pop_all().close
+    return RemoteRun(chart, client, let_go)

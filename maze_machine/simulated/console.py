@@ -1,0 +1,118 @@
+"""What a person types to try a machine: the lines of a scenario, and some words more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hsm.testing.scenarios.session import Moment, Session, SessionError
+from maze_machine.errors import FileError
+from transport.files import write_text
+
+HELP = """\
+lines of a scenario, which are kept:
+  when door.near, not space.front     signals change
+  when rotate reports done            an activity ends
+  when event go                       somebody sends an event
+  after 2 s                           time passes
+  expect driving within 5 s           wait for it, or say that it is not so
+  given door.near                     begin again, with this from the start
+and words of this program:
+  set turns = 2       give a variable or a parameter a value
+  tick [N]            let N ticks pass
+  why [STATE]         why transitions fired or did not in the last step
+  break [CONDITION]   stop a wait where this comes to hold; alone: do not
+  back [N]            take the last N lines back
+  lines               what was done so far
+  save FILE [NAME]    add the session to a file of scenarios
+  help, quit"""
+
+
+@dataclass(frozen=True, slots=True)
+class Console:
+    """Takes lines for a session.
+
+    Attributes:
+        session: the run.
+    """
+
+    session: Session
+
+    def do(self, line: str) -> Moment | str:
+        """Do what a line says: the run's state after it, or the answer.
+
+        Raises:
+            SessionError: it cannot be done.
+            FileError: a file cannot be written.
+        """
+        word, _, rest = line.strip().partition(" ")
+        rest = rest.strip()
+        match word:
+            case "help":
+                return HELP
+            case "lines":
+                return "\n".join(self.session.lines) or "nothing yet"
+            case "why":
+                return "\n".join(self.session.why(rest or None))
+            case "break":
+                self.session.stop_when(rest or None)
+                return ""
+            case "save":
+                return self._save(rest)
+            case "back":
+                return self.session.back(_count(rest))
+            case "tick":
+                for _ in range(_count(rest)):
+                    moment = self.session.tick()
+                return moment
+            case _:
+                return self.session.do(line)
+
+    def answer(self, line: str) -> str:
+        """The same as a text.
+
+        Raises:
+            SessionError: it cannot be done.
+            FileError: a file cannot be written.
+        """
+        done = self.do(line)
+        return done if isinstance(done, str) else moment_text(done)
+
+    def _save(self, rest: str) -> str:
+        """Add the session to a file of scenarios, which is begun if it is not there."""
+        name, _, title = rest.partition(" ")
+        if not name:
+            raise SessionError("save FILE [NAME]")
+        path = Path(name)
+        scenario = self.session.scenario(title.strip() or "what was tried")
+        try:
+            before = path.read_text(encoding="utf-8") if path.exists() else f"test {self.session.machine}\n"
+            write_text(path, f"{before.rstrip()}\n\n{scenario}")
+        except (OSError, UnicodeDecodeError) as error:
+            raise FileError(f"{path} cannot be written: {getattr(error, 'strerror', None) or error}") from None
+        return f"saved to {path}"
+
+
+def moment_text(moment: Moment) -> str:
+    """The state of a run, for a person."""
+    lines = [f"{moment.time:8.3f} s  {', '.join(moment.states) or 'no state'}"]
+    for head, parts in (
+        ("took", moment.taken),
+        ("called", moment.called),
+        ("raised", moment.raised),
+        ("doing", moment.doing),
+        ("with", [f"{name} = {value}" for name, value in moment.variables.items()]),
+    ):
+        if parts:
+            lines.append(f"            {head} {', '.join(parts)}")
+    if moment.outcome is not None:
+        lines.append(f"            ended in {moment.outcome}")
+    return "\n".join(lines)
+
+
+def _count(text: str) -> int:
+    if not text:
+        return 1
+    if not text.isdecimal() or not 1 <= int(text) <= 100_000:
+        raise SessionError(f"`{text}` is no count")
+    return int(text)

@@ -1,0 +1,153 @@
+"""Visual Studio Code with the extension: what the driver finds from within, and what a person sees."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.editors.code_server import EXTENSION, packed, workbench
+from tests.editors.test_requests import OWN
+
+TRUSTED = {"security.workspace.trust.enabled": False}
+STEPS = (
+    "server,diagnostics,completion,indentation,diagram,changes,live,tests,coverage,continuous,debug,machines,crashes"
+)
+PROGRAM = Path(sys.executable).parent / "maze-machine"
+PICTURES = os.environ.get("MAZE_MACHINE_PICTURES")
+"""A folder that keeps the pictures of what is seen."""
+
+
+@pytest.fixture(autouse=True)
+def extension():
+    packed()
+
+
+@pytest.fixture
+def sample(tmp_path):
+    folder = tmp_path / "sample"
+    shutil.copytree(EXTENSION / "sample", folder)
+    (folder / ".venv").symlink_to(PROGRAM.parents[1])
+    return folder
+
+
+@contextmanager
+def live_run(machine: Path):
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{one.getsockname()[1]}"
+    command = [PROGRAM, "run", machine, "--maze", "corridor", "--speed", "0.2", "--open", endpoint]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        try:
+            yield endpoint
+        finally:
+            process.kill()
+
+
+def test_the_extension_does_what_it_says(tmp_path, sample):
+    with live_run(EXTENSION / "sample" / "patrol.maze-machine") as endpoint:
+        environment = {"MAZE_MACHINE_LIVE": endpoint}
+        with workbench(tmp_path / "editor", sample, STEPS, settings=TRUSTED, environment=environment) as editor:
+            editor.wait_for("done")
+            assert {step: editor.steps().get(step) for step in STEPS.split(",")} == dict.fromkeys(
+                STEPS.split(","), "ok"
+            )
+
+
+def test_until_it_is_trusted_no_code_of_a_workspace_runs(tmp_path):
+    folder = tmp_path / "stranger"
+    (folder / ".venv" / "bin").mkdir(parents=True)
+    program = folder / ".venv" / "bin" / "maze-machine"
+    program.write_text(f'#!/bin/sh\ntouch "{folder}/ran"\nexec "{PROGRAM}" "$@"\n', encoding="utf-8")
+    program.chmod(0o755)
+    (folder / "maze-machine.toml").write_text('library = "own_of_editor:library"\n', encoding="utf-8")
+    (folder / "own_of_editor.py").write_text(OWN, encoding="utf-8")
+    text = "machine own\n\ninitial a\n\nstate a\n    when lamp -> b\n\nfinal b\n"
+    (folder / "own.maze-machine").write_text(text, encoding="utf-8")
+    (folder / "own.maze-test").write_text("test own\n\nscenario one\n    when lamp\n    expect b\n", encoding="utf-8")
+    outside = {"VIRTUAL_ENV": str(PROGRAM.parents[1])}
+    with workbench(tmp_path / "editor", folder, "untrusted,granted", environment=outside) as editor:
+        assert editor.wait_for("untrusted") == "ok"
+        assert not (folder / "ran").exists()
+        editor.page.get_by_role("button", name="Restricted Mode").first.click()
+        editor.page.get_by_role("button", name="Trust", exact=True).first.click()
+        assert editor.wait_for("granted") == "ok"
+
+
+def test_where_nothing_is_found_it_offers_to_install_or_to_choose(tmp_path, sample):
+    (sample / ".venv").unlink()
+    with workbench(tmp_path / "editor", sample, "nothing", settings=TRUSTED) as editor:
+        assert editor.wait_for("nothing") == "ok"
+        toast = editor.page.locator(".notifications-toasts")
+        toast.get_by_text("maze-machine was not found").wait_for()
+        for name in ("Install", "Choose Path"):
+            assert toast.get_by_role("button", name=name).is_visible()
+
+
+def diagram_frame(page):
+    """The frame with the diagram, inside two that the editor puts around it."""
+    for frame in page.frames:
+        if frame.locator("#picture svg").count():
+            return frame
+    return None
+
+
+@pytest.mark.parametrize(
+    ("name", "theme"),
+    [
+        ("light", "Default Light Modern"),
+        ("dark", "Default Dark Modern"),
+        ("contrast", "Default High Contrast"),
+    ],
+)
+def test_what_a_person_sees(tmp_path, sample, name, theme):
+    axe = pytest.importorskip("axe_playwright_python")
+    settings = {**TRUSTED, "workbench.colorTheme": theme}
+    with live_run(EXTENSION / "sample" / "patrol.maze-machine") as endpoint:
+        environment = {"MAZE_MACHINE_LIVE": endpoint}
+        with workbench(
+            tmp_path / "editor", sample, "server,shown", settings=settings, environment=environment
+        ) as editor:
+            assert editor.wait_for("shown") == "ok"
+            page = editor.page
+            frame = diagram_frame(page)
+            assert frame is not None
+            assert frame.locator(".active").count() == 1
+            # Colours of the text: keywords, states and numbers differ.
+            spans = page.locator(".view-line span span")
+            colours = {
+                word: spans.filter(has_text=word).first.evaluate("one => getComputedStyle(one).color")
+                for word in ("state", "walk", "0.3")
+            }
+            assert len(set(colours.values())) == 3
+            # By keyboard: from state to state, and to the text.
+            frame.locator("[data-id][tabindex='0']").focus()
+            before = frame.locator(".chosen").get_attribute("data-id")
+            page.keyboard.press("ArrowDown")
+            assert frame.locator(".chosen").get_attribute("data-id") != before
+            width = float(frame.locator("#picture svg").get_attribute("width"))
+            page.keyboard.press("+")
+            assert float(frame.locator("#picture svg").get_attribute("width")) > width
+            page.keyboard.press("0")
+            frame.locator("#list").click()
+            assert "state walk" in frame.locator("#text").inner_text()
+            if PICTURES:
+                page.screenshot(path=str(Path(PICTURES) / f"{name}.png"))
+            script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
+            frame.evaluate(script)
+            found = frame.evaluate("axe.run(document, {resultTypes: ['violations']})")
+            serious = [
+                (one["id"], [node["html"][:120] for node in one["nodes"]], one["help"])
+                for one in found["violations"]
+                if one["impact"] in ("serious", "critical")
+            ]
+            assert not serious
+            policy = frame.locator("meta[http-equiv='Content-Security-Policy']").get_attribute("content")
+            assert "default-src 'none'" in policy
+            assert "unsafe" not in policy

@@ -1,0 +1,78 @@
+"""The one value that says what happened in a tick: its JSON, by the published schema, wherever it goes."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from maze_machine.catalogue.profile import load_profile
+from maze_machine.drive.mission import drive, prepare
+from maze_machine.drive.tick import shown_ranges
+from maze_machine.drive.tick_json import LINE
+from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport.world import LockstepRobot
+
+jsonschema = pytest.importorskip("jsonschema")
+SCHEMA = json.loads((Path(__file__).parents[2] / "docs" / "reference" / "tick.schema.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def schema():
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    return jsonschema.Draft202012Validator(SCHEMA)
+
+
+def run(machine, seconds=5.0, maze="final_2015"):
+    """The ticks of a short run."""
+    mission = prepare(machine, load_profile(), time_limit=seconds)
+    world = SimulatedWorld(find_maze(maze), mission.profile.robot)
+    robot, seen = LockstepRobot(world), []
+    drive(mission, robot, robot, [seen.append], truth=world.pose)
+    return mission, world, seen
+
+
+@pytest.mark.parametrize("machine", ["pledge", "tremaux", "explorer"])
+def test_every_tick_is_by_the_schema(schema, machine):
+    _, _, seen = run(machine)
+    for tick in seen:
+        told = json.loads(json.dumps({**tick.json, "ranges": shown_ranges(tick.observation.scan)}))
+        assert not list(schema.iter_errors(told))
+
+
+@pytest.mark.parametrize(
+    "spoilt", [{"more": 1}, {"tick": -1}, {"pose": [0.0]}, {"why": [{"transition": 0}]}, {"fired": ["a"]}]
+)
+def test_what_is_not_by_the_schema_is_noticed(schema, spoilt):
+    _, _, seen = run("pledge", 0.1)
+    assert list(schema.iter_errors(json.loads(json.dumps({**seen[0].json, **spoilt}))))
+
+
+def test_a_tick_says_what_happened():
+    mission, world, seen = run("pledge", 12.0)
+    model = mission.machine.model
+    assert [tick.json["truth"] for tick in seen] == [[p.x, p.y, p.heading] for p in map(world.pose, range(len(seen)))]
+    assert any(tick.json["fired"] for tick in seen)
+    for tick in seen:
+        told = tick.json
+        assert {name: told[name] for name in LINE if name in told} == tick.line
+        assert [model.transitions[index] for index in told["fired"]] == list(tick.step.transitions)
+        assert set(told["activities"]) <= set(told["states"])
+        assert told["doing"] in told["states"]
+        innermost = [name for name in told["states"] if not model.states[mission.machine.indices[name]].children]
+        assert sorted(told["regions"].values()) == sorted(innermost)
+    begun = [one["arguments"] for tick in seen for one in tick.json["activities"].values()]
+    assert any(one.get("speed") == "0.5 m/s" for one in begun), begun
+    heard = [pair for tick in seen for pair in tick.json["outcomes"]]
+    assert all(state in mission.machine.indices for state, _ in heard)
+
+
+def test_a_tick_is_described_once_and_says_the_same_later():
+    _, _, seen = run("pledge", 3.0)
+    assert all(tick.json is tick.json for tick in seen)
+    _, _, again = run("pledge", 3.0)
+    at_once = []
+    mission = prepare("pledge", load_profile(), time_limit=3.0)
+    world = SimulatedWorld(find_maze("final_2015"), mission.profile.robot)
+    robot = LockstepRobot(world)
+    drive(mission, robot, robot, [lambda tick: at_once.append(json.dumps(tick.json))], truth=world.pose)
+    assert [json.dumps(tick.json) for tick in again] == at_once

@@ -1,0 +1,202 @@
+"""A goal for the robot's own navigation: a client of the ROS 2 action ``nav2_msgs/NavigateToPose``.
+
+An action is made of services and topics below ``NAME/_action/``: a goal with a number of its own is sent by
+``send_goal``, ``get_result`` answers when it has ended, ``cancel_goal`` gives it up (design.ros2.org, *Actions*).
+rmw_zenoh lays them out like any others. The types' hashes differ between distributions, so the services' keys are not
+made up but read from the liveliness tokens of who serves them. Of a result only the status is read, which every
+distribution has in its first byte.
+"""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from math import cos, sin
+from threading import Event, Thread
+from typing import Any, NamedTuple
+
+import numpy as np
+from rosbags.typesys import get_types_from_msg
+
+from transport import codec
+from transport.bus import Bus
+from transport.keys import RobotKeys
+from transport.messages import Navigation, Pose
+from transport.ros_graph import RosGraph, RosSender
+
+SERVICES = ("send_goal", "get_result", "cancel_goal")
+SURVEY = 0.3
+"""How long a look at who serves an action takes, s."""
+SHORT = 2.0
+"""How long the answer to a goal, or to giving one up, is waited for, s."""
+LONG = 5.0
+"""How long one question for the result waits, s; then it is asked again."""
+GONE = 0.05
+"""An answer that fails to come sooner than this says that nobody is there to give it, s."""
+
+_ENDED = {4: "", 5: "it was given up", 6: "it could not reach the goal"}
+"""The statuses of ``action_msgs/GoalStatus`` with which a goal ends, and why that is a failure."""
+_STATUS = 4
+"""Where the first byte of a message is, behind the header of its encoding."""
+
+_SEND_GOAL, _NUMBER, _CANCEL = (
+    "nav2_msgs/msg/NavigateToPose_SendGoal_Request",
+    "nav2_msgs/msg/NavigateToPose_GetResult_Request",
+    "action_msgs/msg/CancelGoal_Request",
+)
+codec.TYPES.register(
+    get_types_from_msg(
+        "unique_identifier_msgs/UUID goal_id\ngeometry_msgs/PoseStamped pose\nstring behavior_tree", _SEND_GOAL
+    )
+    | get_types_from_msg("unique_identifier_msgs/UUID goal_id", _NUMBER)
+    | get_types_from_msg("action_msgs/GoalInfo goal_info", _CANCEL)
+)
+
+
+class Service(NamedTuple):
+    """A service of an action: where it is asked, and what rides with a question."""
+
+    key: str
+    attachment: Callable[[], bytes]
+
+
+class Navigator:
+    """Has the robot's own navigation reach one goal at a time, from a thread for each: the loop is never held up.
+
+    Args:
+        bus: where the action is served.
+        keys: the robot's.
+        graph: this node in the ROS graph, with the keys of rmw_zenoh.
+    """
+
+    def __init__(self, bus: Bus, keys: RobotKeys, graph: RosGraph | None) -> None:
+        self._bus, self._keys, self._graph = bus, keys, graph
+        self._services: dict[str, Service] = {}
+        self._pursuit: _Pursuit | None = None
+
+    def pursue(self, goal: Pose | None) -> None:
+        """Reach a goal, or go on; with none, or another one, the last one is given up. Never waits."""
+        if self._pursuit is not None and self._pursuit.goal == goal:
+            return
+        if self._pursuit is not None:
+            self._pursuit.give_up()
+            self._pursuit = None
+        if goal is not None:
+            self._pursuit = _Pursuit(self._bus, self._found, goal, self._keys.settings.navigation_frame)
+            self._pursuit.start()
+
+    def news(self) -> Navigation | None:
+        """How it does with the goal; None without one."""
+        return None if self._pursuit is None else self._pursuit.news
+
+    def close(self) -> None:
+        """Give the goal up, and see to it that this is heard."""
+        if self._pursuit is not None:
+            self._pursuit.give_up()
+            self._pursuit.join(SHORT)
+            self._pursuit = None
+
+    def _found(self) -> dict[str, Service]:
+        """The action's services; empty where nobody serves it."""
+        if not self._services:
+            keys = {one: f"{self._keys.navigation}/_action/{one}" for one in SERVICES}
+            if self._graph is None:
+                self._services = {one: Service(key, bytes) for one, key in keys.items()}
+            else:
+                served = _served(self._bus.survey(SURVEY), self._keys.settings.domain)
+                if set(keys.values()) <= served.keys():
+                    self._services = {one: self._service(self._graph, served[key]) for one, key in keys.items()}
+        return self._services
+
+    @staticmethod
+    def _service(graph: RosGraph, key: str) -> Service:
+        return Service(key, RosSender(graph.client(key)).attachment)
+
+
+class _Pursuit(Thread):
+    """One goal, from being sent to its end.
+
+    Attributes:
+        goal: the pose.
+        news: how it does; replaced, never changed.
+    """
+
+    def __init__(self, bus: Bus, find: Callable[[], dict[str, Service]], goal: Pose, frame: str) -> None:
+        super().__init__(name="navigation", daemon=True)
+        self.goal = goal
+        self.news = Navigation(goal)
+        self._bus, self._find, self._frame = bus, find, frame
+        number = np.frombuffer(secrets.token_bytes(16), np.uint8)
+        self._number = codec.MESSAGES["unique_identifier_msgs/msg/UUID"](uuid=number)
+        self._given_up = Event()
+
+    def give_up(self) -> None:
+        """Have the goal cancelled; never waits."""
+        self._given_up.set()
+
+    def run(self) -> None:
+        """Send the goal, and watch over it until it has ended or is given up."""
+        services = self._find()
+        if not services:
+            self._tell("missing", "nobody on the network serves the action")
+            return
+        answer = self._ask(services["send_goal"], self._request(), _SEND_GOAL, SHORT)
+        if answer is None:
+            self._tell("missing", "the navigation does not answer")
+        elif not answer[_STATUS]:
+            self._tell("failed", "the navigation refuses the goal")
+        else:
+            self._tell("driving")
+            watch = Thread(target=self._watch, args=(services["get_result"],), name="navigation result", daemon=True)
+            watch.start()
+            while watch.is_alive() and not self._given_up.wait(GONE):
+                pass
+            if self._given_up.is_set() and self.news.state == "driving":
+                stamp = codec.time_of(0)
+                info = codec.MESSAGES["action_msgs/msg/GoalInfo"](goal_id=self._number, stamp=stamp)
+                self._ask(services["cancel_goal"], codec.MESSAGES[_CANCEL](goal_info=info), _CANCEL, SHORT)
+
+    def _watch(self, service: Service) -> None:
+        """Wait for the result, until the goal is given up."""
+        while not self._given_up.is_set():
+            asked = time.monotonic()
+            answer = self._ask(service, codec.MESSAGES[_NUMBER](goal_id=self._number), _NUMBER, LONG)
+            if answer is not None and answer[_STATUS] in _ENDED:
+                why = _ENDED[answer[_STATUS]]
+                self._tell("failed" if why else "arrived", why)
+                return
+            if answer is not None or time.monotonic() - asked < GONE:
+                self._tell("failed", "the navigation is gone")
+                return
+
+    def _ask(self, service: Service, request: object, kind: str, limit: float) -> bytes | None:
+        payload = codec.encode_message(request, kind)
+        answer = self._bus.ask(service.key, payload, limit, service.attachment())
+        return answer if answer is not None and len(answer) > _STATUS else None
+
+    def _request(self) -> Any:
+        make, goal = codec.MESSAGES, self.goal
+        pose = make["geometry_msgs/msg/Pose"](
+            position=make["geometry_msgs/msg/Point"](x=goal.x, y=goal.y, z=0.0),
+            orientation=make["geometry_msgs/msg/Quaternion"](
+                x=0.0, y=0.0, z=sin(goal.heading / 2), w=cos(goal.heading / 2)
+            ),
+        )
+        stamped = make["geometry_msgs/msg/PoseStamped"](header=codec.header(0, self._frame), pose=pose)
+        return make[_SEND_GOAL](goal_id=self._number, pose=stamped, behavior_tree="")
+
+    def _tell(self, state: Any, reason: str = "") -> None:
+        self.news = replace(self.news, state=state, reason=reason)
+
+
+def _served(heard: set[str], domain: int) -> dict[str, str]:
+    """The keys of the services that liveliness tokens show of, by the services' names without the leading slash."""
+    found = {}
+    for token in heard:
+        parts = token.split("/")
+        if parts[0] == "@ros2_lv" and len(parts) > 11 and parts[1] == str(domain) and parts[5] == "SS":
+            name = parts[9].strip("%").replace("%", "/")
+            found[name] = f"{domain}/{name}/{parts[10]}/{parts[11]}"
+    return found

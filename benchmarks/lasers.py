@@ -33,7 +33,7 @@ MACHINES = ("pledge", "right_hand_loop", "tremaux")
 LIMIT = 300.0
 BEAMS = (180, 360, 1000, 1500)
 RANGES = (3.5, 8.0, 12.0)
-FIRST = {"behind": -math.pi, "ahead": 0.0, "left": math.pi / 2, "in between": 1.0}
+FIRST = {"at the back": -math.pi, "ahead": 0.0, "left": math.pi / 2, "in between": 1.0}
 MOUNTS = {"straight": (0.0, 0.0, 0.0), "turned round": (0.0, 0.0, math.pi), "askew, off the middle": (0.05, 0.03, 1.0)}
 
 

@@ -52,7 +52,13 @@ _SUBCOMMANDS = (
         "view",
         DRIVE,
         "view:view",
-        "Make a page of a recorded run: robot, laser, states and transitions, with play, pause and seek.",
+        "Show a run on a page: the plan, the machine, why it does what it does, variables and time.",
+    ),
+    Subcommand(
+        "plot",
+        DRIVE,
+        "plot:plot",
+        "Plot a recorded run: the path by state, speed, clearance, and the states of each region over time.",
     ),
     Subcommand(
         "watch",

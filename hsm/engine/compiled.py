@@ -19,6 +19,7 @@ class CompiledChart:
         generator: makes the functions that pick transitions and run actions.
         planner: computes what a microstep does.
         indices: index of each state, by its full name.
+        invokes: whether any state invokes a chart.
     """
 
     def __init__(self, model: Model) -> None:
@@ -28,6 +29,7 @@ class CompiledChart:
         self._trees = Trees(self.generator)
         self.planner = Planner(self.topology, self.generator, self.configuration)
         self.indices = self.generator.states
+        self.invokes = any(state.invokes for state in model.states)
         self._invoked: dict[int, CompiledChart] = {}
         self._configurations: dict[tuple[int, ...], Configuration] = {}
 

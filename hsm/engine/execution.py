@@ -248,11 +248,12 @@ class MacrostepExecution:
                 self._external.extendleft(reversed(self.state.deferred))
                 self.state.deferred = ()
             self._moved = False
-            self._invoke()
+            if self._invoking:
+                self._invoke()
             if self._queue:
                 self._run_to_stability()
                 continue
-            if not self._external and not self._run_sessions():
+            if not self._external and not (self.state.sessions and self._run_sessions()):
                 return
             if bound == 0:
                 raise self._spin()
@@ -260,7 +261,8 @@ class MacrostepExecution:
             if not self._external:
                 continue
             entry = self._external.popleft()
-            self._forward(entry)
+            if self.state.sessions:
+                self._forward(entry)
             self._handle(entry)
             self._run_to_stability()
 
@@ -300,6 +302,14 @@ class MacrostepExecution:
                 if invoked is not None:
                     self._begin(state, invoked)
         self._invoking.clear()
+
+    def _leave_invoked(self, plan: Plan) -> None:
+        """End the charts of the states that a microstep leaves, and note those of the states that it enters."""
+        states = self.chart.model.states
+        self._invoking.difference_update(plan.exited)
+        self._invoking.update(one for one in plan.entered if states[one].invokes)
+        if plan.exited and self.state.sessions:
+            self._put_sessions(tuple(one for one in self.state.sessions if one.source not in plan.exited))
 
     def _begin(self, state: int, invoked: Invoked) -> None:
         """Enter an invoked chart."""
@@ -387,7 +397,7 @@ class MacrostepExecution:
 
     def _forward(self, entry: Event | Message | PendingFault) -> None:
         """Before an event is handled: what the chart it comes from is finalized with, and copies for the others."""
-        if not self.state.sessions or isinstance(entry, PendingFault | StateEvent) or STORE not in self._memo:
+        if isinstance(entry, PendingFault | StateEvent) or STORE not in self._memo:
             return
         self._bind(entry)
         event: Message = self._memo[STORE].event
@@ -552,10 +562,8 @@ class MacrostepExecution:
     def _take(self, trigger: Phase | Event, due: frozenset[int], plan: Plan) -> None:
         """Do what a microstep asks for; old values stay untouched for the record."""
         self._moved = self._moved or bool(plan.exited or plan.entered)
-        self._invoking.difference_update(plan.exited)
-        self._invoking.update(one for one in plan.entered if self.chart.model.states[one].invokes)
-        if plan.exited and self.state.sessions:
-            self._put_sessions(tuple(one for one in self.state.sessions if one.source not in plan.exited))
+        if self.chart.invokes:
+            self._leave_invoked(plan)
         if plan.plain:
             self._record(trigger, due, plan)
             self.state.configuration = plan.target

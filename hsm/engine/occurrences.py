@@ -76,6 +76,8 @@ def name_of(event: str) -> str:
 
 
 def _checked(model: Model, event: str | Occurrence) -> str | Occurrence:
+    if isinstance(event, str) and not model.event_data and (model.events is None or event in model.events):
+        return event
     if not isinstance(event, str | Occurrence):
         raise TypeError(f"an event is a text or an Occurrence, not {event!r:.{_WIDEST}} ({type(event).__name__})")
     name, given = (event.name, event.data) if isinstance(event, Occurrence) else _parts(model, event)

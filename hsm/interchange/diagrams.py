@@ -8,9 +8,13 @@ and their texts share a colour; those with the same ends share the line.
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
 from itertools import cycle
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -18,8 +22,9 @@ from typing import TYPE_CHECKING, Any
 from transitions.extensions.diagrams_mermaid import NestedGraph as MermaidGraph
 from transitions.extensions.diagrams_pygraphviz import NestedGraph
 
+from hsm.interchange.folding import Excerpt, Opened, everything, excerpt
 from hsm.model.chart import Model, State, StateKind, Timed, Transition
-from hsm.model.topology import HISTORY
+from hsm.model.topology import HISTORY, Topology
 from hsm.model.unparse import action_text, activity_text, trigger_text
 
 if TYPE_CHECKING:
@@ -31,6 +36,9 @@ FORMATS = ("svg", "png", "dot", "mmd")
 WIDTH = 32
 """Longer lines at transitions are broken, before `if`, `and`, `or` and `/` rather than elsewhere."""
 
+BRIEF, BRIEF_LINES = 24, 3
+"""In brief, a transition has so many characters, and several on one line so many lines."""
+
 WIDTH_IN_STATES = 36
 """Longer lines in states are broken likewise."""
 
@@ -40,18 +48,81 @@ DEPTH = 60
 _ENTITIES = {"#": "#35;", ";": "#59;", "<": "#lt;", ">": "#gt;", '"': "#quot;", ":": "#58;"}
 _FONT = "Helvetica"
 _BREAKS = re.compile(r" (?=(?:if|and|or|/) )")
-_INKS = ("#1f4e79", "#8a3b12", "#2e6b34", "#6a3d7c", "#6e5600", "#8c2346", "#00636b", "#444444")
-_STYLES: dict[str, dict[str, dict[str, str]]] = {
-    "node": {
-        "default": {"style": "rounded,filled", "shape": "box", "fillcolor": "white", "color": "#333333"},
-        "parallel": {"style": "rounded,filled", "shape": "box", "fillcolor": "white", "color": "#333333"},
-    },
-    "edge": {"default": {"color": "#333333"}},
-    "graph": {
-        "default": {"style": "rounded,filled", "fillcolor": "#f4f6f8", "color": "#333333"},
-        "parallel": {"style": "rounded,filled,dashed", "fillcolor": "#e9eef3", "color": "#333333"},
-    },
-}
+
+
+@dataclass(frozen=True, slots=True)
+class Theme:
+    """The colours of a picture.
+
+    Attributes:
+        paper: behind everything.
+        text: of states, and their borders.
+        state: within states.
+        compound: within states that have states in them.
+        parallel: within parallel states.
+        note: within the note with the machine's own transitions.
+        initial: arrows to what is entered by default.
+        inks: of transitions and their texts, source by source.
+    """
+
+    paper: str
+    text: str
+    state: str
+    compound: str
+    parallel: str
+    note: str
+    initial: str
+    inks: tuple[str, ...]
+
+
+THEMES = {
+    "light": Theme(
+        "white", "#222222", "white", "#f4f6f8", "#e9eef3", "#fffbe6", "#6b6b6b",
+        ("#1f4e79", "#8a3b12", "#2e6b34", "#6a3d7c", "#6e5600", "#8c2346", "#00636b", "#444444"),
+    ),
+    "dark": Theme(
+        "#16191d", "#e6e6e6", "#2a2f36", "#1e2228", "#242a31", "#3a3520", "#9a9a9a",
+        ("#8ec2f2", "#f0a987", "#94d49c", "#d0ace2", "#dcc56a", "#f09ab4", "#7ed4db", "#cfcfcf"),
+    ),
+}  # fmt: skip
+"""The themes by name; every text has a contrast of 4.5:1 or more to its ground (WCAG AA)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How a machine is drawn.
+
+    Attributes:
+        theme: name of a theme.
+        transparent: without a ground of its own.
+        guards: with the conditions after ``if``.
+        brief: only the beginning of what is written at transitions and in states, for a picture that leads to the rest.
+        opened: which states show what lies in them.
+        within: full name of the only state that is shown; None for the whole machine.
+        fills: colours of states by their full names.
+    """
+
+    theme: str = "light"
+    transparent: bool = False
+    guards: bool = True
+    brief: bool = False
+    opened: Opened = everything
+    within: str | None = None
+    fills: Mapping[str, str] = field(default_factory=dict)
+
+
+def _styles(theme: Theme) -> dict[str, dict[str, dict[str, str]]]:
+    node = {"style": "rounded,filled", "shape": "box", "fillcolor": theme.state, "color": theme.text}
+    return {
+        "node": {"default": node, "parallel": node},
+        "edge": {"default": {"color": theme.text}},
+        "graph": {
+            "default": {"style": "rounded,filled", "fillcolor": theme.compound, "color": theme.text},
+            "parallel": {"style": "rounded,filled,dashed", "fillcolor": theme.parallel, "color": theme.text},
+        },
+    }
+
+
 _MERMAID_STYLES = {
     "node": {"default": {"fillcolor": "white", "color": "black"}, "parallel": {"fillcolor": "white", "color": "black"}}
 }
@@ -61,26 +132,34 @@ class DiagramError(Exception):
     """A diagram that cannot be drawn; the message says why and what to do."""
 
 
-def render(machine: Machine, form: str, fills: Mapping[str, str] | None = None) -> bytes:
+def render(machine: Machine, form: str, look: Look = Look()) -> bytes:
     """A diagram as the contents of a file.
+
+    In SVG the states are groups with the ids ``state_INDEX``, the transitions groups with the classes ``tINDEX``, by
+    their indices in the machine's model.
 
     Args:
         machine: the machine.
         form: one of ``FORMATS``.
-        fills: colours of states by their full names.
+        look: how it is drawn.
 
     Raises:
-        DiagramError: there is no such form, Graphviz is not installed, or the states are nested too deep to be drawn.
+        DiagramError: there is no such form or state, Graphviz is not installed, or the states are nested too deep to be
+            drawn.
     """
     if form not in FORMATS:
         raise DiagramError(f"a diagram is written as {', '.join(FORMATS)}, not as `{form}`")
-    depth = machine.topology.depth
+    try:
+        part = excerpt(machine.model, look.opened, look.within)
+    except LookupError:
+        raise DiagramError(f"machine {machine.model.name} has no state `{look.within}`") from None
+    depth = Topology(part.model).depth
     if depth > DEPTH:
         raise DiagramError(f"states nested {depth} deep cannot be drawn; {DEPTH} can")
     if form == "mmd":
-        return _mermaid(machine.model).encode()
+        return _mermaid(part, look).encode()
     try:
-        graph = _Picture(machine.model, fills or {}).get_graph()
+        graph = _Picture(part, look).get_graph()
     except (ImportError, AttributeError) as error:  # `transitions` leaves the module out where it is not installed
         raise DiagramError("this needs pygraphviz: install maze-machine[diagrams], or write a .mmd") from error
     if form == "dot":
@@ -88,8 +167,29 @@ def render(machine: Machine, form: str, fills: Mapping[str, str] | None = None) 
         if not text.rstrip().endswith("}"):  # Graphviz writes it to a temporary file and does not look back
             raise DiagramError("the diagram is cut off: is the folder for temporary files full?")
         return text.encode()
+    _read_fonts()
     drawn: bytes = graph.draw(format=form, prog="dot")
     return drawn
+
+
+@cache
+def _read_fonts() -> None:
+    """Have Graphviz read what fonts there are, which it does once.
+
+    Its libraries warn on standard error, past Python, of each word in a newer system's settings that they do not know.
+    """
+    import pygraphviz  # noqa: PLC0415 - an extra
+
+    graph = pygraphviz.AGraph("digraph { a }")
+    sys.stderr.flush()
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        graph.draw(format="svg", prog="dot")
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
 
 
 def node_id(model: Model, index: int) -> str:
@@ -97,13 +197,14 @@ def node_id(model: Model, index: int) -> str:
     return f"{'cluster_' if model.states[index].children else ''}{_path(model, index)}"
 
 
-def edge_id(transition: Transition) -> str:
-    """A word that is among the classes of a transition's group in an SVG picture."""
-    return f"t{transition.index}"
+def edge_id(index: int) -> str:
+    """A word among the classes of a transition's group in an SVG picture; the index is that in the machine's model."""
+    return f"t{index}"
 
 
-def _mermaid(model: Model) -> str:
-    config = _config(model, "\\n".join, _mermaid_text)
+def _mermaid(part: Excerpt, look: Look) -> str:
+    model = part.model
+    config = _config(part, look, "\\n".join, _mermaid_text)
     adapter = _adapter(model, config, _MERMAID_STYLES, {"rankdir": "TB"})
     return f"{MermaidGraph(adapter).get_graph().draw(None)}\n"
 
@@ -127,11 +228,15 @@ def _adapter(model: Model, config: dict[str, Any], styles: Any, attributes: dict
     )
 
 
-def _config(model: Model, join: Callable[[list[str]], str], clean: Callable[[str], str]) -> dict[str, Any]:
+def _config(part: Excerpt, look: Look, join: Callable[[list[str]], str], clean: Callable[[str], str]) -> dict[str, Any]:
     """The machine as ``transitions`` describes machines to its diagrams; states go by their index."""
+    model = part.model
     made: list[dict[str, Any]] = []
     for state in model.states:
-        one: dict[str, Any] = {"name": _id(state.index), "label": join([clean(line) for line in _lines(model, state)])}
+        one: dict[str, Any] = {
+            "name": _id(state.index),
+            "label": join([clean(line) for line in _lines(part, look, state)]),
+        }
         if state.children:
             one["children"] = []
             initial = [_id(child) for child in state.initial if child in state.children]
@@ -145,7 +250,7 @@ def _config(model: Model, join: Callable[[list[str]], str], clean: Callable[[str
         {
             "source": _path(model, transition.source),
             "dest": _path(model, target),
-            "trigger": join([clean(line) for line in _wrapped(_transition_text(transition), WIDTH)]) or " ",
+            "trigger": join([clean(line) for line in _wrapped(_transition_text(transition, look), WIDTH)]) or " ",
         }
         for transition in model.transitions
         for target in transition.targets
@@ -170,27 +275,47 @@ def _path(model: Model, index: int) -> str:
     return "_".join(reversed(names))
 
 
-def _lines(model: Model, state: State) -> list[str]:
+def _lines(part: Excerpt, look: Look, state: State) -> list[str]:
     """What is written in a state."""
+    model = part.model
     if state.kind in HISTORY:
         return ["H*" if state.kind is StateKind.DEEP_HISTORY else "H"]
     lines = [state.own_name + (f" = {state.instance}" if state.instance else "")]
     if state.activity is not None:
-        lines += _wrapped(f"do {activity_text(state.activity)}", WIDTH_IN_STATES)
+        text = f"do {state.activity.activity.name if look.brief else activity_text(state.activity)}"
+        lines += _wrapped(text, WIDTH_IN_STATES)
+    if look.brief:
+        return [*lines, *([f"+ {part.folded[state.index]} states"] if state.index in part.folded else [])]
     for word, actions in (("entry", state.entry), ("exit", state.exit)):
         if actions:
             lines += _wrapped(f"{word} / {', '.join(map(action_text, actions))}", WIDTH_IN_STATES)
     for index in state.transitions:
         if not model.transitions[index].targets:
-            lines += _wrapped(_transition_text(model.transitions[index]), WIDTH_IN_STATES)
+            lines += _wrapped(_transition_text(model.transitions[index], look), WIDTH_IN_STATES)
+    if state.index in part.folded:
+        lines.append(f"+ {part.folded[state.index]} states")
     return lines
 
 
-def _transition_text(transition: Transition) -> str:
-    text = trigger_text(transition.trigger, transition.guard)
-    if transition.actions:
+def _transition_text(transition: Transition, look: Look) -> str:
+    text = trigger_text(transition.trigger, transition.guard if look.guards else None)
+    if transition.actions and not look.brief:
         text += f" / {', '.join(map(action_text, transition.actions))}"
-    return text.strip()
+    return _brief(text.strip()) if look.brief else text.strip()
+
+
+def _brief(text: str) -> str:
+    return text if len(text) <= BRIEF else f"{text[: BRIEF - 2].rstrip()} ..."
+
+
+def _bundle_label(bundle: Sequence[Transition], look: Look) -> str:
+    """What is written at the line of several transitions."""
+    texts = [_transition_text(one, look) for one in bundle]
+    if look.brief:
+        texts = list(dict.fromkeys(texts))
+        if len(texts) > BRIEF_LINES:
+            texts = [*texts[: BRIEF_LINES - 1], f"+ {len(texts) - BRIEF_LINES + 1} more"]
+    return "".join(map(_paragraph, texts))
 
 
 def _wrapped(text: str, width: int) -> list[str]:
@@ -220,29 +345,32 @@ def _bundles(transitions: Iterable[Transition]) -> Iterable[list[Transition]]:
 class _Picture(NestedGraph):
     """A Graphviz picture: the nested graph of ``transitions``, with what statecharts have beyond it."""
 
-    def __init__(self, model: Model, fills: Mapping[str, str]) -> None:
-        self._model = model
-        self._fills = fills
-        self._inks = dict(zip(sorted({one.source for one in model.transitions}), cycle(_INKS), strict=False))
+    def __init__(self, part: Excerpt, look: Look) -> None:
+        self._part, self._look = part, look
+        self._model = model = part.model
+        self._fills = look.fills
+        self._theme = theme = THEMES[look.theme]
+        self._inks = dict(zip(sorted({one.source for one in model.transitions}), cycle(theme.inks), strict=False))
         attributes = {
             "directed": True,
             "strict": False,
             "compound": True,
             "rankdir": "TB",
-            "bgcolor": "white",
+            "bgcolor": "transparent" if look.transparent else theme.paper,
             "fontname": _FONT,
+            "fontcolor": theme.text,
             "nodesep": "0.25",
             "ranksep": "0.35",
         }
-        config = _config(model, r"\l".join, str)
-        super().__init__(_adapter(model, config, _STYLES, attributes))
+        config = _config(part, look, r"\l".join, str)
+        super().__init__(_adapter(model, config, _styles(theme), attributes))
 
     def generate(self) -> None:
         """Draw states and transitions, then what ``transitions`` does not know."""
         super().generate()
         graph = self.fsm_graph
-        graph.node_attr.update(fontname=_FONT, fontsize="11", margin="0.12,0.06")
-        graph.edge_attr.update(fontname=_FONT, fontsize="10", arrowsize="0.7")
+        graph.node_attr.update(fontname=_FONT, fontsize="11", margin="0.12,0.06", fontcolor=self._theme.text)
+        graph.edge_attr.update(fontname=_FONT, fontsize="11", arrowsize="0.7")
         for state in self._model.states[1:]:
             if not state.children:
                 self._shape(state)
@@ -255,8 +383,11 @@ class _Picture(NestedGraph):
 
     def _shape(self, state: State) -> None:
         node = self.fsm_graph.get_node(_path(self._model, state.index))
+        node.attr.update(id=f"state_{self._part.states[state.index]}")
+        if state.index in self._part.folded:
+            node.attr.update(shape="box3d", fillcolor=self._theme.compound)
         if state.kind in HISTORY:
-            label = _lines(self._model, state)[0]
+            label = _lines(self._part, self._look, state)[0]
             node.attr.update(shape="circle", label=label, width="0.3", margin="0", fixedsize="true")
         elif state.kind is StateKind.FINAL:
             node.attr.update(peripheries="2")
@@ -271,9 +402,13 @@ class _Picture(NestedGraph):
         source = _path(self._model, state.index)
         if not state.index:
             source = "start"
-            graph.add_node(source, shape="point", width="0.12", label="", fillcolor="black")
+            graph.add_node(
+                source, shape="point", width="0.12", label="", fillcolor=self._theme.text, color=self._theme.text
+            )
         for target in state.initial:
-            graph.add_edge(source, self._anchor(target), **self._head(target), style="bold", color="#888888", label="")
+            graph.add_edge(
+                source, self._anchor(target), **self._head(target), style="bold", color=self._theme.initial, label=""
+            )
 
     def _mark_machine(self) -> None:
         """The transitions of the whole machine start from a note with its name."""
@@ -281,12 +416,12 @@ class _Picture(NestedGraph):
         if not root.transitions:
             return
         graph = self.fsm_graph
-        graph.add_node("machine", shape="note", style="filled", fillcolor="#fffbe6", label=self._label(root))
+        graph.add_node("machine", shape="note", style="filled", fillcolor=self._theme.note, label=self._label(root))
         for bundle in _bundles(self._model.transitions[index] for index in root.transitions):
             self._edge("machine", bundle)
 
     def _label(self, state: State) -> str:
-        return "".join(rf"{line}\l" for line in _lines(self._model, state))
+        return "".join(rf"{line}\l" for line in _lines(self._part, self._look, state))
 
     def _add_edges(self, _transitions: Any, _container: Any) -> None:
         """Draw the transitions from one state to another as one line with a text for each; time-outs are apart."""
@@ -295,9 +430,10 @@ class _Picture(NestedGraph):
 
     def _edge(self, source: str, bundle: Sequence[Transition]) -> None:
         transition = bundle[0]
-        label = "".join(_paragraph(_transition_text(one)) for one in bundle)
+        label = _bundle_label(bundle, self._look)
         ink = self._inks[transition.source]
-        style = {"color": ink, "fontcolor": ink, "class": " ".join(map(edge_id, bundle))}
+        names = " ".join(edge_id(self._part.transitions[one.index]) for one in bundle)
+        style = {"color": ink, "fontcolor": ink, "class": names}
         if isinstance(transition.trigger, Timed):
             style["style"] = "dashed"
         states = self._model.states
@@ -329,15 +465,16 @@ class _Picture(NestedGraph):
         return {"lhead": f"cluster_{_path(self._model, index)}"} if self._model.states[index].children else {}
 
     def _colour(self, graph: Any) -> None:
-        fills = {
-            f"cluster_{_path(self._model, state.index)}": self._fills[state.name]
-            for state in self._model.states
-            if state.children and state.name in self._fills
+        compounds = {
+            f"cluster_{_path(self._model, state.index)}": state for state in self._model.states if state.children
         }
         pending = list(graph.subgraphs_iter())
         while pending:
             cluster = pending.pop()
             cluster.graph_attr.update(rank="", fontsize="12")  # forced ranks would squeeze the labels together
-            if cluster.name in fills:
-                cluster.graph_attr.update(fillcolor=fills[cluster.name])
+            if cluster.name in compounds:
+                state = compounds[cluster.name]
+                cluster.graph_attr.update(id=f"state_{self._part.states[state.index]}")
+                if state.name in self._fills:
+                    cluster.graph_attr.update(fillcolor=self._fills[state.name])
             pending.extend(cluster.subgraphs_iter())

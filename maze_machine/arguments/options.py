@@ -139,6 +139,15 @@ OpenOption = Annotated[
         help="Let others watch and operate the machine from there, such as tcp/127.0.0.1:7448.",
     ),
 ]
+ViewOption = Annotated[
+    bool,
+    typer.Option("--view", help="Show the run on a page, and begin when a browser does. A simulation keeps real time."),
+]
+HostOption = Annotated[
+    str,
+    typer.Option(metavar="ADDRESS", help="Where the page is served. Anything but the loopback is open to the network."),
+]
+PortOption = Annotated[int, typer.Option(min=0, max=65535, help="The page's port; 0 takes any that is free.")]
 TellOption = Annotated[
     list[str] | None,
     typer.Option(

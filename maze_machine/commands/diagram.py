@@ -21,14 +21,34 @@ def diagram(
         typer.Option("--output", "-o", help="Where to: a .svg, .png, .dot or .mmd (Mermaid) file.", metavar="FILE"),
     ],
     library: LibraryOption = None,
+    depth: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=60,
+            metavar="N",
+            help="Show states down to this depth, imported machines too. Default: all but the inside of these.",
+        ),
+    ] = None,
+    state: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Show only this state and what lies in it; its full name.")
+    ] = None,
+    no_guards: Annotated[bool, typer.Option("--no-guards", help="Leave out the conditions after `if`.")] = False,
+    theme: Annotated[str, typer.Option(help="light or dark.")] = "light",
+    transparent: Annotated[bool, typer.Option("--transparent", help="Without a ground of its own.")] = False,
 ) -> None:
     """Draw a machine: hierarchy, regions, history, guards, time-outs, activities.
+
+    Imported machines are folded: drawn as one state with the number of states in it. `--depth` shows more or less.
 
     Pictures need Graphviz, which comes with the extra `diagrams`; Mermaid's text does not.
 
     Example: `maze-machine diagram pledge -o pledge.svg`
+
+    Example: `maze-machine diagram tremaux -o inside.png --state run.explore --no-guards --theme dark`
     """
-    from hsm.interchange.diagrams import FORMATS, DiagramError, render
+    from hsm.interchange.diagrams import FORMATS, THEMES, DiagramError, Look, render
+    from hsm.interchange.folding import down_to, everything, own_states
     from maze_machine.arguments.files import check_outputs
     from transport.files import write_bytes
 
@@ -36,8 +56,13 @@ def diagram(
     if form not in FORMATS:
         raise UsageError(f"{output}: a diagram is a {', '.join(f'.{one}' for one in FORMATS)} file")
     check_outputs({"--output": output}, [file])
+    if theme not in THEMES:
+        raise UsageError(f"--theme {theme}: there is no such theme", f"one of {', '.join(THEMES)}")
+    chart = load_chart(file, library)
+    opened = down_to(chart.model, depth) if depth is not None else everything if state is not None else own_states
+    look = Look(theme, transparent, guards=not no_guards, opened=opened, within=state)
     try:
-        drawn = render(load_chart(file, library), form)
+        drawn = render(chart, form, look)
     except DiagramError as error:
         raise UsageError(str(error)) from None
     write_bytes(output, drawn)

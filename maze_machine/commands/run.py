@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -19,12 +18,14 @@ from maze_machine.arguments.options import (
     FaultOption,
     GoalOption,
     GreyOption,
+    HostOption,
     IdentityOption,
     JsonOption,
     LibraryOption,
     ObjectsOption,
     OpenOption,
     PixelOption,
+    PortOption,
     RobotOption,
     SettingsOption,
     SimulateOption,
@@ -33,16 +34,15 @@ from maze_machine.arguments.options import (
     TellOption,
     TimeLimitOption,
     TraceOption,
+    ViewOption,
 )
 from maze_machine.errors import ExitStatus, FileError, UsageError
 
 if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
-
     from maze_machine.catalogue.profile import Profile
     from maze_machine.drive.attempts import Attempt, RefereedRobot
-    from maze_machine.drive.mission import Mission, TickWatcher
-    from maze_machine.remote.opened import OpenRun
+    from maze_machine.drive.mission import Mission
+    from maze_machine.remote.operated import OperatedRun
     from maze_machine.remote.telling import Teller
     from maze_machine.report.result import Result
     from maze_machine.simulated.choices import MazeWords
@@ -120,10 +120,9 @@ def run(
     dated: Annotated[
         bool, typer.Option("--dated", help="Let the recording begin at the present time of day, not in 1970.")
     ] = False,
-    live: Annotated[
-        int | None,
-        typer.Option(min=0, max=65535, metavar="PORT", help="Show the run on a page at this port; 0 takes any."),
-    ] = None,
+    view: ViewOption = False,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = 0,
     picture: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Where to save the picture of the path. Default: in the folder runs/."),
@@ -151,7 +150,9 @@ def run(
 
     Example: `maze-machine run tremaux --practice`
 
-    Example: `maze-machine run pledge --live 8000 --speed 4`
+    Example: `maze-machine run pledge --view`
+
+    Example: `maze-machine run pledge --view --speed 4 --port 8000`
 
     Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
 
@@ -166,18 +167,17 @@ def run(
     from maze_machine.arguments.files import check_outputs
     from maze_machine.arguments.parameters import split_setting
     from maze_machine.catalogue.profile import chosen_profile
-    from maze_machine.drive.attempts import KeptRobot
+    from maze_machine.commands.opened_run import Openings, opened_run
     from maze_machine.drive.attempts import attempts as attempts_of
     from maze_machine.drive.mission import prepare
     from maze_machine.drive.operation import Together, scheduled
     from maze_machine.report.outputs import Outputs, numbered
     from maze_machine.report.result import Result
     from maze_machine.simulated.choices import MazeWords
-    from transport.world import LockstepRobot
 
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     if connect is not None:
-        given = {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
+        given = {"--maze": maze, "--simulate": simulate, "--fault": fault}
         refuse_with_connect({**given, "what is said of the maze (--start, --goal, ...)": words != MazeWords()})
     refuse_files(record, picture, practice=practice)
     profile = chosen_profile(robot, machine, settings or ())
@@ -185,9 +185,9 @@ def run(
     world = None
     if connect is None:
         rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
-        world = embedded(maze or maze_near(machine), words, profile, seed or 0, rules, fault or (), speed)
+        world = embedded(maze or maze_near(machine), words, profile, seed or 0, rules, fault or ())
     script = scheduled(event_at or (), mission.machine)
-    outputs, most = Outputs(trace, record, live, dated), 2 if practice else attempts
+    outputs, most = Outputs(trace, record, dated), 2 if practice else attempts
     check_outputs(
         {"--trace": trace, "--record": record, "--picture": picture},
         [robot or "", maze or "", objects or "", *mission.machine.model.files],
@@ -199,25 +199,19 @@ def run(
         if connect is not None and most > 1:
             link = stack.enter_context(closing(in_lockstep(reached(connect, identity, profile, seed))))
 
-        def take_hold() -> RefereedRobot:
-            if world is not None:
-                return LockstepRobot(world)
-            return reached(str(connect), identity, profile, seed) if link is None else KeptRobot(link)
-
-        def watchers(number: int) -> AbstractContextManager[Sequence[TickWatcher]]:
-            return outputs.of_attempt(number).watchers(mission, machine, world, losses, [*opened, *tellers])
-
+        openings = Openings(open_at, identity, view, host, port)
         tellers = [stack.enter_context(one) for one in telling(tell or (), identity, mission, losses)]
-        opened = stack.enter_context(open_run(open_at, identity, mission, pausable=world is not None))
+        operated, opened = stack.enter_context(opened_run(openings, mission, world, speed))
+
         repeated = world or link
         begin_again = (lambda: False) if repeated is None else repeated.try_again
         for attempt in attempts_of(
             mission,
-            take_hold,
-            watchers,
+            hold_of(world, link, operated, lambda: reached(str(connect), identity, profile, seed)),
+            lambda number: outputs.of_attempt(number).watchers(mission, machine, world, losses, [*opened, *tellers]),
             most,
             begin_again,
-            operator=Together(script, *opened),
+            operator=Together(script, operated),
             truth=None if world is None else world.pose,
         ):
             number, ending = attempt.number, attempt.ending
@@ -226,22 +220,27 @@ def run(
             told = [] if repeated is None or most == 1 else repeated.attempts()
             result = Result(mission.machine.name, mission.parameters, ending, files, link_counts(attempt.robot), told)
             if not no_picture:
-                shown = numbered(picture or default_picture(mission.machine.name, ending.report), number)
-                if has_picture(shown, world, attempt, result.line, losses):
-                    files["picture" + nth] = shown
-    end(result, losses, json)
+                drawn = numbered(picture or default_picture(mission.machine.name, ending.report), number)
+                if has_picture(drawn, world, attempt, result.line, losses):
+                    files["picture" + nth] = drawn
+        say(result, json=json)
+    end(result, losses)
 
 
-def end(result: Result, losses: Sequence[str], json: bool) -> NoReturn:
-    """Print the result, then say which files are not complete, and end.
+def say(result: Result, *, json: bool) -> None:
+    """Print the result."""
+    from json import dumps
+
+    print(dumps(result.as_json()) if json else "\n".join(result.lines()), flush=True)
+
+
+def end(result: Result, losses: Sequence[str]) -> NoReturn:
+    """Say which files are not complete, and end.
 
     Raises:
         Exit: with the status of the run.
         FileError: a file is not complete.
     """
-    from json import dumps
-
-    print(dumps(result.as_json()) if json else "\n".join(result.lines()), flush=True)
     if losses:
         raise FileError("; ".join(losses))
     raise typer.Exit(ExitStatus.OK if result.solved else ExitStatus.FAILED)
@@ -265,7 +264,6 @@ def embedded(
     seed: int,
     settings: Sequence[str],
     faults: Sequence[str],
-    speed: float | None,
 ) -> SimulatedWorld:
     """The world of the simulator in this process.
 
@@ -274,12 +272,12 @@ def embedded(
         MazeError: the maze cannot be used.
         UsageError: a setting or a fault is wrong.
     """
-    from maze_machine.simulated.settings import pace, simulator_settings
+    from maze_machine.simulated.settings import simulator_settings
     from maze_machine.simulated.world import SimulatedWorld, find_maze
 
     simulator = simulator_settings(settings, faults)
     drawn = find_maze(maze, words.choices(), robot=profile.robot)
-    return SimulatedWorld(drawn, profile.robot, seed, simulator, pace(profile.robot.period, speed))
+    return SimulatedWorld(drawn, profile.robot, seed, simulator)
 
 
 def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -> None:
@@ -315,27 +313,6 @@ def _telling(losses: Sequence[str]) -> Callable[..., None]:
                 print(f"maze-machine: {loss}", file=sys.stderr)
 
     return say
-
-
-@contextmanager
-def open_run(
-    endpoint: str | None, identity: Path | None, mission: Mission, *, pausable: bool
-) -> Iterator[Sequence[OpenRun]]:
-    """The run as it is open to the network, for as long as the block runs; empty where it is not to be.
-
-    Raises:
-        LinkError: the endpoint is taken.
-    """
-    if endpoint is None:
-        yield ()
-        return
-    from maze_machine.arguments.network import secured
-    from maze_machine.remote.opened import OpenRun
-    from transport.connect import listening
-
-    security = secured(endpoint, identity, mission.profile.link, listens=True)
-    with listening(endpoint, security=security) as bus, OpenRun(bus, mission, pausable=pausable) as opened:
-        yield (opened,)
 
 
 def telling(others: Sequence[str], identity: Path | None, mission: Mission, losses: list[str]) -> Iterator[Teller]:
@@ -383,6 +360,40 @@ def reached(endpoint: str, identity: Path | None, profile: Profile, seed: int | 
 
     security = secured(endpoint, identity, profile.link)
     return connect_robot(endpoint, profile.robot, profile.link, seed=seed, security=security)
+
+
+def hold_of(
+    world: SimulatedWorld | None,
+    link: RemoteLockstep | None,
+    operated: OperatedRun,
+    reach: Callable[[], RemoteLockstep | RealtimeRobot],
+) -> Callable[[], RefereedRobot]:
+    """What takes hold of the robot for an attempt, and lets its operator know whether it waits for its controller.
+
+    Args:
+        world: the simulator in this process, if there is one.
+        link: the simulator elsewhere, where several attempts share it.
+        operated: the run's operator.
+        reach: takes hold of a robot elsewhere.
+    """
+    from maze_machine.drive.attempts import KeptRobot
+    from transport.world import LockstepRobot
+
+    def take_hold() -> RefereedRobot:
+        if world is not None:
+            return LockstepRobot(world)
+        robot = reach() if link is None else KeptRobot(link)
+        operated.drives(waits=link is not None or waits(robot), keep=robot.report)
+        return robot
+
+    return take_hold
+
+
+def waits(robot: object) -> bool:
+    """Whether a robot's time waits for its controller."""
+    from transport.lockstep import RemoteLockstep
+
+    return isinstance(robot, RemoteLockstep)
 
 
 def in_lockstep(robot: RemoteLockstep | RealtimeRobot) -> RemoteLockstep:

@@ -1,63 +1,137 @@
-"""``maze-machine view``: a recorded run as a page."""
+"""``maze-machine view``: a recorded run, or a machine that runs elsewhere, as a page."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from maze_machine.arguments.options import (
+    HostOption,
+    IdentityOption,
     OdometryTopicOption,
+    PortOption,
     RecordedRobotOption,
-    RecordingArgument,
     ScanTopicOption,
     SettingsOption,
 )
+from maze_machine.errors import UsageError
+
+if TYPE_CHECKING:
+    from maze_machine.catalogue.profile import Profile
+    from maze_machine.view.page import Frame
+    from transport.recording import Recording
+
+SCHEMES = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")
+"""What an endpoint begins with."""
+SILENCE = 10.0
+"""A machine elsewhere of which nothing has come for so long has ended, s."""
 
 
 def view(
-    recording: RecordingArgument,
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="RECORDING|ENDPOINT",
+            help="A recording (MCAP, or a rosbag2 folder or database), or where a running machine listens: the "
+            "ENDPOINT of its `run --open`.",
+        ),
+    ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="The page. Default: beside the recording.")
     ] = None,
     foxglove: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a layout too with which Foxglove shows the recording.")
     ] = None,
+    no_sights: Annotated[
+        bool,
+        typer.Option("--no-sights", help="Do not work out again what perception found, which takes the longest."),
+    ] = False,
     robot: RecordedRobotOption = None,
     settings: SettingsOption = None,
     scan: ScanTopicOption = None,
     odometry: OdometryTopicOption = None,
+    identity: IdentityOption = None,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = 0,
 ) -> None:
-    """Make a page of a recorded run: robot, laser, states and transitions, with play, pause and seek.
+    """Show a run on a page: the plan, the machine, why it does what it does, variables and time.
 
-    The page is one file that any browser opens. For a page that shows a run while it goes on, see
-    `maze-machine run --live`.
+    A recording becomes one file that any browser opens, without a network. A machine that runs elsewhere is shown while
+    it runs, and may be operated from the page.
 
     Example: `maze-machine view run.mcap -o run.html`
 
     Example: `maze-machine view rosbag2_2026_11_27 --robot my.toml`
+
+    Example: `maze-machine view tcp/127.0.0.1:7448`
     """
+    if source.partition("/")[0] in SCHEMES and not Path(source).exists():
+        if output is not None or foxglove is not None:
+            raise UsageError("-o and --foxglove need a recording", "record one with `maze-machine run --record FILE`")
+        view_remote(source, robot or "pico", identity, host, port)
+        return
     from json import dumps
 
     from maze_machine.arguments.files import check_outputs
     from maze_machine.catalogue.profile import load_profile
     from maze_machine.drive.replay import recorded_profile
     from maze_machine.view.foxglove import layout
-    from maze_machine.view.page import frame, head, replay_page
+    from maze_machine.view.page import replay_page
     from transport.files import write_text
     from transport.recording import Topics, read_recording
 
+    recording = Path(source)
     page = output or recording.with_suffix(".html")
     check_outputs({"--output": page, "--foxglove": foxglove}, [recording])
     profile = load_profile(robot or "pico", settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
-    body = recorded_profile(recorded, profile if asked else None).robot
-    title = f"{Path(recorded.run.get('machine', recorded.robot)).stem}, {len(recorded.ticks)} ticks"
-    frames = [frame(tick.observation, tick.command, tick.step) for tick in recorded.ticks]
-    write_text(page, replay_page(head(title, body), frames))
+    body = recorded_profile(recorded, profile if asked else None)
+    head, frames, verdict = _told(recorded, body, sights=not no_sights)
+    write_text(page, replay_page(head, frames, verdict))
     print(page)
     if foxglove is not None:
         write_text(foxglove, dumps(layout(recorded.heard), indent=2) + "\n")
         print(foxglove)
+
+
+def _told(recorded: Recording, profile: Profile, *, sights: bool) -> tuple[Frame, list[Frame], Frame | None]:
+    """What the page is told of a recording: what does not change, the ticks, how it ended."""
+    from maze_machine.report.pages import recorded_frames, recorded_head, recorded_verdict
+    from perception import Perception
+
+    perception = Perception(profile.robot, profile.perception) if sights else None
+    head = recorded_head(recorded, profile)
+    return head, list(recorded_frames(recorded, perception)), recorded_verdict(recorded)
+
+
+def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, port: int) -> None:
+    """Show a machine that runs elsewhere until the page is closed.
+
+    Raises:
+        LinkError: nobody can be reached there.
+        NoMachineError: no machine answers.
+        UsageError: the page's port is taken.
+    """
+    from functools import partial
+
+    from maze_machine.commands.opened_run import announce, linger, served
+    from maze_machine.remote.reaching import reaching
+    from maze_machine.report.pages import remote_head
+
+    with reaching(endpoint, robot, identity) as machine:
+        model = machine.model()
+        head = remote_head(model)
+        page = served(host, port, head, operate=machine.ask, pausable=lambda: True)
+        with page:
+            announce(page)
+            ending = {"line": f"nothing has come for {SILENCE:g} s: the run is over, or the link is", "stands": False}
+            for step in machine.steps(SILENCE):
+                page.publish(partial(dict, step))
+                if "ended" in step:
+                    ending = {**step["ended"], "stands": True}
+                    break
+            page.end(ending)
+            linger(page)

@@ -74,7 +74,7 @@ class TriedRun:
         self._return_to(step)
         try:
             if name in self.chart.signals:
-                line = _setting(name, value.strip())
+                line = setting(name, value.strip())
                 self._session.check(f"when {line}")
                 self._changes[name] = line
             else:
@@ -130,6 +130,6 @@ class TriedRun:
             raise RunError(str(error)) from None
 
 
-def _setting(name: str, value: str) -> str:
+def setting(name: str, value: str) -> str:
     """A signal with its new value as a scenario writes it."""
     return {"true": name, "false": f"not {name}"}.get(value, f"{name} = {value}")

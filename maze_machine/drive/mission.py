@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import hsm
 from hsm import Machine
@@ -28,6 +28,15 @@ from transport.world import Refereed
 
 TickWatcher = Callable[[Tick], object]
 """Somebody who sees each tick: a trace, a progress display, a recording, a live page."""
+
+
+@runtime_checkable
+class EndWatcher(Protocol):
+    """A watcher of ticks who wants to know, too, how the run ended."""
+
+    def end(self, ending: Ending) -> object:
+        """Take in the end; the robot has been stopped and let go by then."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +81,18 @@ class Ending:
     limited: bool = False
     violations: tuple[str, ...] = ()
     unread: str = ""
+
+    @property
+    def solved(self) -> bool:
+        """Whether the robot has done what was to be done; where nobody judges, whether the machine came to its end."""
+        return bool(self.report["solved"]) if self.report else self.outcome is not None
+
+    def as_json(self) -> dict[str, Any]:
+        """How it ended, for whoever shows it: ``line`` says it in a sentence, ``lines`` in full."""
+        ended = f"ended in {self.outcome}" if self.outcome else self.reason
+        words = str(self.report["line"]) if "line" in self.report else ended
+        lines = [words, self.reason, *self.violations]
+        return {"line": words, "solved": self.solved, "lines": lines, "outcome": self.outcome}
 
 
 def prepare(
@@ -150,7 +171,7 @@ def drive(
         mission: what to do.
         robot: the robot.
         referee: who may end the run and knows the verdict: a simulated robot itself, or nobody.
-        watchers: called with each tick, after its command has been sent.
+        watchers: called with each tick, after its command has been sent; an ``EndWatcher`` with the end, too.
         perception: what sees for the mission, where it shall remember something from before; else a fresh one.
         operator: who sends events to the machine, and may end the run.
         truth: where the robot really is at a tick, if anybody knows.
@@ -185,4 +206,8 @@ def drive(
     assert last is not None
     elapsed = perf_counter() - began
     duration = last.time - first.time
-    return Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations), unread)
+    ending = Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations), unread)
+    for watch in watchers:
+        if isinstance(watch, EndWatcher):
+            watch.end(ending)
+    return ending

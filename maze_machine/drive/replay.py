@@ -33,31 +33,46 @@ LONGEST = 2_000
 _PARAMETERS = TypeAdapter(dict[str, bool | int | float | str])
 
 
-def described(mission: Mission, machine: str) -> dict[str, str]:
+def described(mission: Mission, machine: str, more: Mapping[str, str] | None = None) -> dict[str, str]:
     """What a recording says of its run: all that a replay needs beside the sensors and the machine's file.
 
     Args:
         mission: the run.
         machine: the machine's file, or the name of a shipped one.
+        more: what else is to be kept.
     """
     return {
+        **(more or {}),
         "machine": machine if machine in shipped_machines() else str(Path(machine).resolve()),
         "parameters": json.dumps(dict(mission.parameters)),
         "profile": mission.profile.model_dump_json(),
     }
 
 
-def keeper(recorder: Recorder) -> TickWatcher:
-    """A watcher of ticks that records them.
+class Keeper:
+    """A watcher of ticks that records them, and how the run ended.
 
     Args:
         recorder: where to.
     """
 
-    def keep(tick: Tick) -> None:
-        recorder.record(tick.observation, tick.command, lambda: tick.json, pose=tick.truth)
+    def __init__(self, recorder: Recorder) -> None:
+        self._recorder = recorder
 
-    return keep
+    def __call__(self, tick: Tick) -> None:
+        """Record a tick."""
+        self._recorder.record(tick.observation, tick.command, lambda: tick.json, pose=tick.truth)
+
+    def end(self, ending: Ending) -> None:
+        """Record the end."""
+        self._recorder.conclude(
+            {
+                "outcome": ending.outcome or "",
+                "reason": ending.reason,
+                "report": json.dumps(dict(ending.report)),
+                "violations": json.dumps(list(ending.violations)),
+            }
+        )
 
 
 def fired(tick: Tick) -> list[str]:

@@ -79,7 +79,7 @@ def _state(model: Model, state: State, places: _Places) -> dict[str, Any]:
 
 def _transition(model: Model, one: Transition, places: _Places) -> dict[str, Any]:
     return {
-        "id": edge_id(one),
+        "id": edge_id(one.index),
         "source": node_id(model, one.source) if one.source else None,
         "targets": [node_id(model, target) for target in one.targets],
         "text": trigger_text(one.trigger, one.guard).strip(),

@@ -73,6 +73,11 @@ class RemoteMachine:
         except ValidationError:
             return Answer(done=False, reason="the answer cannot be read")
 
+    def ask(self, payload: bytes) -> bytes:
+        """Pass an operation on as it is; the answer says that nobody answers where that is so."""
+        answer = self._bus.ask(self._keys.operate, payload, self._patience)
+        return answer or Answer(done=False, reason="the machine does not answer").model_dump_json().encode()
+
     def steps(self, silence: float) -> Iterator[dict[str, Any]]:
         """The ticks of the run, as they are published, until none has come for a while.
 

@@ -28,7 +28,7 @@ class SendEvent(_Question):
 
 
 class Pause(_Question):
-    """Stand still after this tick; only where time is simulated in the machine's own process."""
+    """Stand still after this tick; only where time is simulated and waits for the controller."""
 
     kind: Literal["pause"] = "pause"
 
@@ -46,13 +46,21 @@ class AdvanceRun(_Question):
     ticks: Annotated[int, Field(ge=1, le=1_000_000)] = 1
 
 
+class SetSpeed(_Question):
+    """Keep another pace; only where time is simulated and waits for the controller."""
+
+    kind: Literal["speed"] = "speed"
+    factor: Annotated[float, Field(gt=0, le=1000)] | None = None
+    """A multiple of real time; None for as fast as it can."""
+
+
 class EndRun(_Question):
     """End the run; the robot is stopped."""
 
     kind: Literal["end"] = "end"
 
 
-Operation = SendEvent | Pause | Resume | AdvanceRun | EndRun
+Operation = SendEvent | Pause | Resume | AdvanceRun | SetSpeed | EndRun
 _OPERATIONS: TypeAdapter[Operation] = TypeAdapter(Annotated[Operation, Field(discriminator="kind")])
 
 

@@ -1,68 +1,49 @@
-"""The controller's side: publishes what its machine does, answers questions about it, and takes operations."""
+"""A run that is open to the network: its ticks are published, questions answered, operations passed on."""
 
 from __future__ import annotations
 
 import time
-from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping
 from threading import Condition, Thread
 from types import TracebackType
+from typing import Any
 
-from hsm.interchange.reports import model_json
-from maze_machine.drive.mission import Mission
-from maze_machine.drive.operation import checked_event
-from maze_machine.drive.tick import Tick
-from maze_machine.errors import UsageError
-from maze_machine.remote.messages import (
-    AdvanceRun,
-    Answer,
-    EndRun,
-    OperationError,
-    Pause,
-    Resume,
-    SendEvent,
-    encoded,
-    read_operation,
-    why_json,
-)
+from maze_machine.drive.mission import Ending, Mission
+from maze_machine.drive.tick import Tick, shown_ranges
+from maze_machine.remote.messages import encoded, why_json
+from maze_machine.remote.operated import OperatedRun
 from transport.bus import Bus, Request
 from transport.keys import MachineKeys
-from transport.wording import printable
 
-BACKLOG = 100
-"""This many events may wait for a tick; more are refused."""
 _RATE = 1 / 30
 """Between two published ticks, s: nobody sees more of a simulation that runs faster."""
 
 
 class OpenRun:
-    """A run that is open to the network: a watcher of its ticks and its operator in one.
+    """Publishes the ticks of a run, which it watches; use it as a context manager.
 
-    Nothing here holds up the loop but a pause that an operator asks for: ticks are described and sent from a thread of
-    its own, the newest only. Use it as a context manager.
+    Nothing here holds up the loop: ticks are described and sent from a thread of its own, the newest only.
 
     Args:
         bus: the network.
         mission: the run.
-        pausable: whether the robot waits for its controller, so that a run may stand still.
+        operated: who operates it.
+        head: what does not change during the run, of JSON values.
     """
 
-    def __init__(self, bus: Bus, mission: Mission, *, pausable: bool) -> None:
+    def __init__(self, bus: Bus, mission: Mission, operated: OperatedRun, head: Mapping[str, Any]) -> None:
         self._machine = mission.machine
-        self._pausable = pausable
-        self._keys = MachineKeys(mission.profile.robot.name)
-        self._model = encoded(model_json(mission.machine.model, mission.parameters))
+        keys = MachineKeys(mission.profile.robot.name)
+        model = encoded(head)
         self._newest: Tick | None = None
         self._unsent = False
-        self._events: deque[str] = deque()
-        self._allowed: int | None = None  # ticks until the run stands still; None: no end
-        self._ended = ""
+        self._ended: Ending | None = None
         self._closed = False
         self._change = Condition()
-        self._publisher = bus.publisher(self._keys.step)
-        bus.serve(self._keys.model, lambda request: request.reply(self._model))
-        bus.serve(self._keys.why, self._say_why)
-        bus.serve(self._keys.operate, self._operate)
+        self._publisher = bus.publisher(keys.step)
+        bus.serve(keys.model, lambda request: request.reply(model))
+        bus.serve(keys.why, self._say_why)
+        bus.serve(keys.operate, lambda request: request.reply(operated.answer(request.payload)))
         self._thread = Thread(target=self._publish, name="open run", daemon=True)
 
     def __enter__(self) -> OpenRun:
@@ -77,30 +58,19 @@ class OpenRun:
             self._change.notify_all()
         self._thread.join()
 
-    # The loop's side.
-
-    @property
-    def ended(self) -> str:
-        """Why an operator ended the run; empty while nobody has."""
-        return self._ended
-
-    def events(self, _index: int, _time: float) -> Sequence[str]:
-        """The events that operators have sent since the last tick."""
-        found: list[str] = []
-        while self._events:
-            found.append(self._events.popleft())
-        return found
-
     def __call__(self, tick: Tick) -> None:
-        """Take in a tick; where an operator wants a pause, wait for its end."""
-        with self._change:
-            self._newest, self._unsent = tick, True
-            self._change.notify_all()
-            if self._allowed is not None:
-                self._allowed = max(self._allowed - 1, 0)
-                self._change.wait_for(lambda: self._allowed is None or self._allowed > 0 or bool(self._ended))
+        """Take in a tick; never waits."""
+        self._newest = tick
+        if not self._unsent:
+            with self._change:
+                self._unsent = True
+                self._change.notify_all()
 
-    # The network's side.
+    def end(self, ending: Ending) -> None:
+        """Publish how the run ended, with the last tick once more; the base stands by then."""
+        with self._change:
+            self._ended, self._unsent = ending, True
+            self._change.notify_all()
 
     def _publish(self) -> None:
         while True:
@@ -109,7 +79,9 @@ class OpenRun:
                 tick, self._unsent = self._newest if self._unsent else None, False
                 closed = self._closed
             if tick is not None:
-                self._publisher.put(encoded(tick.json))
+                ended = {} if self._ended is None else {"ended": self._ended.as_json()}
+                ranges = shown_ranges(tick.observation.scan)
+                self._publisher.put(encoded({**tick.json, "ranges": ranges, **ended}))
             if closed:
                 return
             time.sleep(_RATE)
@@ -117,32 +89,3 @@ class OpenRun:
     def _say_why(self, request: Request) -> None:
         state = request.payload[:1000].decode(errors="replace")
         request.reply(encoded(why_json(self._machine, self._newest, state)))
-
-    def _operate(self, request: Request) -> None:
-        try:
-            answer = self._done(request.payload)
-        except (OperationError, UsageError) as error:
-            answer = Answer(done=False, reason=printable(str(error))[:1000])
-        request.reply(answer.model_dump_json().encode())
-
-    def _done(self, payload: bytes) -> Answer:
-        operation = read_operation(payload)
-        if not self._pausable and isinstance(operation, Pause | Resume | AdvanceRun):
-            return Answer(done=False, reason="only a simulation in the machine's own process can stand still")
-        with self._change:
-            match operation:
-                case SendEvent(name=name):
-                    event = checked_event(name, self._machine)
-                    if len(self._events) >= BACKLOG:
-                        return Answer(done=False, reason=f"{BACKLOG} events wait already")
-                    self._events.append(event)
-                case Pause():
-                    self._allowed = 0
-                case Resume():
-                    self._allowed = None
-                case AdvanceRun(ticks=ticks):
-                    self._allowed = ticks
-                case EndRun():
-                    self._ended = "an operator ended the run"
-            self._change.notify_all()
-        return Answer(done=True)

@@ -1,4 +1,4 @@
-"""What a run shows and leaves behind while it goes on: progress, a trace, a recording, a live page."""
+"""What a run shows and leaves behind while it goes on: progress, a trace, a recording."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ from time import time_ns
 from rich.console import Console
 
 from maze_machine.drive.mission import Mission, TickWatcher
-from maze_machine.drive.replay import described, keeper
-from maze_machine.drive.tick import Tick
+from maze_machine.drive.replay import Keeper, described
 from maze_machine.drive.trace import TraceWriter
-from maze_machine.errors import UsageError
 from maze_machine.report.notices import Notices
+from maze_machine.report.pages import said_of
 from maze_machine.report.progress import ProgressDisplay
 from maze_machine.simulated.world import SimulatedWorld
 from sim.occupancy import occupancy
@@ -33,19 +32,17 @@ class Outputs:
     Attributes:
         trace: file for the trace.
         recording: file for the recording.
-        live: port of the live page, 0 for any that is free.
         dated: whether the recording's stamps begin at the present time of day, and not with the robot's clock.
     """
 
     trace: Path | None = None
     recording: Path | None = None
-    live: int | None = None
     dated: bool = False
 
     def of_attempt(self, number: int) -> Outputs:
         """The same for an attempt; each after the first has files of its own, such as ``trace-2.jsonl``."""
         trace, recording = (file and numbered(file, number) for file in (self.trace, self.recording))
-        return Outputs(trace, recording, self.live, self.dated)
+        return Outputs(trace, recording, self.dated)
 
     @property
     def files(self) -> dict[str, Path]:
@@ -76,7 +73,6 @@ class Outputs:
         Raises:
             OSError: a file cannot be begun.
             RecordingError: the recording cannot be begun.
-            UsageError: the port is taken.
         """
         with ExitStack() as stack:
             found: list[TickWatcher] = []
@@ -85,13 +81,11 @@ class Outputs:
             if self.recording is not None:
                 # Nothing is lost where time waits for the disk.
                 patience = 60.0 if world else 0.0
-                name, said = mission.profile.robot.name, described(mission, machine)
+                name, said = mission.profile.robot.name, described(mission, machine, said_of(mission, world))
                 setting = setting_of(mission.profile.robot, world, dated=self.dated)
                 recorder = Recorder(self.recording, name, said, setting=setting, patience=patience)
                 stack.callback(_finish, recorder, losses)
-                found.append(keeper(recorder))
-            if self.live is not None:
-                found.append(stack.enter_context(shown_live(self.live, mission, world)))
+                found.append(Keeper(recorder))
             console = Console(stderr=True)
             found += [stack.enter_context(ProgressDisplay(console)), Notices(console)]
             found += more
@@ -165,32 +159,3 @@ def _finish(recorder: Recorder, losses: list[str]) -> None:
         return
     if recorder.lost:
         print(f"the recording lacks {recorder.lost} ticks: the disk was too slow for it", file=sys.stderr)
-
-
-@contextmanager
-def shown_live(port: int, mission: Mission, world: SimulatedWorld | None) -> Iterator[TickWatcher]:
-    """A watcher that shows each tick on a page of its own; its address is printed on standard error.
-
-    Raises:
-        UsageError: the port is taken.
-    """
-    # The page is wanted seldom, and its server takes a while to import.
-    from maze_machine.view.live import LivePage  # noqa: PLC0415
-    from maze_machine.view.page import frame, head  # noqa: PLC0415
-
-    scene = None
-    if world is not None:
-        maze = world.maze
-        doors = [[*one, *other] for one, other in (door.leaf for door in maze.doors)]
-        scene = {"walls": maze.barriers.tolist(), "exits": maze.exits.tolist(), "doors": doors}
-    try:
-        page = LivePage(head(mission.machine.name, mission.profile.robot, scene), port)
-    except OSError as error:
-        raise UsageError(f"--live {port}: {error.strerror}", "0 takes any port that is free") from None
-
-    def show(tick: Tick) -> None:
-        page.publish(frame(tick.observation, tick.command, tick.json, tick.truth))
-
-    with page:
-        print(f"live page: {page.address}", file=sys.stderr, flush=True)
-        yield show

@@ -34,8 +34,7 @@ class Result:
     @property
     def solved(self) -> bool:
         """Whether the robot has done what was to be done; where nobody judges, whether the machine came to its end."""
-        report = self.ending.report
-        return bool(report["solved"]) if report else self.ending.outcome is not None
+        return self.ending.solved
 
     def as_json(self) -> dict[str, Any]:
         """JSON values; lengths in m, times in s."""

@@ -1,64 +1,88 @@
-"""The live page: a small web server on the loopback that shows a run while it goes on.
+"""The server of the page: shows a run while it goes on, and takes what its operator wants.
 
-The loop that publishes frames never waits for a browser: frames are kept, and each browser reads them at its own pace.
+It answers on the loopback unless another address is asked for, and only to whoever has the token in its address;
+requests that a browser sends for another page (by their ``Host`` or ``Origin``) are refused. The loop that publishes
+frames never waits for a browser: frames are kept, and each browser is sent them at its own pace.
 """
 
 from __future__ import annotations
 
+import asyncio
 import json
-from contextlib import suppress
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from threading import Condition, Thread
+import secrets
+import socket
+import time
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager, suppress
+from threading import Event, Thread
 from types import TracebackType
+from typing import Any
+from urllib.parse import urlsplit
 
-from maze_machine.view.page import PageFrame, live_page
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
-HOST = "127.0.0.1"
-KEPT = 36_000
-"""This many of the newest frames are kept for browsers that come late: an hour at 10 Hz."""
-HEARTBEAT = 1.0
-"""After this long without a frame a browser is sent a comment, which shows whether it is still there, s."""
+from maze_machine.view.page import Frame, FrameEncoder, live_page
+
+LOOPBACK = "127.0.0.1"
+KEPT = 18_000
+"""So many of the newest frames are kept for browsers that come late: half an hour at 10 Hz."""
+BATCH = 500
+"""A browser is sent at most so many frames at once."""
+BEAT = 0.03
+"""Between two looks for new frames, s."""
+LARGEST = 4096
+"""A browser's longer message is refused, bytes."""
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; "
+    "connect-src 'self' ws:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+
+Operate = Callable[[bytes], bytes]
+"""Does what a question of an operator asks for, and gives the answer; both are JSON."""
+
+
+Made = Callable[[], Frame]
+"""Makes a frame, when it is wanted; in another thread than the loop's."""
 
 
 class Feed:
     """Frames in the order in which they came, for any number of readers."""
 
     def __init__(self) -> None:
+        self._waiting: deque[Made] = deque()
         self._frames: list[bytes] = []
         self._dropped = 0
-        self._closed = False
-        self._change = Condition()
+        self._encoder = FrameEncoder()
 
-    def publish(self, frame: PageFrame) -> None:
-        """Add a frame; never waits."""
-        encoded = json.dumps(frame, separators=(",", ":")).encode()
-        with self._change:
-            self._frames.append(encoded)
-            if len(self._frames) > 2 * KEPT:
-                del self._frames[:KEPT]
-                self._dropped += KEPT
-            self._change.notify_all()
+    def publish(self, frame: Made) -> None:
+        """Add a frame; nothing is done about it in this thread."""
+        self._waiting.append(frame)
 
-    def close(self) -> None:
-        """There will be no more frames."""
-        with self._change:
-            self._closed = True
-            self._change.notify_all()
+    def encode(self) -> None:
+        """Make and encode what has come; to be called from one thread alone."""
+        for _ in range(min(len(self._waiting), BATCH)):
+            self._frames.append(self._encoder(self._waiting.popleft()()))
+        if len(self._frames) >= 2 * KEPT:
+            del self._frames[:KEPT]
+            self._dropped += KEPT
 
-    def after(self, index: int, timeout: float) -> tuple[list[bytes], int, bool]:
-        """Wait for frames from an index on.
+    @property
+    def complete(self) -> bool:
+        """Whether all that has come is encoded."""
+        return not self._waiting
 
-        Args:
-            index: of the first frame that is wanted.
-            timeout: how long to wait for it, s.
-
-        Returns:
-            The frames, the index after the last of them, and whether more may come.
-        """
-        with self._change:
-            self._change.wait_for(lambda: self._closed or self._dropped + len(self._frames) > index, timeout)
-            frames = self._frames[max(0, index - self._dropped) :]
-            return frames, self._dropped + len(self._frames), not self._closed
+    def after(self, index: int) -> tuple[list[bytes], int]:
+        """Some of the frames from an index on, and the index after the last of them."""
+        first = max(index, self._dropped)
+        found = self._frames[first - self._dropped : first - self._dropped + BATCH]
+        return found, first + len(found)
 
 
 class LivePage:
@@ -66,30 +90,70 @@ class LivePage:
 
     Attributes:
         address: what to open in a browser.
+        watched: set while a browser shows the page.
 
     Raises (when it is made):
-        OSError: the port is taken.
+        OSError: the port is taken, or the host is none of this computer.
     """
 
-    def __init__(self, head: PageFrame, port: int = 0) -> None:
-        self._feed = Feed()
-        page = live_page(head).encode()
-        feed = self._feed
+    def __init__(
+        self,
+        head: Frame,
+        port: int = 0,
+        *,
+        host: str = LOOPBACK,
+        operate: Operate | None = None,
+        drawn: Callable[[str], str] | None = None,
+        pausable: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Begin to listen.
 
-        class Handler(_Handler):
-            content = page
-            source = feed
-
-        self._server = ThreadingHTTPServer((HOST, port), Handler)
-        self._server.daemon_threads = True
-        self.address = f"http://{HOST}:{self._server.server_port}/"
-        self._thread = Thread(
-            target=self._server.serve_forever, kwargs={"poll_interval": 0.05}, name="live page", daemon=True
+        Args:
+            head: what does not change.
+            port: 0 for any that is free.
+            host: an address of this computer.
+            operate: does what an operator wants; None for a page that only shows.
+            drawn: gives the picture of the machine around a compound state.
+            pausable: whether the run may be paused; may be known only once it goes on.
+        """
+        self.watched, self.seen = Event(), Event()
+        self._feed, self._operate, self._drawn, self._pausable = Feed(), operate, drawn, pausable
+        self._ending: Mapping[str, Any] | None = None
+        self._browsers = 0
+        self._token = secrets.token_urlsafe(16)
+        self._socket = socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
+        shown = f"[{host}]" if ":" in host else host
+        bound = self._socket.getsockname()[1]
+        self.address = f"http://{shown}:{bound}/?token={self._token}"
+        names = {shown, "localhost"} if host == LOOPBACK else {shown}
+        self._hosts = frozenset(f"{name}:{bound}" for name in names)
+        self._page = live_page({**head, "operable": operate is not None}, self._token)
+        app = Starlette(
+            routes=[
+                Route("/", self._answer_page),
+                Route("/drawing", self._answer_drawing),
+                WebSocketRoute("/frames", self._stream),
+            ],
+            lifespan=self._encoding,
         )
+        config = uvicorn.Config(
+            self._guarded(app), log_level="critical", lifespan="on", ws="websockets-sansio", ws_max_size=LARGEST
+        )
+        self._server = uvicorn.Server(config)
+        self._thread = Thread(target=self._server.run, args=([self._socket],), name="page", daemon=True)
 
-    def publish(self, frame: PageFrame) -> None:
+    def publish(self, frame: Made) -> None:
         """Show a frame; never waits."""
         self._feed.publish(frame)
+
+    def end(self, verdict: Frame) -> None:
+        """Show how the run has ended; the base stands by then."""
+        self._ending = {"end": {**verdict, "stands": True}}
+
+    def wait_until_closed(self, grace: float) -> None:
+        """Wait until no browser has shown the page for a while, s."""
+        while self.watched.is_set() or self.watched.wait(grace):
+            time.sleep(BEAT)
 
     def __enter__(self) -> LivePage:
         self._thread.start()
@@ -98,45 +162,103 @@ class LivePage:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self._feed.close()
-        self._server.shutdown()
-        self._server.server_close()
+        self._server.should_exit = True
         self._thread.join()
+        self._socket.close()
 
+    @asynccontextmanager
+    async def _encoding(self, _app: Starlette) -> AsyncIterator[None]:
+        """While the server runs, frames are encoded as they come."""
 
-class _Handler(BaseHTTPRequestHandler):
-    """Answers ``/`` with the page and ``/frames`` with a stream of frames (server-sent events)."""
+        async def encode() -> None:
+            while True:
+                self._feed.encode()
+                await asyncio.sleep(BEAT)
 
-    content: bytes
-    source: Feed
+        work = asyncio.create_task(encode())
+        yield
+        work.cancel()
 
-    def do_GET(self) -> None:
-        """Answer a request."""
-        if self.path == "/":
-            self._begin("text/html; charset=utf-8", length=len(self.content))
-            self.wfile.write(self.content)
-        elif self.path == "/frames":
-            self._begin("text/event-stream")
-            with suppress(ConnectionError):  # the browser has gone
-                self._stream()
-        else:
-            self.send_error(404)
+    def _guarded(self, app: ASGIApp) -> ASGIApp:
+        """Refuses requests for another host or from another page, and without the token."""
 
-    def _begin(self, kind: str, length: int | None = None) -> None:
-        self.send_response(200)
-        self.send_header("Content-Type", kind)
-        self.send_header("Cache-Control", "no-store")
-        if length is not None:
-            self.send_header("Content-Length", str(length))
-        self.end_headers()
+        async def guarded(scope: Scope, receive: Receive, send: Send) -> None:
+            if scope["type"] in ("http", "websocket"):
+                reason = self._refused(scope)
+                if reason and scope["type"] == "http":
+                    await PlainTextResponse(reason, 403)(scope, receive, send)
+                    return
+                if reason:
+                    await send({"type": "websocket.close", "code": 1008, "reason": reason})
+                    return
+            await app(scope, receive, send)
 
-    def _stream(self) -> None:
-        index, more = 0, True
-        while more:
-            frames, index, more = self.source.after(index, HEARTBEAT)
-            self.wfile.write(b"".join(b"data: " + one + b"\n\n" for one in frames) or b": still here\n\n")
-            self.wfile.flush()
-        self.wfile.write(b"event: end\ndata: {}\n\n")
+        return guarded
 
-    def log_message(self, format: str, *arguments: object) -> None:  # noqa: A002 - the base class's name
-        """Say nothing: the terminal belongs to the run."""
+    def _refused(self, scope: Scope) -> str:
+        headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
+        if headers.get("host") not in self._hosts:
+            return "this is no page of that host"
+        origin = headers.get("origin")
+        if origin is not None and (urlsplit(origin).netloc not in self._hosts or not origin.startswith("http://")):
+            return "another page may not ask"
+        query = dict(part.partition("=")[::2] for part in scope["query_string"].decode("latin-1").split("&"))
+        if not secrets.compare_digest(query.get("token", "").encode(), self._token.encode()):
+            return "open the address that was printed, with its token"
+        return ""
+
+    async def _answer_page(self, _request: Request) -> Response:
+        headers = {"Cache-Control": "no-store", "Content-Security-Policy": POLICY, "Referrer-Policy": "no-referrer"}
+        return HTMLResponse(self._page, headers=headers)
+
+    async def _answer_drawing(self, request: Request) -> Response:
+        name = request.query_params.get("state", "")
+        try:
+            if self._drawn is None:
+                raise LookupError(name)
+            drawing = await asyncio.to_thread(self._drawn, name[:1000])
+        except Exception as error:  # whatever cannot be drawn is not there
+            return PlainTextResponse(f"{error}", 404)
+        return Response(drawing, media_type="image/svg+xml", headers={"Cache-Control": "no-store"})
+
+    async def _stream(self, browser: WebSocket) -> None:
+        await browser.accept()
+        self._browsers += 1
+        self.watched.set()
+        self.seen.set()
+        listening = asyncio.create_task(self._listen(browser))
+        try:
+            with suppress(WebSocketDisconnect, RuntimeError):  # the browser has gone
+                await self._feed_browser(browser, listening)
+        finally:
+            listening.cancel()
+            self._browsers -= 1
+            if not self._browsers:
+                self.watched.clear()
+
+    async def _feed_browser(self, browser: WebSocket, listening: asyncio.Task[None]) -> None:
+        index, ended, pausable = 0, False, False
+        while not listening.done() and not self._server.should_exit:
+            ending = self._ending
+            if self._pausable() != pausable:
+                pausable = not pausable
+                await browser.send_text(json.dumps({"pausable": pausable}))
+            frames, index = self._feed.after(index)
+            if frames:
+                await browser.send_text('{"frames":[' + ",".join(one.decode() for one in frames) + "]}")
+            elif ending is not None and not ended and self._feed.complete:
+                ended = True
+                await browser.send_text(json.dumps(ending, default=str))
+            else:
+                await asyncio.sleep(BEAT)
+
+    async def _listen(self, browser: WebSocket) -> None:
+        """Take a browser's questions until it goes."""
+        with suppress(WebSocketDisconnect):
+            while True:
+                asked = await browser.receive_text()
+                if self._operate is None:
+                    answer = b'{"done":false,"reason":"this page only shows"}'
+                else:
+                    answer = await asyncio.to_thread(self._operate, asked.encode())
+                await browser.send_text('{"answer":' + answer.decode() + "}")

@@ -1,46 +1,59 @@
-"""The page that shows a run: the robot in its surroundings, its states, its transitions; by itself or live.
+"""The page that shows a run: one HTML file with all in it, for a recording, a run that goes on, or a robot elsewhere.
 
-A page is one HTML file without any other. It is made of a head, which says what does not change, and of frames, one a
-tick; both are JSON values:
+It is fed with a head, which says what does not change, and with frames, one a tick. A frame is a tick's JSON
+(``docs/reference/tick.schema.json``) with ``ranges`` and what perception found (``sights``); ``FrameEncoder`` leaves
+out what is as it was in the frame before.
 
-    head    {"title", "period", "footprint": [[x, y], ...], "laser": {"angle_min", "step", "x", "y", "heading"},
-             "walls": [[x1, y1, x2, y2], ...], "doors": ..., "exits": ...}
-    frame   {"time", "pose": [x, y, heading], "states": [...], "doing", "taken": [...], "reasons": [...],
-             "twist": [forward, left, turn], "ranges": [...]}
-
-Lengths are metres and angles radians, in the frame of the walls where there are walls and in that of the odometry where
-there are none; ``ranges`` are whole centimetres, negative where a beam hit nothing.
+The head has ``title``, ``period`` (s), ``footprint`` (m), ``laser``, ``scene`` (``walls``, ``doors`` and ``exits`` as
+x1, y1, x2, y2 in m; null where they are not known), ``model`` (the machine; null where there is none), ``sources`` (the
+text of its files by name), ``drawings`` (SVG by the compound state that is opened), ``undrawn`` (why there are none)
+and ``operable``.
 """
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from maze_machine.view.palette import DASHES, INKS
 from transport.description import RobotDescription
-from transport.messages import Command, Observation, Pose
 
-TEMPLATE = Path(__file__).with_name("page.html")
+FOLDER = Path(__file__).parent
+SCRIPTS = ("data", "plan", "machine", "lanes", "why", "controls", "app")
+"""The page's own scripts, in order; each reads the ones before."""
+LIBRARIES = (
+    "d3-dispatch", "d3-selection", "d3-timer", "d3-ease", "d3-color", "d3-interpolate", "d3-transition", "d3-drag",
+    "d3-zoom", "uPlot.iife",
+)  # fmt: skip
+KEYFRAME = 50
+"""Every so many frames one is whole."""
 STRIDE = 8
-"""Every this many beams are shown."""
+"""The frames' ``ranges`` are every so many beams."""
+KEPT = frozenset(("tick", "stamp", "pose"))
+"""What every frame says."""
 
-PageFrame = Mapping[str, Any]
+Frame = Mapping[str, Any]
 
 
 def head(
-    title: str, robot: RobotDescription, scene: Mapping[str, Sequence[Sequence[float]]] | None = None
-) -> PageFrame:
+    title: str,
+    robot: RobotDescription,
+    scene: Mapping[str, Sequence[Sequence[float]]] | None = None,
+    model: Mapping[str, Any] | None = None,
+    sources: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
     """What does not change during a run.
 
     Args:
         title: what the page is called.
         robot: shape and laser.
-        scene: ``walls``, ``doors`` and ``exits`` as lists of x1, y1, x2, y2; None where they are not known: the page
-            then draws what the laser has seen.
+        scene: ``walls``, ``doors`` and ``exits``; None where they are not known: then it is drawn what the laser saw.
+        model: the machine, as ``hsm.interchange.reports.model_json`` gives it.
+        sources: the text of the machine's files, by name.
     """
     laser = robot.laser
     return {
@@ -54,45 +67,73 @@ def head(
             "y": laser.mount_y,
             "heading": laser.mount_heading,
         },
-        **(scene or {"walls": [], "doors": [], "exits": []}),
+        "scene": scene,
+        "model": model,
+        "sources": dict(sources or {}),
+        "drawings": {},
+        "undrawn": "",
+        "operable": False,
     }
 
 
-def frame(observation: Observation, command: Command, step: Mapping[str, Any], pose: Pose | None = None) -> PageFrame:
-    """One tick.
+class FrameEncoder:
+    """Encodes frames one after the other, each without what is as it was in the one before."""
+
+    def __init__(self) -> None:
+        self._before: Frame = {}
+        self._count = 0
+
+    def __call__(self, frame: Frame) -> bytes:
+        """A frame as JSON: whole every ``KEYFRAME`` frames; in the others ``gone`` names what is no longer said."""
+        whole = self._count % KEYFRAME == 0
+        before = {} if whole else self._before
+        said: dict[str, Any] = {
+            name: value for name, value in frame.items() if name in KEPT or name not in before or before[name] != value
+        }
+        gone = [name for name in before if name not in frame]
+        if gone:
+            said["gone"] = gone
+        if whole:
+            said["whole"] = True
+        self._before, self._count = frame, self._count + 1
+        return json.dumps(said, separators=(",", ":"), default=str).encode()
+
+
+def replay_page(head: Frame, frames: Iterable[Frame], verdict: Frame | None = None) -> str:
+    """A page that shows a whole run and needs nothing else.
 
     Args:
-        observation: what the robot sensed.
-        command: what it was told.
-        step: ``states``, ``taken`` and, where they are known, ``doing`` and ``reasons``.
-        pose: where the robot really was, in the frame of the walls; None for the odometry.
+        head: what does not change.
+        frames: the ticks.
+        verdict: how the run ended, with ``lines`` for a person.
     """
-    ranges = observation.scan.ranges[::STRIDE]
-    hit = np.isfinite(ranges) & (ranges >= observation.scan.geometry.range_min)
-    shown = pose or observation.odometry.pose
-    return {
-        "time": round(observation.time, 3),
-        "pose": [round(shown.x, 4), round(shown.y, 4), round(shown.heading, 4)],
-        "states": list(step.get("states", ())),
-        "doing": step.get("doing", ""),
-        "taken": list(step.get("taken", ())),
-        "reasons": [one["reason"] for one in step.get("why", ()) if step.get("taken")],
-        "twist": [round(command.twist.forward, 3), round(command.twist.left, 3), round(command.twist.turn, 3)],
-        "ranges": np.where(hit, np.round(np.where(hit, ranges, 0.0) * 100), -1).astype(int).tolist(),
-    }
+    lines = b"\n".join(map(FrameEncoder(), frames))
+    packed = base64.b64encode(gzip.compress(lines, 6, mtime=0)).decode()
+    return _page({"head": head, "verdict": verdict, "live": False}, packed)
 
 
-def replay_page(head: PageFrame, frames: Iterable[PageFrame]) -> str:
-    """A page that shows a whole run and needs nothing else."""
-    return _page({"head": head, "frames": list(frames), "live": False})
-
-
-def live_page(head: PageFrame) -> str:
+def live_page(head: Frame, token: str) -> str:
     """A page that asks the server that it came from for its frames."""
-    return _page({"head": head, "frames": [], "live": True})
+    return _page({"head": head, "verdict": None, "live": True, "token": token}, "")
 
 
-def _page(data: Mapping[str, Any]) -> str:
-    # In a script element, only the sequence "</" could end the data early.
-    text = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
-    return TEMPLATE.read_text(encoding="utf-8").replace("/*DATA*/null", text)
+def _page(data: Mapping[str, Any], packed: str) -> str:
+    data = {**data, "palette": {"INKS": INKS, "DASHES": DASHES}}
+    # Only "</" could end the data early, and "<!--" begin what hides the end; neither is left.
+    text = json.dumps(data, separators=(",", ":"), default=str).replace("<", "\\u003c")
+    scripts = [_text(f"vendor/{name}.min.js") for name in LIBRARIES] + [_text(f"{name}.js") for name in SCRIPTS]
+    parts = {
+        "/*STYLE*/": _text("vendor/uPlot.min.css") + _text("page.css"),
+        "/*SCRIPT*/": "\n".join(scripts).replace("</script", "<\\/script"),
+        "/*FRAMES*/": packed,
+        "/*DATA*/null": text,
+    }
+    page = _text("page.html")
+    for mark, content in parts.items():
+        before, _, after = page.partition(mark)
+        page = before + content + after
+    return page
+
+
+def _text(name: str) -> str:
+    return (FOLDER / name).read_text(encoding="utf-8")

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
@@ -16,13 +15,14 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from maze_machine.view.palette import DOOR, EXIT, style
 from transport.files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LINES_OF_LEGEND = 16
-"""This many states are distinguished by colour; with more of them the trail shows time instead."""
+LINES_OF_LEGEND = 24
+"""So many states are told apart by colour and dashes; with more of them the trail shows time instead."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +66,7 @@ def save_picture(file: Path, scene: Scene, trail: Trail, title: str = "") -> Non
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     draw_scene(axes, scene)
-    _draw_trail(figure, axes, trail)
+    draw_trail(figure, axes, trail)
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     axes.set_title(title, fontsize=10, loc="left")
     with replacing(file) as written:
@@ -77,31 +77,30 @@ def draw_scene(axes: Axes, scene: Scene) -> None:
     """Draw walls, doors and exits."""
     axes.add_collection(LineCollection(list(scene.walls), colors="0.15", linewidths=1.6, capstyle="round"))
     if len(scene.doors):
-        doors = LineCollection(list(scene.doors), colors="tab:orange", linewidths=3.5, label="door")
+        doors = LineCollection(list(scene.doors), colors=DOOR, linewidths=4.5, label="door")
         axes.add_collection(doors)
     if len(scene.exits):
-        exits = LineCollection(list(scene.exits), colors="tab:green", linewidths=2.5, linestyles=":", label="exit")
+        exits = LineCollection(list(scene.exits), colors=EXIT, linewidths=2.5, linestyles=":", label="exit")
         axes.add_collection(exits)
     axes.autoscale_view()
 
 
-def _draw_trail(figure: Figure, axes: Axes, trail: Trail) -> None:
+def draw_trail(figure: Figure, axes: Axes, trail: Trail) -> None:
     """The way, coloured by state where these are few, otherwise by time; a circle at its beginning."""
     if not len(trail.positions):
         return
     names = list(dict.fromkeys(trail.states))
     if 0 < len(names) <= LINES_OF_LEGEND:
-        # Of tab20 every second colour is strong and the ones between are pale: the strong ones first.
-        palette = {name: colormaps["tab20"](2 * index % 20 + index // 10) for index, name in enumerate(names)}
+        styles = {name: (colour, _dashes(dash)) for name, (colour, dash) in state_styles(trail.states).items()}
         ways = LineCollection(
             [trail.positions[first : last + 1] for _, first, last in stretches(trail.states)],
-            colors=[palette[name] for name, _, _ in stretches(trail.states)],
+            colors=[styles[name][0] for name, _, _ in stretches(trail.states)],
+            linestyles=[styles[name][1] for name, _, _ in stretches(trail.states)],
             linewidths=2.0,
-            capstyle="round",
             joinstyle="round",
         )
-        for name, colour in palette.items():
-            axes.plot([], [], color=colour, label=name)
+        for name, (colour, dashes) in styles.items():
+            axes.plot([], [], color=colour, linestyle=dashes, label=name)
     else:
         scale = Normalize(float(trail.times[0]), float(trail.times[-1]))
         pieces = list(np.stack([trail.positions[:-1], trail.positions[1:]], axis=1))
@@ -112,6 +111,16 @@ def _draw_trail(figure: Figure, axes: Axes, trail: Trail) -> None:
     x, y = trail.positions[0]
     axes.plot([x], [y], "o", color="white", markeredgecolor="black", markersize=9, label="start of the path", zorder=3)
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8, frameon=False)
+
+
+def state_styles(states: Sequence[str]) -> dict[str, tuple[str, tuple[int, ...]]]:
+    """Colour and dash pattern of each state, in the order in which they were entered."""
+    return {name: style(number) for number, name in enumerate(dict.fromkeys(states))}
+
+
+def _dashes(pattern: tuple[int, ...]) -> tuple[int, tuple[float, ...] | None]:
+    """A dash pattern as matplotlib has it, in widths of a line of 2 points."""
+    return 0, tuple(one / 2 for one in pattern) or None
 
 
 def stretches(states: Sequence[str]) -> list[tuple[str, int, int]]:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from hsm.interchange.reports import model_json
 from maze_machine.catalogue.library import robot_names
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.debug.breakpoints import Breakpoints, NamedBreakpoint, read_condition
@@ -24,12 +25,26 @@ from maze_machine.drive.mission import drive, prepare
 from maze_machine.remote.client import RemoteMachine
 from maze_machine.remote.messages import EndRun, Pause
 from maze_machine.remote.opened import OpenRun
+from maze_machine.remote.operated import OperatedRun
 from maze_machine.report.outputs import Outputs
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.memory_bus import MemoryNetwork
 from transport.world import LockstepRobot
 
 LIMIT = 60.0
+WALK_AT_ONCE = """machine walk
+
+initial moving
+
+state moving
+    do drive(speed = 0.2 m/s)
+    when space.left    -> turning
+    on blocked         -> turning
+
+state turning
+    do rotate(90 deg)
+    on done        -> moving
+"""
 BIN = Path(sys.executable).parent
 
 
@@ -73,7 +88,25 @@ def test_a_maze_gives_the_same_run_as_without_a_debugger(editor, recorded):
         editor.go("next")
         assert editor.stack()[-2::-1] == line["states"]
     assert any(editor.scopes()["Signals"].values())
-    assert "what the simulated robot sees" in editor.refused("setExpression", expression="space.left", value="true")
+    assert "only signals can" in editor.refused("setExpression", expression="cruise", value="1 m/s")
+
+
+def test_a_signal_of_the_simulated_robot_is_set_by_hand(editor, walk):
+    editor.launch(walk, maze="corridor")
+    assert editor.scopes()["Signals"] == {}  # in this state nobody asks for it
+    walk.write_text(WALK_AT_ONCE, encoding="utf-8")
+    editor.ask("restart")
+    editor.event("stopped")
+    editor.go("next")
+    assert editor.stack() == ["moving", "machine walk"]
+    editor.go("next")
+    editor.set("space.left", "true")
+    assert "(from the next step on)" in editor.scopes()["Signals"]["space.left"]
+    editor.go("next")
+    assert editor.stack() == ["turning", "machine walk"]
+    for _ in range(2):
+        editor.go("stepBack")
+    assert "cannot be undone" in editor.refused("setExpression", expression="space.left", value="false")
 
 
 @pytest.fixture
@@ -84,14 +117,16 @@ def elsewhere(walk):
 
     def begin(*, pausable):
         mission = prepare(str(walk), load_profile("pico"), time_limit=60.0)
-        opened = OpenRun(network.bus(), mission, pausable=pausable)
+        operated = OperatedRun(mission, pausable=pausable)
+        told = model_json(mission.machine.model, mission.parameters)
+        opened = OpenRun(network.bus(), mission, operated, told)
         client = RemoteMachine(network.bus(), mission.profile.robot.name)
         robot = LockstepRobot(SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0))
 
         opened.__enter__()
         if pausable:
             client.operate(Pause())
-        thread = threading.Thread(target=lambda: drive(mission, robot, robot, [opened], operator=opened))
+        thread = threading.Thread(target=lambda: drive(mission, robot, robot, [opened, operated], operator=operated))
         thread.start()
         threads.append((opened, client, thread))
         return RemoteRun(Chart(mission.machine, robot_names()), client, lambda: None)

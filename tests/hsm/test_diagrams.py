@@ -1,9 +1,12 @@
 """Machines drawn."""
 
+import re
+
 import pytest
 
 from hsm import build
-from hsm.interchange.diagrams import DiagramError, render
+from hsm.interchange.diagrams import THEMES, DiagramError, Look, edge_id, render
+from hsm.interchange.folding import down_to, excerpt, open_around
 from tests.hsm.charts import (
     add,
     after,
@@ -43,7 +46,12 @@ def machine():
 @pytest.mark.parametrize("form", ["dot", "svg"])
 def test_everything_is_in_the_picture(machine, form):
     pytest.importorskip("pygraphviz")
-    text = render(machine, form, {"x": "#ffcccc", "b": "#ccffcc"}).decode().replace("&lt;", "<").replace("&#45;", "-")
+    text = (
+        render(machine, form, Look(fills={"x": "#ffcccc", "b": "#ccffcc"}))
+        .decode()
+        .replace("&lt;", "<")
+        .replace("&#45;", "-")
+    )
     for words in ("b1", "do work", "H*", "on go", "when x < 0.5", "after 2.5 s", "entry / note(4)", "on stop", "end"):
         assert words in text
     assert "on count / n += 1" in text or form == "dot"
@@ -67,3 +75,73 @@ def test_png(machine):
 def test_another_form_is_refused(machine):
     with pytest.raises(DiagramError, match="svg, png, dot, mmd"):
         render(machine, "gif")
+
+
+def test_a_folded_state_hides_what_lies_in_it_and_keeps_what_leads_out(machine):
+    shown = excerpt(machine.model, down_to(machine.model, 1))
+    assert [one.name for one in shown.model.states[1:]] == ["p", "x", "end"]
+    assert shown.folded == {1: machine.model.states[1].last - 1}
+    kept = [machine.model.transitions[index] for index in shown.transitions]
+    assert [machine.model.states[one.source].name for one in kept] == ["m", "p", "x"]
+    for place, index in enumerate(shown.transitions):
+        drawn, whole = shown.model.transitions[place], machine.model.transitions[index]
+        assert (drawn.trigger, drawn.guard) == (whole.trigger, whole.guard)
+
+
+def test_nothing_folded_is_the_machine_itself(machine):
+    shown = excerpt(machine.model)
+    assert shown.model == machine.model
+    assert (shown.states, shown.folded) == (tuple(range(len(machine.model.states))), {})
+
+
+def test_one_state_alone(machine):
+    shown = excerpt(machine.model, within="c" if "c" in machine.indices else "p.c")
+    assert [one.own_name for one in shown.model.states[1:]] == ["c", "c1", "c2"]
+    assert len(shown.transitions) == 1
+    with pytest.raises(LookupError):
+        excerpt(machine.model, within="nowhere")
+
+
+def test_around_some_states_only_what_leads_to_them_is_open(machine):
+    names = {one.own_name: one.name for one in machine.model.states}
+    shown = excerpt(machine.model, open_around(machine.model, [names["b"]]))
+    assert [one.own_name for one in shown.model.states[1:]] == ["p", "b", "h", "b1", "b2", "c", "x", "end"]
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_every_text_of_a_theme_can_be_read(theme):
+    look = THEMES[theme]
+    grounds = (look.state, look.compound, look.parallel, look.paper)
+    for ink in (*look.inks, look.text):
+        assert all(contrast(ink, ground) >= 4.5 for ground in grounds), ink
+    assert contrast(look.text, look.note) >= 4.5
+
+
+def contrast(one, other):
+    """The contrast of two colours by WCAG 2."""
+
+    def luminance(colour):
+        code = "#ffffff" if colour == "white" else colour
+        parts = [int(code[at : at + 2], 16) / 255 for at in (1, 3, 5)]
+        linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    light, dark = sorted((luminance(one), luminance(other)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def test_states_and_transitions_are_groups_that_a_page_can_find(machine):
+    pytest.importorskip("pygraphviz")
+    text = render(machine, "svg", Look(transparent=True, theme="dark")).decode()
+    for one in machine.model.states[1:]:
+        assert text.count(f'id="state_{one.index}"') == 1
+    drawn = {word for found in re.findall(r'class="edge ([^"]*)"', text) for word in found.split()}
+    assert drawn == {edge_id(one.index) for one in machine.model.transitions if one.targets}
+    assert 'fill="white"' not in text
+
+
+def test_without_guards(machine):
+    pytest.importorskip("pygraphviz")
+    guarded = build(model(state("a", on("go", "b", guard=compare(signal("x"), "<", number(0.5)))), state("b")))
+    assert "0.5" in render(guarded, "dot").decode()
+    assert "0.5" not in render(guarded, "dot", Look(guards=False)).decode()

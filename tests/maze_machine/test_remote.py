@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from hsm.interchange.reports import model_json
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.cli import app
 from maze_machine.drive.mission import drive, prepare
@@ -26,7 +27,8 @@ from maze_machine.remote.messages import (
     encoded,
     read_operation,
 )
-from maze_machine.remote.opened import BACKLOG, OpenRun
+from maze_machine.remote.opened import OpenRun
+from maze_machine.remote.operated import BACKLOG, OperatedRun
 from maze_machine.remote.telling import Teller
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.connect import dialling, listening
@@ -65,12 +67,15 @@ def running(mission, *, pausable=True):
     """The mission in the corridor, in a thread of its own; its ticks, its run and a client of it."""
     network = MemoryNetwork()
     seen = []
-    with OpenRun(network.bus(), mission, pausable=pausable) as opened:
+    operated = OperatedRun(mission, pausable=pausable)
+    with OpenRun(network.bus(), mission, operated, model_json(mission.machine.model, mission.parameters)) as opened:
         client = RemoteMachine(network.bus(), mission.profile.robot.name)
         assert client.operate(Pause()).done == pausable
         world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
         robot = LockstepRobot(world)
-        work = threading.Thread(target=lambda: drive(mission, robot, robot, [seen.append, opened], operator=opened))
+        work = threading.Thread(
+            target=lambda: drive(mission, robot, robot, [seen.append, opened, operated], operator=operated)
+        )
         work.start()
         try:
             yield seen, client, work
@@ -169,7 +174,7 @@ def test_any_question_is_an_operation_or_refused(payload):
         operation = read_operation(payload)
     except OperationError:
         return
-    assert operation.kind in ("event", "pause", "resume", "advance", "end")
+    assert operation.kind in ("event", "pause", "resume", "advance", "speed", "end")
 
 
 def test_a_schedule_sends_each_event_once_at_its_tick():
@@ -212,16 +217,18 @@ def test_a_watcher_looks_on_and_an_operator_operates(tmp_path, mission):
     make_certificates(tmp_path / "ca", access)
     alice, eve, olga = (Identity.at(tmp_path / "ca" / name) for name in ("alice", "eve", "olga"))
     endpoint = f"tls/localhost:{free_port()}"
-    with listening(endpoint, security=alice.listening()) as bus, OpenRun(bus, mission, pausable=True) as opened:
+    operated = OperatedRun(mission, pausable=True)
+    told = model_json(mission.machine.model, mission.parameters)
+    with listening(endpoint, security=alice.listening()) as bus, OpenRun(bus, mission, operated, told):
         with dialling(endpoint, security=eve.dialling()) as theirs:
             watcher = RemoteMachine(theirs, "pico", patience=5.0)
             assert watcher.model()["machine"] == "waiting"
             with pytest.raises(NoMachineError):
                 RemoteMachine(theirs, "pico", patience=0.5).operate(EndRun())
-        assert opened.ended == ""
+        assert operated.ended == ""
         with dialling(endpoint, security=olga.dialling()) as theirs:
             assert RemoteMachine(theirs, "pico", patience=5.0).operate(SendEvent(name="go")).done
-        assert list(opened.events(0, 0.0)) == ["go"]
+        assert list(operated.events(0, 0.0)) == ["go"]
 
 
 def free_port():
@@ -271,12 +278,14 @@ def tell(talker, network, losses):
 
 def test_what_a_machine_sends_is_an_event_of_another_robots_machine(mission, talker):
     network, losses, seen = MemoryNetwork(), [], []
-    with OpenRun(network.bus(), mission, pausable=True) as opened:
+    operated = OperatedRun(mission, pausable=True)
+    with OpenRun(network.bus(), mission, operated, model_json(mission.machine.model, {})) as opened:
         client = RemoteMachine(network.bus(), "pico")
         client.operate(Pause())
         world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
         robot = LockstepRobot(world)
-        work = threading.Thread(target=lambda: drive(mission, robot, robot, [seen.append, opened], operator=opened))
+        watchers = [seen.append, opened, operated]
+        work = threading.Thread(target=lambda: drive(mission, robot, robot, watchers, operator=operated))
         work.start()
         assert tell(talker, network, losses) == ["go", "claim(key = 7)", "go"]
         client.operate(AdvanceRun(ticks=3))

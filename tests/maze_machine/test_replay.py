@@ -1,5 +1,7 @@
 """Recorded runs, replayed."""
 
+import base64
+import gzip
 import json
 import socket
 from dataclasses import replace
@@ -101,11 +103,29 @@ def test_a_recording_becomes_a_page(finish, recorded, tmp_path):
     recording, trace = recorded
     page = tmp_path / "run.html"
     assert finish("view", recording, "-o", page) == (0, f"{page}\n", "")
-    data = page.read_text().partition("const DATA = ")[2].partition(";\n")[0]
-    shown = json.loads(data)["frames"]
+    text = page.read_text(encoding="utf-8")
+    told = json.loads(text.partition("const DATA = ")[2].partition(";\n")[0])
+    assert told["head"]["model"]["machine"] == "pledge"
+    assert told["head"]["scene"]["walls"]
+    assert told["verdict"]["line"].startswith("unfinished: still inside")
+    shown = frames_of(text)
     lines = [json.loads(line) for line in trace.read_text().splitlines()[1:]]
-    assert [one["states"] for one in shown] == [line["states"] for line in lines]
-    assert [one["pose"][:2] for one in shown] == [[round(value, 4) for value in line["pose"][:2]] for line in lines]
+    assert [{name: one[name] for name in line} for one, line in zip(shown, lines, strict=True)] == lines
+    assert any(one["sights"]["landmarks"] for one in shown)
+
+
+def frames_of(page):
+    """The frames in a page, complete again."""
+    packed = page.partition('<script id="frames" type="text/plain">')[2].partition("<")[0]
+    found, before = [], {}
+    for line in gzip.decompress(base64.b64decode(packed)).splitlines():
+        said = json.loads(line)
+        gone = said.pop("gone", ())
+        before = {**({} if said.pop("whole", False) else before), **said}
+        for name in gone:
+            del before[name]
+        found.append(before)
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -146,8 +166,7 @@ class TestSomebodyElsesRecording:
 
     def test_it_becomes_a_page(self, finish, bag, tmp_path):
         assert finish("view", bag, "-o", tmp_path / "bag.html")[0] == 0
-        data = (tmp_path / "bag.html").read_text().partition("const DATA = ")[2].partition(";\n")[0]
-        assert len(json.loads(data)["frames"]) == 101
+        assert len(frames_of((tmp_path / "bag.html").read_text(encoding="utf-8"))) == 101
 
     @pytest.mark.parametrize(
         ("arguments", "status", "words"),
@@ -222,6 +241,6 @@ def test_a_busy_port_of_the_live_page_is_told(finish):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        status, _, err = finish("run", "pledge", "--live", port, "--no-picture")
+        status, _, err = finish("run", "pledge", "--view", "--port", port, "--no-picture")
     assert status == 2
-    assert err == f"maze-machine: --live {port}: Address already in use; 0 takes any port that is free\n"
+    assert err == f"maze-machine: --host 127.0.0.1 --port {port}: Address already in use; port 0 takes any\n"

@@ -29,6 +29,8 @@ from transport.recording.values import RecordingError
 
 RUN = "run"
 """Name of the metadata record that describes a run of this program."""
+ENDING = "ending"
+"""Name of the metadata record that says how it ended."""
 LARGEST_RECORD = 64 * 1024 * 1024
 """Records, chunks and messages are not larger than this, bytes."""
 LARGEST = 4 * 1024**3
@@ -79,10 +81,12 @@ class Messages(Protocol):
 
     Attributes:
         run: after that, what this program wrote about its run; empty where it did not.
+        ending: after that, what it wrote about the run's end.
         complete: after that, whether the file was whole.
     """
 
     run: Mapping[str, str]
+    ending: Mapping[str, str]
     complete: bool
 
     def __iter__(self) -> Iterator[RecordedMessage]:
@@ -128,6 +132,7 @@ class _Folder:
 
     def __init__(self, parts: list[Messages]) -> None:
         self.run: Mapping[str, str] = {}
+        self.ending: Mapping[str, str] = {}
         self.complete = False
         self._parts = parts
 
@@ -135,6 +140,7 @@ class _Folder:
         for part in self._parts:
             yield from part
             self.run = part.run or self.run
+            self.ending = part.ending or self.ending
         self.complete = all(part.complete for part in self._parts)
 
 
@@ -156,6 +162,7 @@ class _McapFile:
 
     def __init__(self, path: Path) -> None:
         self.run: Mapping[str, str] = {}
+        self.ending: Mapping[str, str] = {}
         self.complete = False
         self._path = path
         self._kinds: dict[int, str] = {}
@@ -174,6 +181,8 @@ class _McapFile:
                     self._topics[record.id] = record.topic, kind if cdr else f"{record.message_encoding} {kind}"
                 elif isinstance(record, Metadata) and record.name == RUN:
                     self.run = dict(record.metadata)
+                elif isinstance(record, Metadata) and record.name == ENDING:
+                    self.ending = dict(record.metadata)
                 elif isinstance(record, Record) and record.channel_id in self._topics:
                     topic, kind = self._topics[record.channel_id]
                     yield RecordedMessage(topic, _long(kind), record.log_time, record.data)
@@ -231,6 +240,7 @@ class _Database:
 
     def __init__(self, path: Path) -> None:
         self.run: Mapping[str, str] = {}
+        self.ending: Mapping[str, str] = {}
         self.complete = False
         self._path = path
 
@@ -268,6 +278,7 @@ class _Compressed:
 
     def __init__(self, path: Path) -> None:
         self.run: Mapping[str, str] = {}
+        self.ending: Mapping[str, str] = {}
         self.complete = False
         self._path = path
 
@@ -280,7 +291,7 @@ class _Compressed:
             if isinstance(inner, _Compressed):
                 raise RecordingError("is compressed twice")
             yield from inner
-            self.run, self.complete = inner.run, inner.complete
+            self.run, self.ending, self.complete = inner.run, inner.ending, inner.complete
 
     @staticmethod
     def _unpack(packed: IO[bytes], file: IO[bytes]) -> None:

@@ -102,7 +102,7 @@ class _Wanted:
                 if left < 0:
                     raise RecordingError(f"has more than {MOST_BYTES // 1_000_000} MB of scans and odometry")
                 self.messages.append(message)
-        self.run, self.complete = source.run, source.complete
+        self.run, self.ending, self.complete = source.run, source.ending, source.complete
         if not self.heard:
             cut = "" if self.complete else ": it was cut off before the first chunk was written"
             raise RecordingError(f"holds no message{cut}")
@@ -130,7 +130,15 @@ def _own(wanted: _Wanted) -> Recording:
     topics = Topics(f"{prefix}scan", f"{prefix}odom", f"{prefix}cmd_vel")
     laser = ticks[0].observation.scan.geometry
     return Recording(
-        robot, wanted.run, ticks, wanted.complete, own=True, topics=topics, laser=laser, heard=wanted.heard
+        robot,
+        wanted.run,
+        ticks,
+        wanted.complete,
+        own=True,
+        topics=topics,
+        laser=laser,
+        heard=wanted.heard,
+        ending=wanted.ending,
     )
 
 

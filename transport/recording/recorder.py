@@ -31,7 +31,7 @@ from transport.files import Stream
 from transport.messages import NANOSECONDS, Command, Observation, Odometry, Pose, Scan, ScanGeometry
 from transport.recording import drawings
 from transport.recording.frames import inverse, placed
-from transport.recording.messages import RUN
+from transport.recording.messages import ENDING, RUN
 from transport.recording.values import RecordingError
 
 LIBRARY = "maze-machine"
@@ -99,6 +99,7 @@ class Recorder:
         self.lost = 0
         self._patience = patience
         self._failure: BaseException | None = None
+        self._ending: dict[str, str] = {}
         self._ticks: queue.Queue[_Handed | None] = queue.Queue(BACKLOG)
         try:
             self._stream = Stream(path)
@@ -130,6 +131,10 @@ class Recorder:
             self._ticks.put(tick, block=self._patience > 0, timeout=self._patience or None)
         except queue.Full:
             self.lost += 1
+
+    def conclude(self, ending: Mapping[str, str]) -> None:
+        """Say how the run ended; it is written when the file is finished."""
+        self._ending = dict(ending)
 
     def close(self) -> None:
         """Write what is left and finish the file; a second call does nothing.
@@ -164,7 +169,7 @@ class Recorder:
                     self._stream.file.flush()
                     flushed = time.monotonic()
             ended = True
-            writer.finish()
+            writer.finish(self._ending)
             self._stream.close()
         except BaseException as error:
             self._failure = error
@@ -240,8 +245,10 @@ class _TickWriter:
         }
         self._add(f"/{name}/tick", codec.STRING, at, codec.encode_text(json.dumps(told, separators=(",", ":"))))
 
-    def finish(self) -> None:
-        """The last chunk and the index."""
+    def finish(self, ending: dict[str, str]) -> None:
+        """How the run ended, the last chunk and the index."""
+        if ending:
+            self._writer.add_metadata(ENDING, ending)
         self._writer.finish()  # type: ignore[no-untyped-call]
 
     def _begin(self, at: int, pose: Pose | None) -> None:

@@ -58,6 +58,7 @@ class Recording:
         mount: where the laser sits on the robot by the recorded static transforms; None where they do not say.
         skipped: how many messages could not be decoded.
         heard: all topics with their types.
+        ending: how the run ended; empty where it does not say.
     """
 
     robot: str
@@ -70,3 +71,4 @@ class Recording:
     mount: Pose | None = None
     skipped: int = 0
     heard: Mapping[str, str] = field(default_factory=dict)
+    ending: Mapping[str, str] = field(default_factory=dict)

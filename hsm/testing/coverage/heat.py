@@ -6,7 +6,7 @@ from html import escape
 from math import log1p
 
 from hsm.engine.machine import build
-from hsm.interchange.diagrams import DiagramError, render
+from hsm.interchange.diagrams import DiagramError, Look, render
 from hsm.model.chart import Model
 from hsm.model.topology import HISTORY
 from hsm.testing.coverage.data import Measured
@@ -18,7 +18,7 @@ def heat_map(machine: Measured) -> str:
     """A section of a page: the states, the warmer the more often they were entered, white where they never were."""
     fills = fills_of(machine)
     try:
-        drawing = render(build(machine.model), "svg", fills).decode()
+        drawing = render(build(machine.model), "svg", Look(fills=fills)).decode()
         picture = drawing[drawing.index("<svg") :]
     except DiagramError:
         picture = _boxes(machine, fills)

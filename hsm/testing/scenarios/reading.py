@@ -131,6 +131,23 @@ def parse_assignment(text: str, model: Model, library: Library, file: str = "<te
     return found[0]
 
 
+def parse_signal(text: str, model: Model, library: Library, file: str = "<text>") -> tuple[str | SignalKey, Any]:
+    """A signal, by name or by name and arguments, with the value that ``NAME``, ``not NAME``, ``NAME = VALUE`` gives.
+
+    Raises:
+        MachineError: it cannot be read, there is no such signal, or the value is not of its type.
+    """
+    report = Report(file)
+    reader = _Reader(model, library, report)
+    lines = [line for line in read_lines(f"    when {text}", report) if line.kind == "step"]
+    signals = [found for line in lines for found in reader.stimulus(line).signals.items()]
+    if not report.found and len(signals) != 1:
+        report.add("E0101", Place(file, 1, 1, 1, 2), f"`{text}` does not give one signal a value")
+    if report.found:
+        raise MachineError(report.found)
+    return signals[0]
+
+
 @dataclass(slots=True)
 class _Reader:
     """Gives the names in a file their meaning."""
@@ -204,10 +221,11 @@ class _Reader:
             for setting in line.parts:
                 self._set(setting, signals, parameters)
             return replace(scenario, parameters=parameters, given=signals)
-        step = self.expectation(line) if line.kind == "expect" else self._stimulus(line)
+        step = self.expectation(line) if line.kind == "expect" else self.stimulus(line)
         return replace(scenario, steps=(*scenario.steps, step))
 
-    def _stimulus(self, line: ScenarioLine) -> Stimulus:
+    def stimulus(self, line: ScenarioLine) -> Stimulus:
+        """What a line lets happen."""
         after = None if line.kind == "step" else self._seconds(line.parts[1], 0.0)
         signals: dict[str | SignalKey, Any] = {}
         reports: dict[str, str] = {}

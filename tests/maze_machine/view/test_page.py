@@ -1,157 +1,220 @@
-"""The page of a run, by itself and live."""
+"""The page of a run: what is in it, and its server."""
 
 import http.client
 import json
-import shutil
-import subprocess
-from urllib.parse import urlsplit
+from collections.abc import Mapping
+from contextlib import contextmanager
+from functools import partial
+from typing import NamedTuple
+from urllib.parse import parse_qs, urlsplit
 
-import numpy as np
 import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
 
+from maze_machine.view.drawings import cleaned
 from maze_machine.view.live import Feed, LivePage
-from maze_machine.view.page import STRIDE, frame, head, live_page, replay_page
+from maze_machine.view.page import KEYFRAME, FrameEncoder, head, live_page, replay_page
 from transport.description import RobotDescription
-from transport.messages import Command, Observation, Odometry, Pose, Scan, Twist
 
 ROBOT = RobotDescription()
 LIMIT = 20
 
-# Just enough of a browser to run the page's script: elements that remember, a pen that draws nowhere.
-BROWSER = """
-class Element {
-  constructor() { this.children = []; this.classList = { toggle() {} }; this.clientWidth = 800; this.clientHeight = 600;
-                  this.value = "10"; }
-  append(child) { this.children.push(child); }
-  prepend(child) { this.children.unshift(child); }
-  getContext() { return new Proxy({}, { get: () => () => undefined, set: () => true }); }
-}
-const elements = {};
-const document = { getElementById: (id) => elements[id] ??= new Element(), createElement: () => new Element() };
-const window = {};
-const beats = [];
-const requestAnimationFrame = (beat) => beats.push(beat);
-class EventSource { constructor(path) { EventSource.only = this; this.path = path; } addEventListener() {} }
-"""
-
-
-def ticks(count):
-    for index in range(count):
-        stamp = 100_000_000 * index
-        ranges = np.full(ROBOT.laser.beams, np.inf, dtype=np.float32)
-        ranges[:STRIDE] = 1.234
-        observation = Observation(
-            stamp, Scan(stamp, ROBOT.laser.geometry(), ranges), Odometry.at(stamp, Pose(index, 2.0, 0.5))
-        )
-        step = {"states": ["run", f"state_{index % 3}"], "taken": [f"<b>{index}</b> -> </script>"] if index % 2 else []}
-        yield observation, Command(Twist(0.5)), step
-
 
 def frames(count):
-    return [frame(*tick) for tick in ticks(count)]
+    for index in range(count):
+        frame = {"tick": index, "stamp": 10**8 * index, "pose": [index, 0.0, 0.0], "states": ["a", f"b{index // 7}"]}
+        yield {**frame, "events": [f"go{index}"]} if index % 5 == 0 else frame
 
 
-def run_script(page, then):
-    """What the page's script says when it is run, with something done afterwards."""
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("no JavaScript interpreter here")
-    script = page.partition("<script>")[2].partition("</script>")[0]
-    ended = subprocess.run(
-        [node, "-e", BROWSER + script + then], capture_output=True, text=True, timeout=LIMIT, check=False
-    )
-    assert ended.returncode == 0, ended.stderr
-    return json.loads(ended.stdout)
+def complete(lines):
+    """What the page makes of encoded frames."""
+    before, found = {}, []
+    for line in lines:
+        said = json.loads(line)
+        gone = said.pop("gone", ())
+        before = {**({} if said.pop("whole", False) else before), **said}
+        for name in gone:
+            del before[name]
+        found.append(before)
+    return found
 
 
-def test_a_frame_says_where_the_robot_was_what_it_did_and_what_it_saw():
-    observation, command, step = next(ticks(1))
-    shown = frame(observation, command, step)
-    assert (shown["time"], shown["pose"], shown["twist"]) == (0.0, [0.0, 2.0, 0.5], [0.5, 0.0, 0.0])
-    assert shown["states"] == step["states"]
-    assert shown["ranges"] == [123] + [-1] * (ROBOT.laser.beams // STRIDE - 1)
-    assert frame(observation, command, step, Pose(7, 8, 9))["pose"] == [7, 8, 9]
+def test_what_is_left_out_of_a_frame_can_be_put_back_from_any_whole_one():
+    lines = list(map(FrameEncoder(), frames(3 * KEYFRAME)))
+    assert complete(lines) == list(frames(3 * KEYFRAME))
+    assert complete(lines[KEYFRAME:]) == list(frames(3 * KEYFRAME))[KEYFRAME:]
+    assert b'"states"' not in lines[1], "what is as before is left out"
 
 
 def test_a_page_needs_nothing_else_and_survives_any_text():
-    page = replay_page(head("<one> & </script>", ROBOT), frames(4))
-    assert page.count("</script>") == 1
-    assert "http" not in page
-    assert "/*DATA*/" not in page
+    page = replay_page(head("</script><!--<script>", ROBOT), frames(4), {"line": "</script>"})
+    assert page.count("</script>") == 2
+    assert "<!--" not in page.partition("</head>")[2]
+    assert "/*" + "DATA*/" not in page
+    assert "src=" not in page.replace("data:,", "").partition("<script>")[0]
 
 
-def test_the_script_shows_all_states_and_transitions_and_plays():
-    page = replay_page(head("a run", ROBOT, {"walls": [[0, 0, 4, 0]], "doors": [], "exits": []}), frames(30))
-    told = run_script(
-        page,
-        """
-        for (let k = 0; k < 20 && beats.length; k += 1) beats.shift()(performance.now() + 100 * k);
-        const states = elements.states.children.map((one) => one.textContent), taken = elements.taken.children.length;
-        console.log(JSON.stringify({ title: document.title, states, taken, at, now: elements.now.textContent }));
-        """,
-    )
-    assert told["title"] == "a run"
-    assert told["states"] == ["run", "state_0", "state_1", "state_2"]
-    assert told["taken"] == 15
-    assert told["at"] > 0, "it plays by itself"
-    assert " s " in told["now"]
+def test_a_page_without_data_is_smaller_than_400_kb():
+    assert len(live_page(head("", ROBOT), "").encode()) < 400_000
 
 
-def test_the_script_follows_live_frames():
-    added = json.dumps(frames(3))
-    told = run_script(
-        live_page(head("live", ROBOT)),
-        f"""
-        for (const one of {added}) EventSource.only.onmessage({{ data: JSON.stringify(one) }});
-        beats.shift()(performance.now());
-        console.log(JSON.stringify({{ path: EventSource.only.path, at, known: frames.length }}));
-        """,
-    )
-    assert told == {"path": "frames", "at": 2, "known": 3}
+@pytest.mark.parametrize(
+    "drawing",
+    [
+        '<svg xmlns="http://www.w3.org/2000/svg" onload="alert(1)"><script>alert(1)</script></svg>',
+        '<svg xmlns="http://www.w3.org/2000/svg"><g><a href="javascript:alert(1)"><text>x</text></a></g></svg>',
+        '<svg xmlns="http://www.w3.org/2000/svg"><image href="http://elsewhere/"/><text onclick="x">y</text></svg>',
+        '<svg xmlns="http://www.w3.org/2000/svg"><g class="a&quot; onload=&quot;b"/></svg>',
+    ],
+)
+def test_of_a_picture_of_somebody_elses_only_shapes_are_left(drawing):
+    kept = cleaned(drawing)
+    assert kept.startswith("<svg")
+    assert not any(word in kept for word in ("script", "alert", "href", "onload", "onclick", "image"))
 
 
-def get(address, path):
-    connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=LIMIT)
-    connection.request("GET", path)
-    return connection.getresponse()
+@pytest.mark.parametrize("drawing", ["", "no picture", "<html/>", "<svg"])
+def test_what_is_no_picture_is_none(drawing):
+    assert cleaned(drawing) in ("", "<svg />")
 
 
-def test_a_live_page_streams_every_frame_in_order_also_to_those_who_come_late():
-    wanted = frames(5)
-    with LivePage(head("live", ROBOT)) as page:
+@contextmanager
+def served(**what):
+    with LivePage(head("live", ROBOT), **what) as page:
+        yield page, urlsplit(page.address)
+
+
+class Got(NamedTuple):
+    """What was answered."""
+
+    status: int
+    body: bytes
+    headers: Mapping[str, str]
+
+
+def get(address, path, **headers):
+    connection = http.client.HTTPConnection(address.netloc, timeout=LIMIT)
+    try:
+        connection.request("GET", path, headers=headers)
+        answer = connection.getresponse()
+        return Got(answer.status, answer.read(), dict(answer.getheaders()))
+    finally:
+        connection.close()
+
+
+def socket_of(page, **options):
+    return connect(page.address.replace("http", "ws").replace("/?", "/frames?"), open_timeout=LIMIT, **options)
+
+
+def received(browser, count):
+    found = []
+    while len(found) < count:
+        said = json.loads(browser.recv(timeout=LIMIT))
+        found += [json.dumps(one) for one in said.get("frames", ())]
+    return complete(found)
+
+
+def test_every_frame_comes_in_order_also_to_those_who_come_late_and_then_the_end():
+    wanted = list(frames(5))
+    with served() as (page, _):
         for one in wanted[:3]:
-            page.publish(one)
-        stream = get(page.address, "/frames")
-        assert stream.getheader("Content-Type") == "text/event-stream"
-        assert b"EventSource" in get(page.address, "/").read()
-        assert get(page.address, "/etc/passwd").status == 404
-        for one in wanted[3:]:
-            page.publish(one)
-        lines = (stream.readline() for _ in range(1000))
-        data = (json.loads(line[6:]) for line in lines if line.startswith(b"data: "))
-        assert [next(data) for _ in wanted] == wanted
-    assert b"event: end" in stream.read(), "the end of the run is told"
-    with pytest.raises(OSError, match="refused"):
-        get(page.address, "/")
+            page.publish(partial(dict, one))
+        with socket_of(page) as early:
+            assert received(early, 3) == wanted[:3]
+            for one in wanted[3:]:
+                page.publish(partial(dict, one))
+            with socket_of(page) as late:
+                assert received(late, 5) == wanted
+                page.end({"line": "over"})
+                assert json.loads(late.recv(timeout=LIMIT)) == {"end": {"line": "over", "stands": True}}
+
+
+def test_an_operators_questions_are_answered():
+    asked = []
+    with served(operate=lambda question: asked.append(question) or b'{"done":true}', pausable=lambda: True) as (
+        page,
+        _,
+    ):
+        with socket_of(page) as browser:
+            assert json.loads(browser.recv(timeout=LIMIT)) == {"pausable": True}
+            browser.send('{"kind":"end"}')
+            assert json.loads(browser.recv(timeout=LIMIT)) == {"answer": {"done": True}}
+        assert asked == [b'{"kind":"end"}']
+
+
+def test_a_page_that_only_shows_refuses():
+    with served() as (page, _), socket_of(page) as browser:
+        browser.send('{"kind":"end"}')
+        assert json.loads(browser.recv(timeout=LIMIT))["answer"]["done"] is False
+
+
+def test_a_question_that_is_too_long_ends_the_connection():
+    with served(operate=lambda _: b"{}") as (page, _), socket_of(page) as browser:
+        browser.send("x" * 100_000)
+        with pytest.raises(ConnectionClosed):
+            browser.recv(timeout=LIMIT)
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [{"Host": "evil.example"}, {"Host": "evil.example:80"}, {"Origin": "http://evil.example"}, {"Origin": "null"}],
+)
+def test_other_hosts_and_other_pages_are_refused(headers):
+    with served() as (_, address):
+        path = f"/?{address.query}"
+        assert get(address, path, **headers).status == 403
+        assert get(address, path).status == 200
+        asked = f"/frames?{address.query}"
+        upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13"}
+        answer = get(address, asked, **upgrade, **{"Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ=="}, **headers)
+        assert answer.status == 403
+
+
+@pytest.mark.parametrize("path", ["/", "/?token=", "/?token=guess", "/drawing?state=a", "/frames"])
+def test_without_the_token_nothing_is_shown(path):
+    with served(drawn=lambda _: "<svg/>") as (_, address):
+        assert get(address, path).status == 403
+
+
+def test_the_page_says_what_it_may_load():
+    with served() as (_, address):
+        answer = get(address, f"/?{address.query}")
+        policy = {name.lower(): value for name, value in answer.headers.items()}["content-security-policy"]
+        assert "default-src 'none'" in policy
+        assert "frame-ancestors 'none'" in policy
+
+
+def test_a_machine_is_drawn_when_it_is_asked_for():
+    with served(drawn={"": "<svg>all</svg>", "a b": "<svg>one</svg>"}.__getitem__) as (_, address):
+        assert get(address, f"/drawing?state=a%20b&{address.query}").body == b"<svg>one</svg>"
+        assert get(address, f"/drawing?state=c&{address.query}").status == 404
+
+
+def test_only_the_loopback_is_listened_on():
+    with served() as (_, address):
+        assert address.hostname == "127.0.0.1"
+        assert len(parse_qs(address.query)["token"][0]) >= 16
 
 
 def test_a_reader_that_left_does_not_hold_up_the_run():
-    with LivePage(head("live", ROBOT)) as page:
-        page.publish(frames(1)[0])
-        get(page.address, "/frames").close()
+    with served() as (page, _):
+        with socket_of(page):
+            pass
         for one in frames(200):
-            page.publish(one)
+            page.publish(partial(dict, one))
+        with socket_of(page) as browser:
+            assert len(received(browser, 200)) == 200
 
 
 def test_a_feed_keeps_the_newest(monkeypatch):
-    monkeypatch.setattr("maze_machine.view.live.KEPT", 10)
-    feed = Feed()
-    for index in range(35):
-        feed.publish({"index": index})
-    kept, after, more = feed.after(0, 0.0)
-    assert (after, more) == (35, True)
-    assert [json.loads(one)["index"] for one in kept] == list(range(35 - len(kept), 35))
-    assert 10 <= len(kept) <= 20
-    assert feed.after(34, 0.0)[0] == kept[-1:]
-    feed.close()
-    assert feed.after(35, 5.0) == ([], 35, False)
+    monkeypatch.setattr("maze_machine.view.live.KEPT", KEYFRAME)
+    feed, wanted = Feed(), list(frames(5 * KEYFRAME))
+    for one in wanted:
+        feed.publish(partial(dict, one))
+        feed.encode()
+    kept, after = feed.after(0)
+    assert after == len(wanted)
+    assert KEYFRAME <= len(kept) <= 2 * KEYFRAME
+    assert complete(kept) == wanted[-len(kept) :]
+    assert feed.after(after) == ([], after)

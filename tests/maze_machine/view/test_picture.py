@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from maze_machine.view.palette import DOOR, EXIT, INKS
 from maze_machine.view.run_figure import Scene, Trail, save_picture
 
 SQUARE = np.array([[[0, 0], [4, 0]], [[4, 0], [4, 4]], [[4, 4], [0, 4]], [[0, 4], [0, 0]]], dtype=np.float64)
@@ -12,6 +13,10 @@ NONE = np.empty((0, 2, 2))
 
 def colours(file):
     return {colour for _, colour in Image.open(file).convert("RGB").getcolors(1 << 24)}
+
+
+def rgb(ink):
+    return tuple(int(ink[at : at + 2], 16) for at in (1, 3, 5))
 
 
 def trail(states=()):
@@ -30,11 +35,11 @@ def test_the_suffix_decides_the_format(tmp_path, suffix):
 def test_states_are_told_apart_by_colour(tmp_path):
     file = tmp_path / "run.png"
     save_picture(file, Scene(SQUARE, NONE, NONE), trail(["drive"] * 25 + ["turn"] * 25))
-    assert {(31, 119, 180), (255, 127, 14)} <= colours(file)  # the first two colours of matplotlib's tab10
+    assert {rgb(ink) for ink in INKS["light"][:2]} <= colours(file)
 
 
 def test_doors_and_exits_are_shown_only_where_there_are_any(tmp_path):
-    orange, green = (255, 127, 14), (44, 160, 44)
+    orange, green = rgb(DOOR), rgb(EXIT)
     file = tmp_path / "run.png"
     save_picture(file, Scene(SQUARE, SQUARE[:1] + 1.0, SQUARE[1:2]), trail())
     assert {orange, green} <= colours(file)

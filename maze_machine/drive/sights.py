@@ -1,0 +1,86 @@
+"""What perception found in a tick, for a picture: landmarks, nodes, ways of a junction, a door, the minimap, the map.
+
+All but the map is in the robot's frame; nothing decides by it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from perception.facts import Facts, turned
+from perception.mapping.surveyor import Surveyor
+from perception.ways import Way
+from transport.messages import Pose
+
+MAP_POINTS = 4000
+"""The map is shown by at most so many of its points."""
+
+
+def sights(facts: Facts) -> dict[str, Any]:
+    """What was found, as JSON values; lengths in m.
+
+    Returns:
+        ``landmarks`` (x1, y1, x2, y2), ``nodes`` (x, y, kind), ``ways`` (outlines), ``door`` (x1, y1, x2, y2) where one
+        may be rung, ``minimap`` (``size`` cells of ``cell`` m a side, turned by ``turn``, rows ahead, columns to the
+        left, ``2`` where something stands), ``pose`` of the robot in the frame of the ``map``: its keyframes'
+        ``poses``, ``points`` on walls, and the ``ellipse`` of the robot's place (two standard deviations along two
+        axes, direction of the first).
+    """
+    minimap, pose, surveyor = facts.minimap, facts.pose, facts.world.surveyor
+    found: dict[str, Any] = {
+        "landmarks": [_rounded(*one.start, *one.end) for one in facts.landmarks],
+        "nodes": [[*_rounded(node.x, node.y), node.kind.value] for node in facts.nodes],
+        "ways": _ways(facts),
+        "minimap": {
+            "size": len(minimap.cells),
+            "cell": minimap.cell,
+            "turn": -facts.misalignment,
+            "rows": ["".join(map(str, row)) for row in minimap.cells.tolist()],
+        },
+        "pose": _rounded(pose.x, pose.y, pose.heading),
+    }
+    if facts.door is not None:
+        found["door"] = _rounded(*facts.door.right, *facts.door.left)
+    if surveyor is not None and surveyor.mapper.clouds:
+        found["map"] = _map(surveyor, pose)
+    return found
+
+
+def _rounded(*values: float) -> list[float]:
+    return [round(value, 3) for value in values]
+
+
+def _ways(facts: Facts) -> list[list[list[float]]]:
+    """The open ways to the sides as rectangles in the robot's frame."""
+    junction, outlines = facts.junction, []
+    for way, wall, side in ((junction.left, junction.left_wall, 1), (junction.right, junction.right_wall, -1)):
+        if _drawable(way, wall):
+            inner, outer = side * wall, side * (wall + way.depth)
+            outlines.append([(way.near, inner), (way.far, inner), (way.far, outer), (way.near, outer)])
+    cosine, sine = math.cos(facts.misalignment), math.sin(facts.misalignment)
+    return [[_rounded(cosine * x - sine * y, sine * x + cosine * y) for x, y in outline] for outline in outlines]
+
+
+def _drawable(way: Way, wall: float) -> bool:
+    return way.open and all(map(math.isfinite, (way.near, way.far, way.depth, wall)))
+
+
+def _map(surveyor: Surveyor, pose: Pose) -> dict[str, Any]:
+    """The map in the world model's frame."""
+    count = len(surveyor.mapper.clouds)
+    poses = [surveyor.keyframe(number) for number in range(min(count, len(surveyor.mapper.graph.poses)))]
+    every = max(1, sum(len(cloud) for cloud in surveyor.mapper.clouds) // MAP_POINTS)
+    points: list[list[float]] = []
+    for cloud, place in zip(surveyor.mapper.clouds, poses, strict=False):
+        rows = turned(cloud.points.T[::every], place.heading)
+        points += [_rounded(place.x + x, place.y + y) for x, y in rows.tolist()]
+    spread = surveyor.covariance
+    half, apart = (spread.xx + spread.yy) / 2, math.hypot((spread.xx - spread.yy) / 2, spread.xy)
+    axes = (2 * math.sqrt(max(half + apart, 0.0)), 2 * math.sqrt(max(half - apart, 0.0)))
+    direction = pose.heading + math.atan2(2 * spread.xy, spread.xx - spread.yy) / 2
+    return {
+        "poses": [_rounded(one.x, one.y) for one in poses],
+        "points": points,
+        "ellipse": _rounded(*axes, direction),
+    }

@@ -1,0 +1,122 @@
+"""A run that people and programs operate while it goes on: events, pause, steps, speed, the end."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from threading import Condition
+
+from maze_machine.drive.mission import Mission
+from maze_machine.drive.operation import checked_event
+from maze_machine.drive.tick import Tick
+from maze_machine.errors import UsageError
+from maze_machine.remote.messages import (
+    AdvanceRun,
+    Answer,
+    EndRun,
+    OperationError,
+    Pause,
+    Resume,
+    SendEvent,
+    SetSpeed,
+    read_operation,
+)
+from transport.wording import printable
+
+KEEP = 0.5
+"""How often the robot hears of a run that stands still, s."""
+BACKLOG = 100
+"""So many events may wait for a tick; more are refused."""
+
+
+class OperatedRun:
+    """The operator of a run and a watcher of its ticks in one; any number of networks and pages lead to it.
+
+    Where the robot waits for its controller, as in a simulation, the run may stand still, go on tick by tick and keep a
+    pace; a real robot's run can only be sent events and be ended.
+
+    Args:
+        mission: the run.
+        pausable: whether the robot waits for its controller; ``drives`` says it where it is known only later.
+        speed: the pace of a simulation as a multiple of real time; None to run as fast as it can.
+    """
+
+    def __init__(self, mission: Mission, *, pausable: bool, speed: float | None = None) -> None:
+        self.pausable = pausable
+        self._machine = mission.machine
+        self._period = mission.profile.robot.period
+        self._speed = speed
+        self._due = 0.0
+        self._events: deque[str] = deque()
+        self._allowed: int | None = None  # ticks until the run stands still; None: no end
+        self._ended = ""
+        self._change = Condition()
+        self._keep: Callable[[], object] = lambda: None
+
+    # The loop's side.
+
+    def drives(self, *, waits: bool, keep: Callable[[], object]) -> None:
+        """Take note of the robot: whether it waits for its controller, and what keeps it while the run stands still."""
+        self.pausable, self._keep = waits, keep
+
+    @property
+    def ended(self) -> str:
+        """Why an operator ended the run; empty while nobody has."""
+        return self._ended
+
+    def events(self, _index: int, _time: float) -> Sequence[str]:
+        """The events that operators have sent since the last tick."""
+        found: list[str] = []
+        while self._events:
+            found.append(self._events.popleft())
+        return found
+
+    def __call__(self, tick: Tick) -> None:
+        """Take in a tick: keep the pace, and wait while an operator wants a pause."""
+        if self._speed is None and self._allowed is None:
+            return
+        with self._change:
+            if self._allowed is not None:
+                self._allowed = max(self._allowed - 1, 0)
+                while self._allowed == 0 and not self._ended:
+                    if not self._change.wait_for(lambda: self._allowed != 0 or bool(self._ended), KEEP):
+                        self._keep()
+            while not self._ended and self._speed is not None and (left := self._due - time.monotonic()) > 0:
+                self._change.wait(left)
+            if self._speed is not None:
+                self._due = max(self._due, time.monotonic() - self._period) + self._period / self._speed
+
+    # The operators' side.
+
+    def answer(self, payload: bytes) -> bytes:
+        """Do what a question asks for, and say what became of it; both are JSON (``docs/reference/link.md``)."""
+        try:
+            answer = self._done(payload)
+        except (OperationError, UsageError) as error:
+            answer = Answer(done=False, reason=printable(str(error))[:1000])
+        return answer.model_dump_json().encode()
+
+    def _done(self, payload: bytes) -> Answer:
+        operation = read_operation(payload)
+        if not self.pausable and isinstance(operation, Pause | Resume | AdvanceRun | SetSpeed):
+            return Answer(done=False, reason="only a simulation that waits for its controller can do that")
+        with self._change:
+            match operation:
+                case SendEvent(name=name):
+                    event = checked_event(name, self._machine)
+                    if len(self._events) >= BACKLOG:
+                        return Answer(done=False, reason=f"{BACKLOG} events wait already")
+                    self._events.append(event)
+                case Pause():
+                    self._allowed = 0
+                case Resume():
+                    self._allowed = None
+                case AdvanceRun(ticks=ticks):
+                    self._allowed = ticks
+                case SetSpeed(factor=factor):
+                    self._speed, self._due = factor, 0.0
+                case EndRun():
+                    self._ended = "an operator ended the run"
+            self._change.notify_all()
+        return Answer(done=True)

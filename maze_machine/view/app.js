@@ -1,0 +1,139 @@
+// Ties the parts together: what is shown when, how it plays, keys, the address of a moment.
+const app = (() => {
+  let at = 0, playing = false, following = DATA.live, stale = true, last = 0, due = 0, spent = 0;
+
+  function dirty() { stale = true; }
+  function seek(index, follow = false) {
+    at = Math.max(0, Math.min(store.frames.length - 1, index));
+    following = follow && DATA.live;
+    if (!playing && !following) remember();
+    stale = true;
+  }
+  let remembering = 0;
+  function remember() {
+    clearTimeout(remembering);
+    remembering = setTimeout(() => { if (store.frames[at]) history.replaceState(null, "", `#t=${store.time(at).toFixed(1)}`); }, 200);
+  }
+  function play(on) {
+    playing = on;
+    if (on && at >= store.frames.length - 1 && !controls.running()) at = 0;
+    if (on && controls.running()) following = true;
+    label();
+    stale = true;
+  }
+  function label() {
+    const moving = following ? true : playing;
+    element("play").textContent = moving ? "Pause" : "Play";
+    element("play").setAttribute("aria-pressed", String(moving));
+    element("newest").hidden = !controls.running() || following;
+  }
+  function toggle() {
+    if (following || playing) { following = false; play(false); remember(); } else play(true);
+  }
+  function jump(direction) {
+    const list = store.transitions;
+    let found;
+    if (direction > 0) found = list.find((index) => index > at); else for (const index of list) if (index < at) found = index;
+    if (found !== undefined) { play(false); seek(found); }
+  }
+
+  function take(frames) {
+    const before = store.dropped, first = !store.frames.length;
+    for (const one of frames) store.add(one);
+    const lost = store.dropped - before;
+    if (lost) { at = Math.max(0, at - lost); plan.restart(); lanes.restart(); }
+    if (first) { controls.status(""); moment(); }
+    if (following) at = store.frames.length - 1;
+    stale = true;
+  }
+
+  function moment() {
+    const found = /#t=([\d.]+)/.exec(location.hash);
+    if (found && store.frames.length) { following = false; play(false); seek(store.index(Number(found[1]))); return true; }
+    return false;
+  }
+
+  function draw() {
+    const frame = store.frames[at], slider = element("at");
+    if (!frame) return;
+    const began = performance.now();
+    const [forward, aside, turn] = frame.twist;
+    const text = `${store.time(at).toFixed(1)} s · ${frame.doing || frame.states[frame.states.length - 1] || ""} · ${Math.hypot(forward, aside).toFixed(2)} m/s, ${turn.toFixed(2)} rad/s`;
+    if (element("now").textContent !== text) element("now").textContent = text;
+    if (slider.max !== String(store.frames.length - 1)) slider.max = store.frames.length - 1;
+    slider.value = at;
+    slider.setAttribute("aria-valuetext", `${store.time(at).toFixed(1)} seconds, ${frame.doing}`);
+    plan.draw(at);
+    plan.legend(frame);
+    machine.show(frame, at);
+    why.show(frame);
+    lanes.draw(at);
+    label();
+    spent = performance.now() - began;
+    document.body.dataset.shown = "yes";
+  }
+
+  function beat(now) {
+    if (following && store.frames.length && at !== store.frames.length - 1) { at = store.frames.length - 1; stale = true; }
+    else if (playing && !following) {
+      due += (now - last) / 1000 * Number(element("speed").value) / head.period;
+      const steps = Math.floor(due);
+      due -= steps;
+      if (steps && at < store.frames.length - 1) { at = Math.min(at + steps, store.frames.length - 1); stale = true; }
+      else if (at >= store.frames.length - 1 && !controls.running()) play(false);
+    } else due = 0;
+    last = now;
+    if (stale) { stale = false; draw(); }
+    requestAnimationFrame(beat);
+  }
+
+  const KEYS = {
+    " ": toggle, ArrowLeft: (far) => { play(false); seek(at - (far ? 10 : 1)); }, ArrowRight: (far) => { play(false); seek(at + (far ? 10 : 1)); },
+    Home: () => { play(false); seek(0); }, End: () => seek(store.frames.length - 1, true), n: () => jump(1), p: () => jump(-1),
+    f: () => { element("follow").checked = !element("follow").checked; dirty(); }, "+": () => plan.closer(1.3), "-": () => plan.closer(1 / 1.3),
+    0: () => plan.fit(), ".": () => controls.step(),
+  };
+  function key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const target = event.target, typing = target.matches("input:not([type=range]):not([type=checkbox]), select, textarea");
+    if (typing || (event.key === " " && target.matches("button, input, a, [role=button]"))) return;
+    if (target === element("scene") && event.shiftKey && event.key.startsWith("Arrow")) {
+      const [dx, dy] = { ArrowLeft: [40, 0], ArrowRight: [-40, 0], ArrowUp: [0, 40], ArrowDown: [0, -40] }[event.key];
+      plan.shift(dx, dy); event.preventDefault(); return;
+    }
+    if (target.closest(".scroll") && ["Home", "End"].includes(event.key)) return;
+    const act = KEYS[event.key];
+    if (act) { event.preventDefault(); act(event.shiftKey); }
+  }
+
+  async function begin() {
+    document.title = head.title;
+    element("title").textContent = head.title;
+    element("play").addEventListener("click", toggle);
+    element("back").addEventListener("click", () => KEYS.ArrowLeft());
+    element("on").addEventListener("click", () => KEYS.ArrowRight());
+    element("earlier").addEventListener("click", () => jump(-1));
+    element("later").addEventListener("click", () => jump(1));
+    element("newest").addEventListener("click", () => { seek(store.frames.length - 1, true); });
+    element("at").addEventListener("input", ({ target }) => { play(false); seek(Number(target.value)); });
+    element("fit").addEventListener("click", plan.fit);
+    element("nearer").addEventListener("click", () => plan.closer(1.3));
+    element("farther").addEventListener("click", () => plan.closer(1 / 1.3));
+    for (const name of ["follow", "show-laser", "show-seen"]) element(name).addEventListener("change", dirty);
+    document.addEventListener("keydown", key);
+    window.addEventListener("hashchange", moment);
+    new ResizeObserver(() => { plan.resized(); machine.resized(); lanes.resized(); dirty(); }).observe(element("plan"));
+    dark.addEventListener("change", () => { readColours(); plan.restart(); lanes.recolour(); dirty(); });
+    controls.begin();
+    await packedFrames();
+    if (!moment() && store.frames.length) { seek(0); }
+    element("seen-label").hidden = !store.frames.some((one) => one.sights) && !DATA.live;
+    element("speed").closest("label").hidden = DATA.live;
+    document.body.dataset.ready = "yes";
+    requestAnimationFrame(beat);
+  }
+
+  return { dirty, seek, take, begin, get playing() { return playing || following; }, get at() { return at; }, get spent() { return spent; },
+           redraw(index) { at = index; const began = performance.now(); draw(); return performance.now() - began; } };
+})();
+app.begin();

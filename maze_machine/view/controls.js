@@ -1,0 +1,72 @@
+// What an operator can do: stop, pause, one tick, pace, events; each is a question over the socket, and has an answer.
+const controls = (() => {
+  let socket = null, waiting = [], over = false, stopping = false, held = false;
+  const status = (text, kind = "") => { const line = element("status"); line.textContent = text; line.className = kind; };
+
+  function connect() {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    socket = new WebSocket(`${scheme}://${location.host}/frames?token=${encodeURIComponent(DATA.token)}`);
+    socket.onmessage = ({ data }) => {
+      const said = JSON.parse(data);
+      if (said.frames) app.take(said.frames);
+      else if (said.answer) { const then = waiting.shift(); if (then) then(said.answer); }
+      else if ("pausable" in said) element("simulation").hidden = over || !said.pausable;
+      else if (said.end) verdict(said.end);
+    };
+    socket.onclose = () => {
+      waiting = [];
+      if (over) return;
+      status(stopping ? "Connection lost: it is not confirmed that the base stands. Use the robot's own stop." : "Connection lost", "bad");
+    };
+    status("Waiting for the first tick");
+  }
+
+  function ask(operation, then = () => {}) {
+    if (!socket || socket.readyState !== WebSocket.OPEN) { status("Not connected: nothing was sent", "bad"); return; }
+    waiting.push((answer) => { if (!answer.done) status(`Refused: ${answer.reason}`, "bad"); then(answer.done); });
+    socket.send(JSON.stringify(operation));
+  }
+
+  function verdict(said) {
+    over = true;
+    element("simulation").hidden = element("sending").hidden = element("stop").hidden = true;
+    const stands = said.stands ? " The base stands." : "";
+    status(`${said.line || "The run is over."}${stands}`, said.solved === false ? "bad" : "good");
+    element("status").title = (said.lines || EMPTY).join("\n");
+    app.dirty();
+  }
+
+  function hold(on) {
+    held = on;
+    element("hold").textContent = on ? "Resume simulation" : "Pause simulation";
+    element("hold").setAttribute("aria-pressed", String(on));
+    element("step").disabled = !on;
+  }
+
+  function begin() {
+    if (DATA.verdict) verdict(DATA.verdict);
+    if (!DATA.live) return;
+    if (head.operable) {
+      element("stop").hidden = false;
+      element("stop").addEventListener("click", () => {
+        stopping = true;
+        status("Stopping: waiting for the word that the base stands", "bad");
+        ask({ kind: "end" }, (done) => { if (done) element("stop").disabled = true; });
+      });
+      hold(false);
+      element("hold").addEventListener("click", () => ask({ kind: held ? "resume" : "pause" }, (done) => { if (done) hold(!held); }));
+      element("step").addEventListener("click", step);
+      element("pace").addEventListener("change", ({ target }) => ask({ kind: "speed", factor: target.value ? Number(target.value) : null }));
+      const events = (model && model.events) || EMPTY;
+      if (events.length) {
+        element("sending").hidden = false;
+        for (const name of events) element("event").add(new Option(name, name));
+        element("send").addEventListener("click", () => ask({ kind: "event", name: element("event").value }, (done) => { if (done) status(`Sent ${element("event").value}`); }));
+      }
+    }
+    connect();
+  }
+
+  function step() { if (held) ask({ kind: "advance", ticks: 1 }); }
+  return { begin, status, step, running: () => DATA.live && !over };
+})();

@@ -1,0 +1,82 @@
+"""The pictures of a machine that the page shows: one compound state opened at a time, the others folded."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from xml.etree import ElementTree
+
+from hsm.engine.machine import Machine
+from hsm.interchange.diagrams import DiagramError, Look, render
+from hsm.interchange.folding import open_around
+
+
+class Drawings:
+    """Draws a machine around one of its compound states.
+
+    Args:
+        machine: the machine.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self.drawn = cache(self._drawn)
+
+    def names(self) -> list[str]:
+        """The compound states by their full names; the whole machine is called by the empty one."""
+        return ["", *(state.name for state in self._machine.model.states[1:] if state.children)]
+
+    def all(self) -> dict[str, str]:
+        """The picture around each compound state."""
+        return {name: self.drawn(name) for name in self.names()}
+
+    def _drawn(self, name: str) -> str:
+        """An SVG element.
+
+        Raises:
+            DiagramError: it cannot be drawn here.
+        """
+        look = Look(transparent=True, guards=False, brief=True, opened=open_around(self._machine.model, [name]))
+        text = render(self._machine, "svg", look).decode()
+        return text[text.index("<svg") :]
+
+
+def drawable(drawings: Drawings) -> str:
+    """Why a machine cannot be drawn; empty where it can."""
+    try:
+        drawings.drawn("")
+    except DiagramError as error:
+        return str(error)
+    return ""
+
+
+_SVG = "{http://www.w3.org/2000/svg}"
+_ELEMENTS = frozenset(("svg", "g", "path", "polygon", "polyline", "ellipse", "text"))
+_ATTRIBUTES = frozenset(
+    ("id", "class", "d", "points", "transform", "x", "y", "cx", "cy", "rx", "ry", "viewBox", "text-anchor", "font-size")
+)
+_VALUE = re.compile(r"[\w\s.,()+-]*", re.ASCII)
+
+
+def cleaned(drawing: str) -> str:
+    """A picture of somebody else's with nothing in it but shapes and texts; empty if it is none.
+
+    Colours are left out, too: the page has its own.
+    """
+    try:
+        root = ElementTree.fromstring(drawing)
+    except ElementTree.ParseError:
+        return ""
+    kept = _shapes(root)
+    return "" if kept is None or kept.tag != "svg" else ElementTree.tostring(kept, encoding="unicode")
+
+
+def _shapes(element: ElementTree.Element) -> ElementTree.Element | None:
+    name = str(element.tag).removeprefix(_SVG)
+    if name not in _ELEMENTS:
+        return None
+    said = {key: value for key, value in element.attrib.items() if key in _ATTRIBUTES and _VALUE.fullmatch(value)}
+    kept = ElementTree.Element(name, said)
+    kept.text = element.text if name == "text" else None
+    kept.extend(one for child in element if (one := _shapes(child)) is not None)
+    return kept

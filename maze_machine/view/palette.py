@@ -1,0 +1,24 @@
+"""The colours that tell states apart, on the page and in pictures.
+
+Any two of a ground differ in CIELAB by more than 20 for normal sight and under simulated deuteranopia (Machado,
+Oliveira and Fernandes, IEEE TVCG 15(6), 2009), and each by a contrast of 3:1 or more from its ground. A dash pattern
+goes with each, so that colour never says it alone.
+"""
+
+from __future__ import annotations
+
+INKS = {
+    "light": ("#0066bb", "#229900", "#ee3399", "#113311", "#550055", "#aa66bb", "#995544", "#002299"),
+    "dark": ("#55bbee", "#ee7722", "#00eeaa", "#2288ff", "#009988", "#778844", "#eedd88", "#ffccff"),
+}
+"""By the ground that they are for: ``light`` is white, ``dark`` nearly black."""
+DASHES: tuple[tuple[int, ...], ...] = ((), (6, 3), (2, 3), (10, 3, 2, 3))
+"""Lengths of strokes and gaps, in widths of a thin line."""
+DOOR, EXIT = "#995544", "#1c7a00"
+"""Of doors and exits on a light ground."""
+
+
+def style(number: int, ground: str = "light") -> tuple[str, tuple[int, ...]]:
+    """The colour and the dash pattern of the state that was met as this one, from 0."""
+    inks = INKS[ground]
+    return inks[number % len(inks)], DASHES[(number + number // len(inks)) % len(DASHES)]

@@ -1,0 +1,351 @@
+"""The page in a real browser, headless: what a person sees of it and can do with it."""
+
+import re
+import shutil
+from contextlib import contextmanager
+from functools import partial
+
+import pytest
+
+from maze_machine.catalogue.profile import load_profile
+from maze_machine.drive.mission import Ending, drive, prepare
+from maze_machine.remote.operated import OperatedRun
+from maze_machine.report.pages import ShownRun, run_head
+from maze_machine.simulated.world import SimulatedWorld, find_maze
+from maze_machine.view.drawings import Drawings
+from maze_machine.view.live import LivePage
+from maze_machine.view.page import head, replay_page
+from transport.description import RobotDescription
+from transport.world import LockstepRobot
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed")
+pytest.importorskip("pygraphviz")
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here: Debian's package `chromium` brings it")
+LIMIT = 20_000
+SECONDS = 30.0
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def opened(browser):
+    """Opens an address in a window of some size; at the end nothing may stand in the console."""
+    contexts, said = [], []
+
+    def show(address, width=1280, height=800, *, bypass_csp=True, **options):
+        window = {"width": width, "height": height}
+        context = browser.new_context(viewport=window, bypass_csp=bypass_csp, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.set_default_timeout(LIMIT)
+        page.on("console", lambda message: said.append(message.text))
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.goto(address)
+        page.wait_for_selector("body[data-shown]")
+        return page
+
+    yield show
+    for context in contexts:
+        context.close()
+    assert said == []
+
+
+@pytest.fixture(scope="module")
+def driven():
+    """The ticks of the first seconds of a run of pledge, with its mission and world."""
+    mission = prepare("pledge", load_profile(), time_limit=SECONDS)
+    world = SimulatedWorld(find_maze("final_2015"), mission.profile.robot)
+    robot, frames = LockstepRobot(world), []
+    shown = ShownRun(lambda frame: frames.append(frame()), lambda _: None)
+    ending = drive(mission, robot, robot, [shown], truth=world.pose)
+    return mission, world, frames, ending
+
+
+@pytest.fixture(scope="module")
+def recorded(driven, tmp_path_factory):
+    """The address of a page of that run."""
+    mission, world, frames, ending = driven
+    told = {**run_head(mission, world), "drawings": Drawings(mission.machine).all()}
+    file = tmp_path_factory.mktemp("page") / "run.html"
+    file.write_text(replay_page(told, frames, ending.as_json()), encoding="utf-8")
+    return file.as_uri()
+
+
+@contextmanager
+def live(driven, *, count=40):
+    """A page of a run that goes on: its ticks so far, and what its operators have asked for."""
+    mission, world, frames, _ = driven
+    drawings, operated = Drawings(mission.machine), OperatedRun(mission, pausable=True)
+    asked = []
+
+    def operate(question):
+        asked.append(question)
+        return operated.answer(question)
+
+    told = run_head(mission, world)
+    with LivePage(told, operate=operate, drawn=drawings.drawn, pausable=lambda: True) as page:
+        for frame in frames[:count]:
+            page.publish(partial(dict, frame))
+        yield page, asked, frames
+
+
+def lit(page):
+    return set(page.evaluate("machine.lit()"))
+
+
+def settled(page):
+    """Let the page draw what it has been told."""
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def test_active_states_are_lit_and_the_reasons_are_those_of_the_tick(opened, recorded, driven):
+    _, _, frames, _ = driven
+    page = opened(recorded)
+    for at in (0, 120, 251):
+        page.evaluate(f"app.seek({at})")
+        page.wait_for_function(f"machine.lit().includes({frames[at]['doing']!r})")
+        assert lit(page) <= set(frames[at]["states"])
+        rows = page.locator("#reasons tbody tr:not(.apart)")
+        told = {rows.nth(row).inner_text() for row in range(rows.count())}
+        for one in frames[at]["why"]:
+            if page.evaluate(f"model.transitions[{one['transition']}].source") == frames[at]["doing"]:
+                assert any(one["reason"] in text for text in told), one
+    assert page.locator("#status").inner_text().startswith("unfinished: still inside")
+
+
+def test_a_taken_transition_flashes(opened, recorded, driven):
+    _, _, frames, _ = driven
+    page = opened(recorded)
+    at = next(frame["tick"] for frame in frames if frame["fired"] and frame["tick"] > 5)
+    page.evaluate(f"app.seek({at})")
+    page.wait_for_function("document.querySelectorAll('.drawing .edge.flash').length > 0")
+    assert page.locator("#facts").inner_text().count("took") >= 1
+
+
+def test_scrubbing_keys_and_links_lead_to_a_moment(opened, recorded):
+    page = opened(f"{recorded}#t=12.3")
+    assert page.evaluate("app.at") == 123
+    page.locator("#at").focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Shift+ArrowRight")
+    assert page.evaluate("app.at") == 134
+    page.keyboard.press("p")
+    assert page.evaluate("store.frames[app.at].taken.length") > 0
+    page.wait_for_function("location.hash === `#t=${store.time(app.at).toFixed(1)}`")
+    page.locator("#lanes canvas").first.click(position={"x": 100, "y": 8})
+    assert page.evaluate("app.at") != 134
+    page.keyboard.press("Home")
+    assert page.evaluate("app.at") == 0
+
+
+def test_it_plays_in_real_time_and_pauses(opened, recorded):
+    page = opened(recorded)
+    page.keyboard.press(" ")
+    page.wait_for_function("app.at > 3")
+    page.keyboard.press(" ")
+    at = page.evaluate("app.at")
+    settled(page)
+    assert page.evaluate("app.at") == at
+    assert page.evaluate("document.getElementById('speed').value") == "1"
+
+
+def test_a_folded_state_opens_and_a_state_is_chosen(opened, recorded):
+    page = opened(recorded)
+    page.select_option("#opened", "run")
+    page.wait_for_selector("g.state[aria-label='watch']")
+    page.locator("g.state[aria-label='watch']").focus()
+    page.keyboard.press("Enter")
+    page.wait_for_selector("g.state[aria-label='watch.well']")
+    assert page.input_value("#chosen") == "watch"
+
+
+def test_pause_holds_the_view_of_a_run_that_goes_on(opened, driven):
+    with live(driven) as (served, _, frames):
+        page = opened(served.address)
+        page.wait_for_function("app.at === 39")
+        page.click("#play")
+        for frame in frames[40:80]:
+            served.publish(partial(dict, frame))
+        page.wait_for_function("store.frames.length === 80")
+        settled(page)
+        assert page.evaluate("app.at") == 39
+        page.click("#newest")
+        page.wait_for_function("app.at === 79")
+
+
+def test_it_works_under_its_own_policy(opened, driven):
+    with live(driven) as (served, _, _):
+        page = opened(served.address, bypass_csp=False)
+        page.wait_for_selector("#drawing svg g.state.active")
+        page.wait_for_selector("#simulation:not([hidden])")
+
+
+def test_stop_is_always_there_and_is_confirmed_only_when_the_base_stands(opened, driven):
+    with live(driven) as (served, asked, _):
+        page = opened(served.address, 390, 844)
+        stop = page.locator("#stop")
+        page.evaluate("scrollTo(0, document.body.scrollHeight)")
+        settled(page)
+        box = stop.bounding_box()
+        assert box["y"] >= 0
+        assert box["y"] + box["height"] <= 844
+        assert box["height"] >= 40
+        stop.click()
+        page.wait_for_function("document.getElementById('status').textContent.startsWith('Stopping')")
+        assert asked == [b'{"kind":"end"}']
+        served.end(Ending(None, "an operator ended the run", 40, 4.0, 1.0, {}).as_json())
+        page.wait_for_function("document.getElementById('status').textContent.includes('The base stands.')")
+        assert stop.is_hidden()
+
+
+def test_where_the_server_goes_nothing_is_confirmed(opened, driven):
+    with live(driven) as (served, _, _):
+        page = opened(served.address)
+        page.click("#stop")
+    page.wait_for_function("document.getElementById('status').textContent.includes('not confirmed')")
+
+
+def test_a_simulation_is_paused_stepped_and_sent_events(opened, driven):
+    with live(driven) as (served, asked, _):
+        page = opened(served.address)
+        page.click("#hold")
+        page.wait_for_function("document.getElementById('hold').textContent === 'Resume simulation'")
+        page.click("#step")
+        page.select_option("#pace", "4")
+        page.select_option("#event", "blinded")
+        page.click("#send")
+        page.wait_for_function("document.getElementById('status').textContent === 'Sent blinded'")
+        kinds = [re.search(rb'"kind":"(\w+)"', one)[1] for one in asked]
+        assert kinds == [b"pause", b"advance", b"speed", b"event"]
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "options"),
+    [
+        (390, 844, {}),
+        (1280, 800, {}),
+        (1920, 1080, {"color_scheme": "dark"}),
+        (640, 400, {"device_scale_factor": 2}),  # 1280x800 at a zoom of 200 %
+    ],
+)
+def test_it_fits_every_window_and_its_labels_can_be_read(opened, recorded, width, height, options):
+    page = opened(f"{recorded}#t=20", width, height, **options)
+    page.wait_for_selector("#drawing svg g.state")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    for part in ("#scene", "#drawing", "#why", "#play", "#at"):
+        assert page.locator(part).bounding_box()["width"] >= (width / 3 if part in ("#scene", "#drawing") else 30)
+    smallest = page.evaluate(
+        """Math.min(...[...document.querySelectorAll("#drawing text")].map(
+             (one) => one.getBoundingClientRect().height > 0
+               ? parseFloat(getComputedStyle(one).fontSize) * one.getScreenCTM().a : 99))"""
+    )
+    assert smallest >= 11
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(opened, recorded, driven, scheme):
+    page = opened(f"{recorded}#t=20", color_scheme=scheme)
+    page.wait_for_selector("#drawing svg g.state")
+    assert serious(page) == []
+    with live(driven) as (served, _, _):
+        assert serious(opened(served.address, color_scheme=scheme)) == []
+
+
+def serious(page):
+    found = axe.Axe().run(page).response["violations"]
+    return [
+        (one["id"], [node["html"][:200] for node in one["nodes"]][:3])
+        for one in found
+        if one["impact"] in ("serious", "critical")
+    ]
+
+
+def test_everything_can_be_reached_by_keyboard(opened, driven):
+    with live(driven) as (served, _, _):
+        page = opened(served.address)
+        page.wait_for_selector("#drawing svg g.state")
+        usable = "(one) => one.offsetParent && !one.disabled"
+        controls = f"[...document.querySelectorAll('button, select, input')].filter({usable}).map((one) => one.id)"
+        wanted = set(page.evaluate(controls))
+        reached = set()
+        for _ in range(120):
+            page.keyboard.press("Tab")
+            reached.add(page.evaluate("document.activeElement.id"))
+        assert wanted <= reached
+
+
+def test_a_redraw_at_eight_thousand_ticks_is_quick(opened, tmp_path, driven):
+    mission, world, frames, _ = driven
+    many = [{**frames[at % len(frames)], "tick": at, "stamp": at * 10**8} for at in range(8000)]
+    file = tmp_path / "long.html"
+    file.write_text(replay_page({**run_head(mission, world), "undrawn": "not here"}, many), encoding="utf-8")
+    page = opened(file.as_uri())
+    page.evaluate("app.redraw(7000)")
+    spent = sorted(page.evaluate("[...Array(50).keys()].map((one) => app.redraw(7000 + 10 * one))"))
+    # It takes 1 to 3 ms where nothing else runs; drawing all anew took 195 ms.
+    assert spent[len(spent) // 2] < 40
+
+
+def test_a_run_without_a_machine_or_a_maze_is_shown(opened, tmp_path):
+    frames = [
+        {"tick": at, "stamp": at * 10**8, "pose": [at / 10, 0.0, 0.0], "twist": [1.0, 0.0, 0.0], "ranges": [100] * 125}
+        for at in range(30)
+    ]
+    file = tmp_path / "bare.html"
+    file.write_text(replay_page(head("</script> & <b>", RobotDescription()), frames), encoding="utf-8")
+    page = opened(file.as_uri())
+    assert page.title() == "</script> & <b>"
+    assert page.locator("#machine").is_hidden()
+    page.keyboard.press("End")
+    page.wait_for_function("app.at === 29")
+
+
+def test_the_palette_survives_deuteranopia(opened, recorded):
+    page = opened(recorded)
+    for ground, inks in zip(((255, 255, 255), (22, 25, 29)), page.evaluate("[INKS.light, INKS.dark]"), strict=True):
+        seen = [lab(deuteranopia(linear(rgb(ink)))) for ink in inks]
+        apart = min(distance(one, other) for at, one in enumerate(seen) for other in seen[:at])
+        assert apart > 20
+        for ink in inks:
+            assert contrast(rgb(ink), ground) >= 3.0, ink
+    assert len({tuple(one) for one in page.evaluate("DASHES")}) == 4
+
+
+def rgb(ink):
+    return tuple(int(ink[at : at + 2], 16) for at in (1, 3, 5))
+
+
+def linear(colour):
+    return [one / 255 / 12.92 if one <= 10 else ((one / 255 + 0.055) / 1.055) ** 2.4 for one in colour]
+
+
+def deuteranopia(colour):
+    """Machado, Oliveira and Fernandes 2009, severity 1."""
+    rows = ((0.367322, 0.860646, -0.227968), (0.280085, 0.672501, 0.047413), (-0.011820, 0.042940, 0.968881))
+    return [min(1.0, max(0.0, sum(a * b for a, b in zip(row, colour, strict=True)))) for row in rows]
+
+
+def lab(colour):
+    red, green, blue = colour
+    x = (0.4124564 * red + 0.3575761 * green + 0.1804375 * blue) / 0.95047
+    y = 0.2126729 * red + 0.7151522 * green + 0.0721750 * blue
+    z = (0.0193339 * red + 0.1191920 * green + 0.9503041 * blue) / 1.08883
+    a, b, c = (one ** (1 / 3) if one > 0.008856 else 7.787 * one + 16 / 116 for one in (x, y, z))
+    return 116 * b - 16, 500 * (a - b), 200 * (b - c)
+
+
+def distance(one, other):
+    return sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5
+
+
+def contrast(one, other):
+    light = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in map(linear, (one, other))]
+    return (max(light) + 0.05) / (min(light) + 0.05)

@@ -1,8 +1,7 @@
-"""Neovim with the lines of the how-to page: it attaches, shows diagnostics and completes."""
+"""Neovim with the lines of the how-to page: it attaches, shows diagnostics and completes; the grammar gives colours."""
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -10,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.editors.grammar import FOLDER, build
+from tests.editors.page import TEXT, lines_for, surroundings
+
 NVIM = shutil.which("nvim", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
-TEXT = "machine m\n\ninitial a\n\nstate a\n    do rotat(90 deg)\n    when space.l\n\nfinal b\n"
 DRIVE = """
 local function until_true(condition) assert(vim.wait(30000, condition, 20), "nothing came") end
 vim.cmd.edit("m.maze-machine")
@@ -25,33 +25,33 @@ local labels = {}
 for _, answer in pairs(found) do
   for _, item in ipairs(answer.result.items or answer.result) do table.insert(labels, item.label) end
 end
+vim.treesitter.get_parser(0):parse()
+local kinds = {}
+for _, one in ipairs(vim.treesitter.get_captures_at_pos(0, 4, 0)) do table.insert(kinds, one.capture) end
 local client = vim.lsp.get_clients({ bufnr = 0 })[1]
 local colours = client.server_capabilities.semanticTokensProvider ~= nil
-io.stdout:write(vim.json.encode({ codes = codes, labels = labels, colours = colours }))
+local on = vim.treesitter.highlighter.active[vim.api.nvim_get_current_buf()] ~= nil
+io.stdout:write(vim.json.encode({ codes = codes, labels = labels, colours = colours, kinds = kinds, on = on }))
 vim.cmd("qall!")
 """
 
 
 @pytest.mark.skipif(NVIM is None, reason="Neovim is not installed")
 def test_neovim_attaches_and_asks(tmp_path):
-    page = (ROOT / "docs" / "how-to" / "editor.md").read_text(encoding="utf-8")
-    (lines,) = re.findall(r"^```lua\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
-    (tmp_path / "init.lua").write_text(lines, encoding="utf-8")
+    configuration = tmp_path / ".config" / "nvim"
+    (configuration / "parser").mkdir(parents=True)
+    build(tmp_path).rename(configuration / "parser" / "maze_machine.so")
+    shutil.copytree(
+        FOLDER / "queries", configuration / "queries" / "maze_machine", ignore=shutil.ignore_patterns("helix")
+    )
+    (configuration / "init.lua").write_text("\n".join(lines_for("Neovim", "lua")), encoding="utf-8")
     (tmp_path / "drive.lua").write_text(DRIVE, encoding="utf-8")
     (tmp_path / "m.maze-machine").write_text(TEXT, encoding="utf-8")
     (tmp_path / "maze-machine.toml").write_text("", encoding="utf-8")
-    environment = {
-        **os.environ,
-        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-        "HOME": str(tmp_path),
-        "XDG_CONFIG_HOME": str(tmp_path / "configuration"),
-        "XDG_STATE_HOME": str(tmp_path / "state"),
-        "XDG_DATA_HOME": str(tmp_path / "data"),
-    }
     done = subprocess.run(
-        [NVIM, "--headless", "-u", "init.lua", "-l", "drive.lua"],
+        [NVIM, "--headless", "-u", configuration / "init.lua", "-l", "drive.lua"],
         cwd=tmp_path,
-        env=environment,
+        env=surroundings(tmp_path),
         capture_output=True,
         text=True,
         timeout=90,
@@ -61,3 +61,5 @@ def test_neovim_attaches_and_asks(tmp_path):
     assert "E0204" in shown["codes"]
     assert shown["labels"] == ["space.left"]
     assert shown["colours"] is True
+    assert shown["on"] is True
+    assert "keyword.type" in shown["kinds"]

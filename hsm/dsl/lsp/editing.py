@@ -19,7 +19,8 @@ from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signatur
 from hsm.dsl.lsp.occurrences import Occurrence, Role, occurrences
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.symbols import HISTORY, SymbolTable, collect_symbols
-from hsm.dsl.semantics.typing import FUNCTIONS, SIMPLE_TYPES
+from hsm.dsl.semantics.typing import FUNCTIONS
+from hsm.dsl.semantics.values import SIMPLE_TYPES
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.lexer import STATEMENTS
 from hsm.dsl.syntax.parser import BlockParser

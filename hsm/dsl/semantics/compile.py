@@ -15,7 +15,8 @@ from hsm.dsl.semantics.declarations import Declarations
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.properties import compile_properties
 from hsm.dsl.semantics.symbols import HISTORY, StateSymbol, collect_symbols
-from hsm.dsl.semantics.typing import Declared, Scope
+from hsm.dsl.semantics.typing import Scope
+from hsm.dsl.semantics.values import Declared
 from hsm.dsl.syntax import ast
 from hsm.model.chart import Action, Assign, Emit, EventData, Model, State, StateKind, Variable
 from hsm.model.diagnostics import Diagnostic, Severity

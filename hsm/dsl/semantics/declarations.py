@@ -13,7 +13,8 @@ from hsm.dsl.semantics.analysis import Unused
 from hsm.dsl.semantics.context import Context
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import StateSymbol
-from hsm.dsl.semantics.typing import FUNCTIONS, Declared, Definition
+from hsm.dsl.semantics.typing import FUNCTIONS
+from hsm.dsl.semantics.values import Declared, Definition
 from hsm.dsl.syntax import ast
 from hsm.engine.inputs import follow
 from hsm.model.chart import EventData, StateKind, Variable

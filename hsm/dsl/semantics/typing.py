@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from enum import Enum, StrEnum
+from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
 
@@ -14,6 +14,22 @@ from lark import Token
 
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.names import Names
+from hsm.dsl.semantics.values import (
+    OTHER_TYPES,
+    OTHER_UNITS,
+    SIMPLE_TYPES,
+    Declared,
+    Definition,
+    Visit,
+    as_quantity,
+    comparable,
+    in_words,
+    joined,
+    listed,
+    meant,
+    size_of,
+    type_of_enumeration,
+)
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import DEEPEST_EXPRESSION, depth_of, first_token, last_token, place_of
 from hsm.model.diagnostics import Place, Related
@@ -29,15 +45,12 @@ from hsm.model.expressions import (
     VariableValue,
 )
 from hsm.model.registry import Library, Parameter
-from hsm.model.rewriting import parts_of
 from hsm.model.types import (
     BOOLEAN,
     INTEGER,
     LARGEST_INTEGER,
     NUMBER,
-    QUANTITY_NAMES,
     UNITS,
-    Boolean,
     Enumeration,
     Integer,
     Quantity,
@@ -49,9 +62,6 @@ from hsm.model.unparse import value_text
 FUNCTIONS = ("abs", "in", "max", "min")
 """The language's own functions."""
 
-SIMPLE_TYPES: dict[str, Type] = {"bool": BOOLEAN, "int": INTEGER}
-"""The types that are no enumerations, by name."""
-SIMPLE_TYPES.update((name, quantity) for quantity, name in QUANTITY_NAMES.items())
 _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
     "+": lambda left, right: left + right,
     "-": lambda left, right: left - right,
@@ -62,67 +72,11 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 }
 
 
-_OTHER_TYPES = {
-    **dict.fromkeys(("float", "double", "real"), "number"),
-    **dict.fromkeys(("integer", "long", "uint"), "int"),
-    **dict.fromkeys(("boolean", "Bool"), "bool"),
-    **dict.fromkeys(("duration", "seconds"), "time"),
-    **dict.fromkeys(("distance", "meters"), "length"),
-}
-_OTHER_UNITS = {
-    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
-    **dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms"),
-    **dict.fromkeys(("minute", "minutes"), "min"),
-    **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
-    **dict.fromkeys(("degree", "degrees"), "deg"),
-    **dict.fromkeys(("radian", "radians"), "rad"),
-}
 _DURATION = Quantity(time=1)
 _LONGEST_INTEGER = 18
 _LARGEST_DEFINITION = 500
 _LARGEST = 1e300
 _NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?) *(.*)")
-
-
-@dataclass(frozen=True, slots=True)
-class Declared:
-    """A variable or a parameter of the machine, or what an instance exposes.
-
-    Attributes:
-        type: its type.
-        constant: it keeps its value while the machine runs.
-        place: where it is declared.
-        owner: the instance that it belongs to, and that alone can change it; None for the machine's own.
-    """
-
-    type: Type
-    constant: bool
-    place: Place
-    owner: str | None = None
-
-
-@dataclass(slots=True)
-class Definition:
-    """A named expression.
-
-    Attributes:
-        node: its syntax.
-        place: where its name is declared.
-        value: the typed expression, once it was looked at; None where a fault was reported.
-        state: whether it was looked at, or is being looked at.
-    """
-
-    node: ast.Expression
-    place: Place
-    value: Expression | None = None
-    state: Visit | None = None
-
-
-class Visit(Enum):
-    """How far a definition was looked at."""
-
-    OPEN = "open"
-    DONE = "done"
 
 
 @dataclass(slots=True)
@@ -165,8 +119,8 @@ class Scope:
             return found
         enumeration = self.enumerations.get(name)
         if enumeration is not None:
-            return _type_of_enumeration(enumeration)
-        hint = _meant(name, _OTHER_TYPES) or self.report.guess(name, [*SIMPLE_TYPES, *self.enumerations]).text
+            return type_of_enumeration(enumeration)
+        hint = meant(name, OTHER_TYPES) or self.report.guess(name, [*SIMPLE_TYPES, *self.enumerations]).text
         hint = hint or "`maze-machine list types` shows what there is"
         self.report.add_once("E0206", self._place(name), f"there is no type `{name}`", hint)
         return None
@@ -228,7 +182,7 @@ class Scope:
                 name, value, place = str(argument.name), argument.value, self._place(argument.name)
                 if name not in by_name:
                     guess = self.report.guess(name, by_name)
-                    hint = guess.text or _listed(f"{subject} takes", by_name)
+                    hint = guess.text or listed(f"{subject} takes", by_name)
                     self.report.add("E0210", place, f"{subject} has no argument `{name}`", hint)
                     if guess.name is not None and guess.name not in given:
                         self.value(value, by_name[guess.name].type)
@@ -289,8 +243,8 @@ class Scope:
             return self._finite(float(digits), NUMBER, token)
         unit = UNITS.get(unit_name)
         if unit is None:
-            hint = _meant(unit_name, _OTHER_UNITS) or self.report.guess(unit_name, UNITS).text
-            hint = hint or _listed("the units are", UNITS)
+            hint = meant(unit_name, OTHER_UNITS) or self.report.guess(unit_name, UNITS).text
+            hint = hint or listed("the units are", UNITS)
             self.report.add_once("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
             return None
         return self._finite(si_value(digits, unit), unit.quantity, token)
@@ -342,7 +296,7 @@ class Scope:
         if condition is None or then is None or other is None:
             return None
         place = self._span(node)
-        if not _comparable(then.type, other.type):
+        if not comparable(then.type, other.type):
             self._mismatch(then.type, other.type, "if ... else", place, (then, other))
             return None
         if then.type == BOOLEAN:
@@ -366,7 +320,7 @@ class Scope:
             definition.value = self.expression(definition.node)
             self.heard = heard
             definition.state = Visit.DONE
-            if definition.value is not None and _size(definition.value) > _LARGEST_DEFINITION:
+            if definition.value is not None and size_of(definition.value) > _LARGEST_DEFINITION:
                 message = f"`{token}` expands to an expression with more than {_LARGEST_DEFINITION} parts"
                 self.report.add("E0106", definition.place, message, "move a part of it into a signal of the library")
                 definition.value = None
@@ -380,7 +334,7 @@ class Scope:
             candidates = list(self.enumerations.values())
         owners = [one for one in candidates if token.value in one._value2member_map_]
         if len(owners) == 1:
-            return Literal(owners[0](token.value), _type_of_enumeration(owners[0]), self._place(token))
+            return Literal(owners[0](token.value), type_of_enumeration(owners[0]), self._place(token))
         if token.value in self.doubtful:
             return None
         if owners:
@@ -441,7 +395,7 @@ class Scope:
             return operands[0]
         middle = len(operands) // 2
         left, right = self._balanced(operator, operands[:middle]), self._balanced(operator, operands[middle:])
-        return Binary(operator, left, right, BOOLEAN, _joined(left, right))
+        return Binary(operator, left, right, BOOLEAN, joined(left, right))
 
     def _unary(self, node: ast.UnarySyntax) -> Expression | None:
         if node.operator == "not":
@@ -471,15 +425,15 @@ class Scope:
             if operator == "/" and isinstance(right, Literal) and right.value == 0:
                 self.report.add("E0305", right.place or place, "this is a division by zero", "divide by another value")
                 return None
-            first, second = _as_quantity(left_type), _as_quantity(right_type)
+            first, second = as_quantity(left_type), as_quantity(right_type)
             kind = first * second if operator == "*" else first / second
             if operator == "*" and left_type == right_type == INTEGER:
                 kind = INTEGER
         else:
-            if _as_quantity(left_type) != _as_quantity(right_type):
+            if as_quantity(left_type) != as_quantity(right_type):
                 self._mismatch(left_type, right_type, operator, place, (left, right))
                 return None
-            kind = INTEGER if left_type == right_type == INTEGER else _as_quantity(left_type)
+            kind = INTEGER if left_type == right_type == INTEGER else as_quantity(left_type)
         if operator in _ARITHMETIC:
             if isinstance(left, Literal) and isinstance(right, Literal):
                 return self._folded(operator, left, right, kind, place)
@@ -504,7 +458,7 @@ class Scope:
         first, second = operands
         if first is None or second is None:
             return None
-        if not _comparable(first.type, second.type):
+        if not comparable(first.type, second.type):
             self._mismatch(first.type, second.type, str(node.operator), self._span(node), (first, second))
             return None
         return Binary(str(node.operator), first, second, BOOLEAN, self._span(node))
@@ -583,7 +537,7 @@ class Scope:
     def _numeric(self, node: ast.Expression | ast.Named) -> Expression | None:
         found = self._expression(node, None)
         if found is not None and not isinstance(found.type, (Integer, Quantity)):
-            self.report.add("E0302", self._span(node), f"expected a number here, but this is {_a(found.type)}")
+            self.report.add("E0302", self._span(node), f"expected a number here, but this is {in_words(found.type)}")
             return None
         return found
 
@@ -615,16 +569,18 @@ class Scope:
         if isinstance(expected, Quantity) and found.type in (INTEGER, NUMBER):
             units = [f"`{unit.name}`" for unit in UNITS.values() if unit.quantity == expected]
             hint = f"write a unit after the number: {' or '.join(units) or f'`{expected.si_unit}`'}"
-        message = f"expected {_a(expected)} here, but this is {_a(found.type)}"
+        message = f"expected {in_words(expected)} here, but this is {in_words(found.type)}"
         self.report.add("E0301", place, message, hint)
         return None
 
     def _mismatch(
         self, left: Type, right: Type, operator: str, place: Place, operands: tuple[Expression, Expression]
     ) -> None:
-        message = f"`{operator}` cannot join {_a(left)} and {_a(right)}"
+        message = f"`{operator}` cannot join {in_words(left)} and {in_words(right)}"
         related = tuple(
-            Related(operand.place, f"this is {_a(operand.type)}") for operand in operands if operand.place is not None
+            Related(operand.place, f"this is {in_words(operand.type)}")
+            for operand in operands
+            if operand.place is not None
         )
         self.report.add("E0302", place, message, related=related)
 
@@ -633,53 +589,3 @@ class Scope:
 
     def _span(self, node: ast.Expression | ast.Named) -> Place:
         return place_of(self.report.file, first_token(node), last_token(node))
-
-
-def _size(expression: Expression) -> int:
-    return sum(1 for _ in parts_of(expression))
-
-
-def _meant(name: str, others: Mapping[str, str]) -> str | None:
-    """The question whether another word for something was meant."""
-    return f"did you mean `{others[name]}`?" if name in others else None
-
-
-def _listed(intro: str, names: Mapping[str, object]) -> str:
-    return f"{intro} {', '.join(names) or 'none'}"
-
-
-def _type_of_enumeration(enumeration: type[StrEnum]) -> Enumeration:
-    return Enumeration(enumeration.__name__, tuple(member.value for member in enumeration))
-
-
-def _as_quantity(kind: Type) -> Quantity:
-    return kind if isinstance(kind, Quantity) else NUMBER
-
-
-def _comparable(left: Type, right: Type) -> bool:
-    numeric = (Integer, Quantity)
-    if isinstance(left, numeric) and isinstance(right, numeric):
-        return _as_quantity(left) == _as_quantity(right)
-    return left == right
-
-
-def _a(kind: Type) -> str:
-    """A type in a sentence."""
-    match kind:
-        case Boolean():
-            return "a condition (bool)"
-        case Integer():
-            return "a whole number (int)"
-        case Enumeration():
-            return f"a {kind}"
-        case Quantity():
-            if kind == NUMBER:
-                return "a plain number"
-            article = "an" if str(kind)[0] in "aeiou" else "a"
-            return f"{article} {kind} in {kind.si_unit}" if kind in QUANTITY_NAMES else f"a {kind}"
-
-
-def _joined(left: Expression, right: Expression) -> Place | None:
-    if left.place is None or right.place is None:
-        return None
-    return Place(left.place.file, left.place.line, left.place.column, right.place.end_line, right.place.end_column)

@@ -10,7 +10,8 @@ from math import isfinite
 from pathlib import Path
 
 from hsm.interchange.scxml.conditions import ConditionError, parse_condition
-from hsm.interchange.scxml.datamodel.content import PROCESSOR, CommunicationError
+from hsm.interchange.scxml.data_use import SILENT, all_of, uses_data
+from hsm.interchange.scxml.datamodel.content import CommunicationError
 from hsm.interchange.scxml.datamodel.expressions import DataError
 from hsm.interchange.scxml.datamodel.model import CHARTS, DATA_MODELS, DataModel
 from hsm.interchange.scxml.elements import Element, parse
@@ -36,7 +37,6 @@ from hsm.model.messages import Store
 from hsm.model.topology import Topology
 
 _STATES = ("state", "parallel", "final", "history")
-_SILENT = ("log",)
 """Elements without an effect on the states: they are read over."""
 
 _DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
@@ -395,9 +395,9 @@ class _Reader:
     def _data_model(self, top: Element) -> DataModel | None:
         """The data model that a chart asks for by name, if it uses it."""
         name = top.attributes.get("datamodel", "null")
-        if name == "null" and (any(_all_of(top, "invoke")) or self.depth):
+        if name == "null" and (any(all_of(top, "invoke")) or self.depth):
             name = "ecmascript"  # sessions that talk are its business; there is no data
-        if name in DATA_MODELS and not _uses_data(top) and not self.depth:
+        if name in DATA_MODELS and not uses_data(top) and not self.depth:
             return None
         if name in DATA_MODELS:
 
@@ -455,7 +455,7 @@ class _Reader:
     def _actions(self, block: Element) -> tuple[Action, ...]:
         if self.data is not None:
             return self.data.block(block)
-        found = (self._action(element) for element in block.children if element.tag not in _SILENT)
+        found = (self._action(element) for element in block.children if element.tag not in SILENT)
         return tuple(action for action in found if action is not None)
 
     def _action(self, element: Element) -> Action | None:
@@ -560,44 +560,3 @@ _ADVICE = {
     "param": "events carry no data: send one of several events instead",
     "content": "events carry no data: send one of several events instead",
 }
-
-
-_DATA_ELEMENTS = {"invoke", "data", "assign", "script", "if", "foreach", "donedata", "param", "content"}
-
-
-def _to_itself(element: Element) -> bool:
-    """Whether an event is sent to the chart itself; anything else is an error of a chart with data, while it runs."""
-    kind = element.attributes.get("type", "scxml")
-    return element.attributes.get("target", "") in ("", "#_internal") and kind in ("scxml", PROCESSOR)
-
-
-def _uses_data(top: Element) -> bool:
-    """Whether anything in a chart needs its data model: a chart may name one and use none of it."""
-    pending = [top]
-    while pending:
-        element = pending.pop()
-        pending.extend(element.children)
-        if element.tag in _SILENT:
-            continue
-        if element.tag == "send" and not _to_itself(element):
-            return True
-        if element.tag in _DATA_ELEMENTS or any(name.endswith("expr") for name in element.attributes):
-            return True
-        condition = element.attributes.get("cond")
-        if condition is not None:
-            try:
-                parse_condition(condition, element.place)
-            except ConditionError:
-                return True
-    return False
-
-
-def _all_of(top: Element, tag: str) -> Iterator[Element]:
-    """All elements of a kind, except for those of charts within the chart."""
-    pending = [top]
-    while pending:
-        element = pending.pop()
-        if element.tag == tag:
-            yield element
-        if element.tag != "content":
-            pending.extend(element.children)

@@ -12,7 +12,8 @@ from lark import Token
 
 from hsm.dsl.loading import read_text
 from hsm.dsl.reporting.report import Report
-from hsm.dsl.semantics.typing import Declared, Scope
+from hsm.dsl.semantics.typing import Scope
+from hsm.dsl.semantics.values import Declared
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
 from hsm.engine.occurrences import event_text

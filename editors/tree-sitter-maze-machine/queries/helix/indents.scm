@@ -1,0 +1,9 @@
+[
+  (state)
+  (parallel)
+  (member)
+  (arguments)
+  (group)
+] @indent
+
+")" @outdent

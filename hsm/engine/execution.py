@@ -4,107 +4,31 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
-from hsm.engine.clock import nanoseconds, tolerance, waking
+from hsm.engine.clock import nanoseconds, tolerance
 from hsm.engine.codegen import NONE, Block, Occasion
 from hsm.engine.compiled import CompiledChart
-from hsm.engine.configuration import Configuration, Picked, Plan, Selector
+from hsm.engine.configuration import Picked, Plan, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
+from hsm.engine.invocations import Invocations
 from hsm.engine.limits import duration
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
-from hsm.engine.sessions import MOST_SESSIONS, Session
-from hsm.model.chart import Cancel, Held, Invoked, On, Send
-from hsm.model.diagnostics import Place
+from hsm.engine.run_state import PendingFault, RunState, Work, event_of, fault_event
+from hsm.engine.sessions import Session
+from hsm.model.chart import Cancel, Held, Model, On, Send
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
 from hsm.model.messages import STORE, Emission, Message, Occurrence, Store
-from hsm.model.topology import Remembered
 
 SPIN = 1000
 """A step with more consecutive microsteps than this counts as endless."""
 
 MOST_DEFERRED = 1000
 """At most this many events may be deferred at once."""
-
-
-@dataclass(slots=True)
-class RunState:
-    """Where a run is. The collections in it are never changed, only replaced.
-
-    Attributes:
-        configuration: the active states.
-        values: the variables, by slot.
-        timers: the deadline of each time-out that runs in nanoseconds, by transition.
-        sent: events on their way, each with the time of its arrival in nanoseconds.
-        history: what each history state remembers.
-        outcome: how the run ended, or None.
-        acted: conditions that have held long enough, by transition: they wait until they are false.
-        store: the data of a chart that has any, between its steps.
-        deferred: events that are kept until another state is active, in the order in which they came.
-        sessions: the charts that were invoked and run, in the order in which they began.
-        invoked: how many charts were invoked so far.
-    """
-
-    configuration: Configuration
-    values: list[Any]
-    timers: dict[int, int]
-    sent: tuple[tuple[int, Send], ...]
-    history: Remembered
-    outcome: str | None
-    acted: frozenset[int] = frozenset()
-    store: Store | None = None
-    deferred: tuple[str | Occurrence, ...] = ()
-    sessions: tuple[Session[RunState], ...] = ()
-    invoked: int = 0
-
-    @property
-    def wake(self) -> float:
-        """A time in seconds before which no time-out and no event on its way is due; infinite when there is none."""
-        return waking([*self.timers.values(), *(due for due, _ in self.sent)])
-
-
-@dataclass(slots=True)
-class _Work:
-    """What the actions of a microstep change: variables, time-outs, and the events that they raise."""
-
-    values: list[Any]
-    timers: dict[int, int]
-    raised: list[Event | Message | Send | Emission | Cancel]
-
-    def copy(self) -> _Work:
-        """The same, to go on from."""
-        return _Work(self.values[:], dict(self.timers), self.raised[:])
-
-
-@dataclass(frozen=True, slots=True)
-class PendingFault:
-    """Something that went wrong, on its way to a transition that handles it."""
-
-    event: StateEvent
-    reason: str
-    place: Place | None
-    error: BaseException
-
-    def unhandled(self, chart: CompiledChart) -> MachineFault:
-        """The exception for the caller."""
-        raised = MachineFault(self.reason, chart.model.states[self.event.origin].name, self.place)
-        raised.__cause__ = self.error
-        return raised
-
-
-def fault_event(state: int) -> StateEvent:
-    """The event that announces a fault in a state."""
-    return StateEvent(("fault",), state, "error.execution")
-
-
-def _event(entry: Event | Message | PendingFault) -> Event:
-    if isinstance(entry, Message):
-        return entry.name
-    return entry.event if isinstance(entry, PendingFault) else entry
 
 
 class MacrostepExecution:
@@ -134,32 +58,31 @@ class MacrostepExecution:
         self.stopped: list[int] = []
         self.sent: list[str | Occurrence] = []
         self.outbox: list[tuple[str, Message]] = []
-        self._invoking: set[int] = set()
-        self._stepped: set[str] = set()
         self._time = time
         self._settled = False
         self._moved = False
         self._now = nanoseconds(time)
         self._latest = self._now + tolerance(time)
         self._facts = facts
-        self._memo = memo
+        self.memo = memo
         self._hits = hits
-        self._queue: deque[Event | Message | PendingFault | Send | Cancel] = deque()
-        self._external: deque[Event | Message | PendingFault] = deque()
+        self.queue: deque[Event | Message | PendingFault | Send | Cancel] = deque()
+        self.external: deque[Event | Message | PendingFault] = deque()
         self._failed: dict[Any, BaseException] = {}
         self._reported: set[Any] = set()
         self._found: list[PendingFault] = []
         self._error: BaseException | None = None
         self._undone: set[int] = set()
         self._left_out: set[Block] = set()
+        self._invocations = Invocations(self)
 
     def start(self, plan: Plan) -> None:
         """Enter the initial configuration."""
-        self._memo.update(self._stored())
+        self.memo.update(self._stored())
         self._take(Phase.START, NOTHING_DUE, plan)
         self._run_to_stability()
         self._drain()
-        self.state.store = self._memo.get(STORE)
+        self.state.store = self.memo.get(STORE)
 
     def run(self, events: Iterable[Event | Message | PendingFault], error: BaseException | None = None) -> None:
         """Handle events, then time-outs, then conditions.
@@ -170,13 +93,13 @@ class MacrostepExecution:
         """
         self._settled = True
         self._error = error
-        self._memo.update(self._stored())
+        self.memo.update(self._stored())
         if self.state.outcome is not None:
             for entry in events:
-                self._record(_event(entry), NOTHING_DUE, None)
+                self._record(event_of(entry), NOTHING_DUE, None)
             return
-        self._external.extend(self._arrived())
-        self._external.extend(events)
+        self.external.extend(self._arrived())
+        self.external.extend(events)
         self._run_to_stability()
         self._drain()
         due = frozenset(index for index, deadline in self.state.timers.items() if self._reached(deadline))
@@ -184,16 +107,16 @@ class MacrostepExecution:
             self._time_outs(due)
         self._conditions()
         self._watch()
-        self.state.store = self._memo.get(STORE)
+        self.state.store = self.memo.get(STORE)
 
     def _stored(self) -> dict[str, Store]:
         """The data of the chart, as the first of the step's signals; without a data model nothing."""
         store = self.state.store or self.chart.model.store
         return {} if store is None else {STORE: store}
 
-    def _bind(self, entry: Event | Message | PendingFault) -> None:
+    def bind(self, entry: Event | Message | PendingFault) -> None:
         """Make an event the chart's ``_event``."""
-        store: Store = self._memo[STORE]
+        store: Store = self.memo[STORE]
         match entry:
             case Message():
                 event = entry
@@ -205,7 +128,7 @@ class MacrostepExecution:
                 event = Message(name, "platform", store.results.get(origin))
             case _:
                 event = Message(entry.event.standard, "platform", entry.reason)
-        self._memo[STORE] = replace(store, event=event)
+        self.memo[STORE] = replace(store, event=event)
 
     def macrostep(self) -> Macrostep:
         """What was done, once all is done."""
@@ -214,7 +137,7 @@ class MacrostepExecution:
         values = state.values if self._settled and state.outcome is None else None
         step = Macrostep()
         step.sending = tuple(self.sent)
-        step.raw = StepRecord(self._time, self.selections, self._memo, values, state.timers, state.configuration)
+        step.raw = StepRecord(self._time, self.selections, self.memo, values, state.timers, state.configuration)
         return step
 
     def _reached(self, deadline: int) -> bool:
@@ -227,10 +150,10 @@ class MacrostepExecution:
             always = self.state.configuration.always
             if always is not None and self._fire(always, Phase.ALWAYS):
                 taken += 1
-            elif not self._queue:
+            elif not self.queue:
                 return
             else:
-                entry = self._queue.popleft()
+                entry = self.queue.popleft()
                 if isinstance(entry, Send):
                     self._send(entry)
                 elif isinstance(entry, Cancel):
@@ -238,39 +161,39 @@ class MacrostepExecution:
                 else:
                     taken += self._handle(entry)
             if taken > SPIN:
-                raise self._spin()
+                raise endless(self.chart.model, self.selections)
 
     def _drain(self) -> None:
         """Handle the events from outside, and those that the machine sends itself meanwhile."""
-        bound = len(self._external) + SPIN
+        bound = len(self.external) + SPIN
         while self.state.outcome is None:
             if self._moved and self.state.deferred:
-                self._external.extendleft(reversed(self.state.deferred))
+                self.external.extendleft(reversed(self.state.deferred))
                 self.state.deferred = ()
             self._moved = False
-            if self._invoking:
-                self._invoke()
-            if self._queue:
+            if self._invocations.waiting:
+                self._invocations.begin()
+            if self.queue:
                 self._run_to_stability()
                 continue
-            if not self._external and not (self.state.sessions and self._run_sessions()):
+            if not self.external and not (self.state.sessions and self._invocations.run()):
                 return
             if bound == 0:
-                raise self._spin()
+                raise endless(self.chart.model, self.selections)
             bound -= 1
-            if not self._external:
+            if not self.external:
                 continue
-            entry = self._external.popleft()
+            entry = self.external.popleft()
             if self.state.sessions:
-                self._forward(entry)
+                self._invocations.forward(entry)
             self._handle(entry)
             self._run_to_stability()
 
     def _send(self, send: Send) -> None:
         if send.delay <= 0 and send.target is not None:
-            self._deliver(send)
+            self._invocations.deliver(send)
         elif send.delay <= 0:
-            self._external.append(send.message or send.event)
+            self.external.append(send.message or send.event)
         else:
             self.state.sent = (*self.state.sent, (self._now + nanoseconds(send.delay), send))
 
@@ -289,86 +212,8 @@ class MacrostepExecution:
             self.state.sent = tuple(one for one in self.state.sent if not self._reached(one[0]))
         for _, send in arrived:
             if send.target is not None:
-                self._deliver(send)
+                self._invocations.deliver(send)
         return [send.message or send.event for _, send in arrived if send.target is None]
-
-    # Charts that this one has invoked.
-
-    def _invoke(self) -> None:
-        """Begin the charts of the states that were entered and not left since."""
-        for state in sorted(self._invoking):
-            for one in self.chart.model.states[state].invokes:
-                invoked = one.begin(self._memo, self.state.configuration.active, self._queue)
-                if invoked is not None:
-                    self._begin(state, invoked)
-        self._invoking.clear()
-
-    def _leave_invoked(self, plan: Plan) -> None:
-        """End the charts of the states that a microstep leaves, and note those of the states that it enters."""
-        states = self.chart.model.states
-        self._invoking.difference_update(plan.exited)
-        self._invoking.update(one for one in plan.entered if states[one].invokes)
-        if plan.exited and self.state.sessions:
-            self._put_sessions(tuple(one for one in self.state.sessions if one.source not in plan.exited))
-
-    def _begin(self, state: int, invoked: Invoked) -> None:
-        """Enter an invoked chart."""
-        if len(self.state.sessions) >= MOST_SESSIONS:
-            reason = f"more than {MOST_SESSIONS} charts are invoked"
-            raise MachineFault(reason, self.chart.model.states[state].name, None)
-        chart = self.chart.invoked(invoked.model)
-        self.state.invoked += 1
-        name = f"{self._session_name}.{self.state.invoked}"
-        first = chart.model.store
-        if first is not None:
-            around = frozenset(("#_parent", f"#_scxml_{self._session_name}"))
-            first = replace(first, given=invoked.data, session=name, reachable=around)
-        plan = chart.planner.start()
-        begun = RunState(plan.target, chart.generator.first_values(()), {}, (), {}, None, store=first)
-        session = Session(invoked.identifier, name, chart, begun, state, invoked.autoforward, invoked.finalize)
-        self._put_sessions((*self.state.sessions, session))
-        self._stepped.add(name)
-        execution = self._inner(session)
-        execution.start(plan)
-        self._take_over(session, execution)
-
-    def _inner(self, session: Session[RunState]) -> MacrostepExecution:
-        return MacrostepExecution(session.chart, session.state, self._time, facts=self._facts, memo={}, hits=set())
-
-    def _run_sessions(self) -> bool:
-        """Let invoked charts handle what they were sent; whether this one has more to do then."""
-        for session in self.state.sessions:
-            due = session.inbox or session.name not in self._stepped
-            if due and not session.ended and session in self.state.sessions:
-                self._stepped.add(session.name)
-                execution = self._inner(session)
-                execution.run(session.inbox)
-                self._take_over(replace(session, inbox=()), execution)
-        return bool(self._external) or any(one.inbox for one in self.state.sessions)
-
-    def _take_over(self, session: Session[RunState], execution: MacrostepExecution) -> None:
-        """Adopt what an invoked chart has done, and hand its events on."""
-        ended = execution.state.outcome is not None
-        if ended:
-            execution.leave()
-        after = replace(session, state=execution.state, ended=ended, autoforward=session.autoforward and not ended)
-        self._put_sessions(tuple(after if one.name == session.name else one for one in self.state.sessions))
-        for target, message in execution.outbox:
-            told = replace(message, invokeid=session.identifier)
-            if target in ("#_parent", f"#_scxml_{self._session_name}"):
-                self._external.append(told)
-            else:
-                self._deliver(Send(message.name, message=told, target=target))
-        if ended:
-            store = execution.state.store
-            result = store.results.get(0) if store is not None else None
-            done = f"done.invoke.{session.identifier}"
-            self._external.append(Message(done, "external", result, invokeid=session.identifier))
-
-    @property
-    def _session_name(self) -> str:
-        store = self._memo.get(STORE)
-        return (store.session if store is not None else None) or self.chart.name
 
     def leave(self) -> None:
         """Run the exit actions of all active states of a chart that has ended, from the inside out."""
@@ -376,54 +221,22 @@ class MacrostepExecution:
         for index in sorted(self.state.configuration.active, reverse=True):
             block = self.chart.generator.actions(index, Occasion.EXIT, self.chart.model.states[index].exit)
             if block is not None:
-                arguments = (self._facts, self._memo, self.state.values, self.state.configuration.active)
+                arguments = (self._facts, self.memo, self.state.values, self.state.configuration.active)
                 block.run(*arguments, queue, self.state.timers, self._now)
         for entry in queue:
             if isinstance(entry, Send) and entry.target is not None and entry.delay <= 0:
-                self._deliver(entry)
-        self.state.store = self._memo.get(STORE)
+                self._invocations.deliver(entry)
+        self.state.store = self.memo.get(STORE)
 
-    def _deliver(self, send: Send) -> None:
-        """Send an event to another session: one that this one has invoked, or one around it."""
-        assert send.target is not None, "events for the chart itself go another way"
-        message = send.message if isinstance(send.message, Message) else Message(send.event)
-        for number, session in enumerate(self.state.sessions):
-            if send.target in session.targets:
-                sessions = list(self.state.sessions)
-                sessions[number] = replace(session, inbox=(*session.inbox, message))
-                self.state.sessions = tuple(sessions)
-                return
-        self.outbox.append((send.target, message))
-
-    def _forward(self, entry: Event | Message | PendingFault) -> None:
-        """Before an event is handled: what the chart it comes from is finalized with, and copies for the others."""
-        if isinstance(entry, PendingFault | StateEvent) or STORE not in self._memo:
-            return
-        self._bind(entry)
-        event: Message = self._memo[STORE].event
-        for session in self.state.sessions:
-            if session.finalize is not None and event.invokeid == session.identifier:
-                session.finalize(self._memo, self.state.configuration.active, self._queue)
-        self.state.sessions = tuple(
-            replace(one, inbox=(*one.inbox, event)) if one.autoforward else one
-            for one in self.state.sessions
-            if not (one.ended and event.name == f"done.invoke.{one.identifier}" and event.invokeid == one.identifier)
-        )
-
-    def _put_sessions(self, sessions: tuple[Session[RunState], ...]) -> None:
-        """Other sessions run now; the chart's data knows which can be reached."""
-        self.state.sessions = sessions
-        store = self._memo.get(STORE)
-        if store is not None:
-            outer = () if store.session is None else ("#_parent", f"#_scxml_{store.session.rpartition('.')[0]}")
-            targets = (one for session in sessions for one in session.targets)
-            self._memo[STORE] = replace(store, reachable=frozenset((*outer, *targets)))
+    def inner(self, session: Session[RunState]) -> MacrostepExecution:
+        """A step of a chart that this one has invoked."""
+        return MacrostepExecution(session.chart, session.state, self._time, facts=self._facts, memo={}, hits=set())
 
     def _handle(self, entry: Event | Message | PendingFault) -> bool:
         """Let one event fire what it can; whether there was anything."""
-        if STORE in self._memo:
-            self._bind(entry)
-        event = _event(entry)
+        if STORE in self.memo:
+            self.bind(entry)
+        event = event_of(entry)
         declared = self.chart.model.data_of(event.name) if isinstance(event, Occurrence) else None
         if declared is None or not isinstance(event, Occurrence):
             return self._let_fire(entry, event)
@@ -474,7 +287,7 @@ class MacrostepExecution:
             due = due.difference((*plan.disarmed, *plan.transitions) if plan else ())
             self._run_to_stability()
             self._drain()
-        raise self._spin()
+        raise endless(self.chart.model, self.selections)
 
     def _conditions(self) -> None:
         for _ in range(SPIN):
@@ -483,12 +296,12 @@ class MacrostepExecution:
             when = self.state.configuration.when
             if when is None:
                 return
-            if not self._fire(when, Phase.WHEN) and not self._queue:
+            if not self._fire(when, Phase.WHEN) and not self.queue:
                 self.selections.pop()  # the last look, which finds nothing, is part of every macrostep
                 return
             self._run_to_stability()
             self._drain()
-        raise self._spin()
+        raise endless(self.chart.model, self.selections)
 
     def _selection(self, trigger: Phase | Event, due: frozenset[int], plan: Plan | None) -> Selection:
         return Selection(trigger, self.state.configuration, self.state.values, due, plan)
@@ -509,7 +322,7 @@ class MacrostepExecution:
             self._run_to_stability()
             self._drain()
             self._conditions()
-        raise self._spin()
+        raise endless(self.chart.model, self.selections)
 
     def _watch_one(self, index: int) -> None:
         trigger = self.chart.model.transitions[index].trigger
@@ -552,7 +365,7 @@ class MacrostepExecution:
     def _pick(self, selector: Selector, due: frozenset[int] | None) -> Picked:
         if self._error is None and not self._failed and not self._undone:
             state = self.state
-            arguments = (self._facts, self._memo, state.values, state.configuration.active, self._hits)
+            arguments = (self._facts, self.memo, state.values, state.configuration.active, self._hits)
             try:
                 return selector.pick(*arguments) if due is None else selector.pick(*arguments, due)
             except Exception as error:
@@ -563,12 +376,12 @@ class MacrostepExecution:
         """Do what a microstep asks for; old values stay untouched for the record."""
         self._moved = self._moved or bool(plan.exited or plan.entered)
         if self.chart.invokes:
-            self._leave_invoked(plan)
+            self._invocations.follow(plan)
         if plan.plain:
             self._record(trigger, due, plan)
             self.state.configuration = plan.target
             return
-        work = _Work(self.state.values, self.state.timers, [])
+        work = Work(self.state.values, self.state.timers, [])
         if plan.timed:
             work.timers = {index: due for index, due in work.timers.items() if index not in plan.disarmed}
         before = work
@@ -582,7 +395,7 @@ class MacrostepExecution:
                 if block in self._left_out:
                     continue
                 try:
-                    block.run(self._facts, self._memo, work.values, active, work.raised, work.timers, self._now)
+                    block.run(self._facts, self.memo, work.values, active, work.raised, work.timers, self._now)
                 except Exception as error:
                     if plan.source is not None:
                         self._record(trigger, due, None)
@@ -608,13 +421,13 @@ class MacrostepExecution:
             if isinstance(entry, Emission):
                 self._emit(entry)
             elif isinstance(entry, Send) and entry.target is not None and entry.delay <= 0:
-                self._deliver(entry)
+                self._invocations.deliver(entry)
             else:
-                self._queue.append(entry)
+                self.queue.append(entry)
 
     # When something goes wrong.
 
-    def _undo(self, plan: Plan, before: _Work, block: Block, error: Exception) -> None:
+    def _undo(self, plan: Plan, before: Work, block: Block, error: Exception) -> None:
         """Let a transition handle a microstep whose action failed; nothing of the microstep was done.
 
         What failed is not tried again in this step: neither the transitions nor, where a state could not be left, its
@@ -665,7 +478,7 @@ class MacrostepExecution:
 
     def _evaluation(self) -> Evaluation:
         state = self.state
-        return self.chart.generator.evaluation(self._memo, state.values, state.configuration.active, self._ask)
+        return self.chart.generator.evaluation(self.memo, state.values, state.configuration.active, self._ask)
 
     def _pick_carefully(self, selector: Selector, due: frozenset[int] | None) -> Picked:
         """What a selector picks when something has failed in this step.
@@ -704,7 +517,7 @@ class MacrostepExecution:
         if error is None:
             try:
                 arguments = generator.arguments(call.arguments)(None, {}, values, ())
-                value = self._memo[key] = call.signal.function(self._facts, *arguments)
+                value = self.memo[key] = call.signal.function(self._facts, *arguments)
             except Exception as raised:
                 error = raised
             else:
@@ -721,8 +534,8 @@ class MacrostepExecution:
             known = (declared.source, self.chart.generator.key(error.call, self.state.values), None)
             place, reason = error.call.place or place, str(error)
             cause = error.__cause__ if isinstance(error.__cause__, Exception) else error
-        if STORE in self._memo:
-            self._queue.append(Message("error.execution", "platform", reason))
+        if STORE in self.memo:
+            self.queue.append(Message("error.execution", "platform", reason))
         elif known not in self._reported:
             self._reported.add(known)
             self._found.append(PendingFault(fault_event(declared.source), reason, place, cause))
@@ -731,14 +544,15 @@ class MacrostepExecution:
         place = block.place_of(error) or self.chart.model.states[block.state].place
         return PendingFault(fault_event(block.state), f"an action failed: {error!r}", place, error)
 
-    def _spin(self) -> Spin:
-        """The error for an endless step, which names the cycle of transitions at its end."""
-        taken: Sequence[tuple[int, ...]] = [one.plan.transitions for one in self.selections if one.plan is not None]
-        period = next((n for n in range(1, len(taken) // 2) if taken[-n:] == taken[-2 * n : -n]), len(taken))
-        cycle = [self.chart.model.transitions[index] for one in taken[-period:] for index in one]
-        names = [self.chart.model.states[one.source].name for one in cycle]
-        listed = ", ".join(
-            f"{name} ({one.place})" if one.place else name for name, one in zip(names[:8], cycle, strict=False)
-        )
-        reason = f"transitions follow one another without end within one step, through {listed}"
-        return Spin(reason, names[0], cycle[0].place)
+
+def endless(model: Model, selections: Sequence[Selection]) -> Spin:
+    """The error for an endless step, which names the cycle of transitions at its end."""
+    taken: Sequence[tuple[int, ...]] = [one.plan.transitions for one in selections if one.plan is not None]
+    period = next((n for n in range(1, len(taken) // 2) if taken[-n:] == taken[-2 * n : -n]), len(taken))
+    cycle = [model.transitions[index] for one in taken[-period:] for index in one]
+    names = [model.states[one.source].name for one in cycle]
+    listed = ", ".join(
+        f"{name} ({one.place})" if one.place else name for name, one in zip(names[:8], cycle, strict=False)
+    )
+    reason = f"transitions follow one another without end within one step, through {listed}"
+    return Spin(reason, names[0], cycle[0].place)

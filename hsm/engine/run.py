@@ -10,11 +10,12 @@ from typing import Any, Generic
 
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.coverage import Collector, Coverage
-from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
+from hsm.engine.execution import MacrostepExecution
 from hsm.engine.inputs import check_time, parameter_values
 from hsm.engine.looks import Interrupted, SlowPath
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.occurrences import checked_events
+from hsm.engine.run_state import PendingFault, RunState, fault_event
 from hsm.engine.snapshots import SavedRun, carry_over, to_json
 from hsm.model.chart import ActivityCall
 from hsm.model.events import StateEvent

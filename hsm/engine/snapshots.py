@@ -10,9 +10,9 @@ from typing import Any
 from hsm.engine.clock import nanoseconds
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Configuration
-from hsm.engine.execution import PendingFault, RunState
 from hsm.engine.limits import duration, within_limits
 from hsm.engine.occurrences import checked_events, event_text, name_of
+from hsm.engine.run_state import PendingFault, RunState
 from hsm.engine.stores import message_json, message_of, store_json, store_of
 from hsm.model.chart import Held, Send, Timed
 from hsm.model.events import StateEvent

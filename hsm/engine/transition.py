@@ -7,11 +7,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Generic
 
 from hsm.engine.compiled import CompiledChart
-from hsm.engine.execution import MacrostepExecution, PendingFault
+from hsm.engine.execution import MacrostepExecution
 from hsm.engine.inputs import check_time
 from hsm.engine.machine import Machine
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.occurrences import checked_events
+from hsm.engine.run_state import PendingFault
 from hsm.engine.snapshots import SavedRun, from_json, to_json
 from hsm.model.events import StateEvent
 from hsm.model.messages import Occurrence

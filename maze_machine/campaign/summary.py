@@ -63,19 +63,13 @@ def _row(machine: str, runs: Sequence[Record]) -> Row:
     )
 
 
-LONGEST_NAME = 22
-"""That much of a machine's name is always shown, characters."""
+_FIGURES = ("runs", "solved", "touched", "time", "90%", "path", "clearance")
 
 
 def table(rows: Iterable[Row]) -> Table:
     """A summary for a person, one line a machine."""
-    rows = list(rows)
-    # A name is cut only where it is longer than the figures leave room for on 80 columns.
-    longest = min(max((len(row.machine) for row in rows), default=0), LONGEST_NAME)
-    machine = Column("machine", no_wrap=True, min_width=longest)
-    shown = Table(machine, "runs", "solved", "touched", "time", "90%", "path", "clearance", box=SIMPLE_HEAD)
-    for row in rows:
-        shown.add_row(
+    lines = [
+        (
             row.machine,
             str(row.runs),
             f"{row.solved / row.runs:.1%}" if row.runs else "-",
@@ -85,6 +79,14 @@ def table(rows: Iterable[Row]) -> Table:
             _figure(row.path, "m"),
             _figure(row.clearance, "m", digits=3),
         )
+        for row in rows
+    ]
+    # A name is cut only where it is longer than the figures leave room for.
+    widths = [max(map(len, cells)) for cells in zip(_FIGURES, *(line[1:] for line in lines), strict=True)]
+    figures = [Column(name, no_wrap=True, min_width=width) for name, width in zip(_FIGURES, widths, strict=True)]
+    shown = Table(Column("machine", no_wrap=True), *figures, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+    for line in lines:
+        shown.add_row(*line)
     return shown
 
 

@@ -177,7 +177,7 @@ def run(
 
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
     if connect is not None:
-        given = {"--maze": maze, "--simulate": simulate, "--fault": fault}
+        given = {"--maze": maze, "--simulate": simulate, "--fault": fault, "--speed": speed}
         refuse_with_connect({**given, "what is said of the maze (--start, --goal, ...)": words != MazeWords()})
     refuse_files(record, picture, practice=practice)
     profile = chosen_profile(robot, machine, settings or ())

@@ -124,7 +124,7 @@ def test_imports_that_are_very_deep_are_refused(tmp_path):
         (tmp_path / f"m{number}.maze-machine").write_text(text)
     ended = invoke("check", tmp_path / "m0.maze-machine", "--ignore", "W", "--ignore", "N")
     assert ended.exit_code == 1
-    assert "imports are more than 100 deep here" in ended.stdout
+    assert "imports are nested more than 100 levels deep here" in ended.stdout
     assert ended.stdout.splitlines()[-1] == "1 file checked: 1 error"
 
 

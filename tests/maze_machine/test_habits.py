@@ -65,7 +65,7 @@ def test_what_says_nothing_against_driving_does_not_stop_it(habit):
     row = habits.bare(NAMED[habit])
     assert (row.stood, row.moves) == (None, True)
     assert row.said == {"stamps 100 s back": "the robot's clock was set back"}.get(
-        habit, "the robot's clock stopped" if "0" in habit else ""
+        habit, "the robot's clock stood still" if "0" in habit else ""
     )
 
 

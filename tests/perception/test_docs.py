@@ -21,7 +21,7 @@ def test_links_lead_somewhere(page):
 
 
 def test_the_figures_can_be_drawn(tmp_path):
-    script = runpy.run_path(str(DOCS / "perception_figures.py"))
+    script = runpy.run_path(str(DOCS.parent / "scripts" / "perception_figures.py"))
     main = script["main"]
     main.__globals__["IMAGES"] = tmp_path
     main()

@@ -16,11 +16,12 @@ from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.configuration import Plan
 from hsm.engine.coverage import guards_of
 from hsm.engine.evaluation import Evaluation
-from hsm.engine.execution import MacrostepExecution, PendingFault, RunState, fault_event
+from hsm.engine.execution import MacrostepExecution
 from hsm.engine.inputs import settled
 from hsm.engine.machine import Machine
 from hsm.engine.occurrences import checked_events, event_text
 from hsm.engine.record import Selection
+from hsm.engine.run_state import PendingFault, RunState, fault_event
 from hsm.model.chart import Assign, Emit, Model, On, Raise, Send, State, StateKind, Transition
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Binary, EventValue, Expression, SignalValue, VariableValue

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from hsm.engine.configuration import Picked, Plan, Selector
-from hsm.engine.execution import fault_event
 from hsm.engine.machine import Machine
+from hsm.engine.run_state import fault_event
 from hsm.model.events import Event, StateEvent
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.microsteps import Microsteps

@@ -251,3 +251,12 @@ def test_a_bare_name_of_two_enumerations_is_found_by_its_type():
     assert isinstance(
         model_of("var s : Side = left\nstate a\n    when s == right -> a\n").variables[0].initial, Literal
     )
+
+
+@pytest.mark.parametrize(
+    "claim", ["never not (in(a) or in(b))", "always eventually (in(b)) within 10 s", "never (in(a) and (in(b)))"]
+)
+@pytest.mark.parametrize("end", ["", "  ", "  # (why"])
+def test_the_text_of_a_property_is_its_whole_claim(claim, end):
+    model = model_of(f"event e\ninitial a\nstate a\n    on e -> b\nstate b\n    on e -> a\nproperty p : {claim}{end}\n")
+    assert [one.text for one in model.properties] == [claim]

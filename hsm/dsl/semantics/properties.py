@@ -100,7 +100,8 @@ def _property(line: ast.PropertyLine, source: Sequence[str], scope: Scope, repor
         return None
     last = last_token(line.within if line.within is not None else line.conditions[-1])
     place = place_of(report.file, line.name, last)
-    text = source[place.line - 1][(line.keyword.column or 1) - 1 : place.end_column - 1]
+    # The last token may be followed by brackets that close; a comment belongs to no claim.
+    text = source[place.line - 1][(line.keyword.column or 1) - 1 :].partition("#")[0].rstrip()
     return Property(str(line.name), _claim(line.kind, given, within or 0.0), text, place)
 
 

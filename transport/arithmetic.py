@@ -60,6 +60,21 @@ _C1, _C2, _C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015
 _C4, _C5, _C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
 
+def _near_zero(near: Number, below: Number) -> tuple[Number, Number]:
+    """The cosine and the sine of ``near - below``, at most an eighth of a turn; of floats and arrays the same bits."""
+    x = near - below
+    rest = (near - x) - below
+    z = x * x
+    v = z * x
+    half = 0.5 * z
+    about = 1.0 - half
+    tail = z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))
+    cosine = about + (((1.0 - about) - half) + (z * tail - x * rest))
+    tail = _S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))
+    sine = x - ((z * (0.5 * rest - v * tail) - rest) - v * _S1)
+    return cosine, sine
+
+
 def cos_sin(angle: float) -> tuple[float, float]:
     """The cosine and the sine of an angle in rad; NaN of NaN.
 
@@ -71,17 +86,7 @@ def cos_sin(angle: float) -> tuple[float, float]:
             return angle, angle
         angle = math.fmod(angle, math.tau)
     quarters = math.floor(angle * _QUARTERS + 0.5)
-    near, below = angle - quarters * _QUARTER, quarters * _QUARTER_REST
-    x = near - below
-    rest = (near - x) - below
-    z = x * x
-    v = z * x
-    half = 0.5 * z
-    about = 1.0 - half
-    tail = z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))
-    cosine = about + (((1.0 - about) - half) + (z * tail - x * rest))
-    tail = _S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))
-    sine = x - ((z * (0.5 * rest - v * tail) - rest) - v * _S1)
+    cosine, sine = _near_zero(angle - quarters * _QUARTER, quarters * _QUARTER_REST)
     which = quarters & 3
     if which == 0:
         return cosine, sine
@@ -115,17 +120,7 @@ def cosines_and_sines(angles: Floats) -> tuple[Floats, Floats]:
     """Cosine and sine of each angle in rad, of the angles' shape; the same bits as those of `cos_sin`."""
     angles = np.where(np.abs(angles) < _FAR, angles, np.fmod(angles, math.tau))
     quarters = np.floor(angles * _QUARTERS + 0.5)
-    near, below = angles - quarters * _QUARTER, quarters * _QUARTER_REST
-    x = near - below
-    rest = (near - x) - below
-    z = x * x
-    v = z * x
-    half = 0.5 * z
-    about = 1.0 - half
-    tail = z * (_C1 + z * (_C2 + z * (_C3 + z * (_C4 + z * (_C5 + z * _C6)))))
-    cosine = about + (((1.0 - about) - half) + (z * tail - x * rest))
-    tail = _S2 + z * (_S3 + z * (_S4 + z * (_S5 + z * _S6)))
-    sine = x - ((z * (0.5 * rest - v * tail) - rest) - v * _S1)
+    cosine, sine = _near_zero(angles - quarters * _QUARTER, quarters * _QUARTER_REST)
     which = np.where(np.isfinite(quarters), quarters, 0.0).astype(np.int64) & 3
     return (
         np.choose(which, (cosine, -sine, -cosine, sine)),

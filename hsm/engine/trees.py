@@ -9,7 +9,7 @@ data of an SCXML chart, and guards so wide that hardly two steps go the same way
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NoReturn
 
@@ -37,13 +37,25 @@ class Undecidable(Exception):  # noqa: N818 - not an error
 
 @dataclass(slots=True)
 class _Function:
-    """A function that is being written."""
+    """A look that is being written.
 
-    lines: list[str]
+    Attributes:
+        lines: its body.
+        ends: what it gives at its ends. It holds them alone, so that a tree that is dropped keeps nothing.
+        conditions: how many conditions it has.
+    """
+
+    lines: list[str] = field(default_factory=list[str])
+    ends: list[Leaf | Found] = field(default_factory=list["Leaf | Found"])
     conditions: int = 0
 
     def add(self, depth: int, line: str) -> None:
         self.lines.append("    " * depth + line)
+
+    def end(self, value: Leaf | Found) -> str:
+        """The name of what is given at an end."""
+        self.ends.append(value)
+        return f"e{len(self.ends) - 1}"
 
 
 _Rest = Callable[[_Function, int, Known], None]
@@ -123,14 +135,17 @@ class _Growth:
         return self._function(self._from(0, 0), replace(leaf.known, picked=()))
 
     def _function(self, body: _Rest, known: Known) -> Look:
-        function = _Function(["def look(f, v, found):"])
+        function = _Function()
+        function.add(1, "def look(f, v, found):")
         if known.carried:
-            function.add(1, f"_, {', '.join(f's{slot}' for slot in known.carried)} = found")
-        function.add(1, "try:")
-        body(function, 2, known)
-        function.add(1, "except Exception as error:")
-        function.add(2, f"raise {self._generator.named(Interrupted)}(locals()) from error")
-        look: Look = self._generator.function(function.lines, "look")
+            function.add(2, f"_, {', '.join(f's{slot}' for slot in known.carried)} = found")
+        function.add(2, "try:")
+        body(function, 3, known)
+        function.add(2, "except Exception as error:")
+        function.add(3, f"raise {self._generator.named(Interrupted)}(locals()) from error")
+        function.add(1, "return look")
+        head = f"def make({', '.join(f'e{number}' for number in range(len(function.ends)))}):"
+        look: Look = self._generator.function([head, *function.lines], "make")(*function.ends)
         return look
 
     # What a function is made of.
@@ -224,8 +239,8 @@ class _Growth:
 
     def _give(self, function: _Function, depth: int, leaf: Leaf) -> None:
         carried = "".join(f", s{slot}" for slot in leaf.known.carried)
-        named = self._generator.named
-        function.add(depth, f"return ({named(leaf)}{carried})" if carried else f"return {named(leaf.found)}")
+        end = function.end(leaf if carried else leaf.found)
+        function.add(depth, f"return ({end}{carried})" if carried else f"return {end}")
 
     # Conditions.
 

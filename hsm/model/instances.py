@@ -11,13 +11,10 @@ from dataclasses import dataclass, replace
 from hsm.model.chart import (
     Action,
     ActivityCall,
-    After,
     Assign,
     Call,
     Cancel,
     Emit,
-    Every,
-    Held,
     Model,
     On,
     Raise,
@@ -27,7 +24,6 @@ from hsm.model.chart import (
     Transition,
     Trigger,
     Variable,
-    When,
 )
 from hsm.model.expressions import (
     Active,
@@ -42,6 +38,7 @@ from hsm.model.expressions import (
 )
 from hsm.model.members import Owned
 from hsm.model.properties import Property, with_conditions
+from hsm.model.rewriting import with_expressions
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,17 +149,9 @@ class _Copier:
         return tuple(index + self.states for index in indices)
 
     def _trigger(self, trigger: Trigger) -> Trigger:
-        match trigger:
-            case When(condition):
-                return replace(trigger, condition=self.expression(condition))
-            case Held(condition, duration):
-                return Held(self.expression(condition), self.expression(duration))
-            case After(duration) | Every(duration):
-                return replace(trigger, duration=self.expression(duration))
-            case On(names) if self.owned is not None:
-                return replace(trigger, names=tuple(one for name in names for one in self._heard(name)))
-            case _:
-                return trigger
+        if isinstance(trigger, On) and self.owned is not None:
+            return replace(trigger, names=tuple(one for name in trigger.names for one in self._heard(name)))
+        return with_expressions(trigger, self.expression)
 
     def _heard(self, name: str) -> tuple[str, ...]:
         """The names of what a member hears of: its events have its name, what its own states report does not."""

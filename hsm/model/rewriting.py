@@ -68,6 +68,19 @@ def actions_of(model: Model) -> Iterator[Action]:
         yield from transition.actions
 
 
+def with_expressions(trigger: Trigger, rewrite: Callable[[Expression], Expression]) -> Trigger:
+    """A trigger with other expressions for its condition and its duration."""
+    match trigger:
+        case When(condition):
+            return replace(trigger, condition=rewrite(condition))
+        case Held(condition, duration):
+            return Held(rewrite(condition), rewrite(duration))
+        case After(duration) | Every(duration):
+            return replace(trigger, duration=rewrite(duration))
+        case _:
+            return trigger
+
+
 class Rewriter:
     """Makes a copy of a model; what is not overridden stays as it is.
 
@@ -121,15 +134,7 @@ class Rewriter:
 
     def trigger(self, trigger: Trigger) -> Trigger:
         """A trigger with its condition or duration rewritten."""
-        match trigger:
-            case When(condition):
-                return replace(trigger, condition=self.expression(condition))
-            case Held(condition, duration):
-                return Held(self.expression(condition), self.expression(duration))
-            case After(duration) | Every(duration):
-                return replace(trigger, duration=self.expression(duration))
-            case _:
-                return trigger
+        return with_expressions(trigger, self.expression)
 
     def actions(self, actions: tuple[Action, ...]) -> tuple[Action, ...]:
         """Actions, each rewritten."""

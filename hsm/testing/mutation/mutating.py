@@ -16,7 +16,7 @@ from hsm.model.types import BOOLEAN, Integer, Quantity
 from hsm.model.unparse import action_text, expression_text, value_text
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.feasible import guard_of
-from hsm.testing.mutation.operators import Mutant, in_expressions, in_states, in_transitions
+from hsm.testing.mutation.operators import Mutant, in_expressions, in_states, in_transitions, written_parts
 from hsm.testing.scenarios.running import run_scenario
 from hsm.testing.scenarios.scenarios import Scenario, Suite
 from hsm.testing.scenarios.script import scripted_machine
@@ -213,25 +213,11 @@ def _shifted(model: Model) -> Iterator[Mutant]:
 
 def _literals(model: Model) -> dict[Literal, tuple[int, tuple[int, ...]]]:
     """All numbers that are in the text, with the state and the transition that they belong to."""
-    found: dict[Literal, tuple[int, tuple[int, ...]]] = {}
-    owner: tuple[int, tuple[int, ...]] = (0, ())
-
-    def collect(one: Expression) -> Expression:
-        if isinstance(one, Literal) and one.place is not None and isinstance(one.type, Integer | Quantity):
-            found.setdefault(one, owner)
-        return one
-
-    collector = Rewriter(collect)
-    for state in model.states:
-        owner = (state.index, ())
-        collector.state(state)
-    for transition in model.transitions:
-        owner = (transition.source, (transition.index,))
-        collector.transition(transition)
-    for variable in model.variables:
-        owner = (variable.scope, ())
-        collector.expression(variable.initial)
-    return found
+    return {
+        one: owner
+        for one, owner in written_parts(model, model.variables).items()
+        if isinstance(one, Literal) and isinstance(one.type, Integer | Quantity)
+    }
 
 
 def _shift(value: Any) -> Any:

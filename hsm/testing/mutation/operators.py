@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from hsm.model.chart import ActivityCall, After, Defer, Model, On, State, StateKind, Transition
+from hsm.model.chart import ActivityCall, After, Defer, Model, On, State, StateKind, Transition, Variable
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Binary, Choice, EventValue, Expression, Literal, Unary
 from hsm.model.rewriting import Rewriter
@@ -43,7 +43,7 @@ class Mutant:
 
 def in_expressions(model: Model) -> Iterator[Mutant]:
     """A comparison with or without its boundary, ``and`` for ``or``, a number in a smaller unit, a negated argument."""
-    for node, (state, transitions) in _nodes(model).items():
+    for node, (state, transitions) in written_parts(model).items():
         for kind, changed in (*_changes(node), *_other_parts(model, node)):
             text = f"{expression_text(node)} to {expression_text(changed)}"
 
@@ -75,8 +75,13 @@ def _other_parts(model: Model, node: Expression) -> Iterator[tuple[str, Expressi
                 yield "other part of an event", replace(node, name=names[names.index(node.name) - 1])
 
 
-def _nodes(model: Model) -> dict[Expression, tuple[int, tuple[int, ...]]]:
-    """All parts of expressions with a place, each with the state and the transition that it belongs to."""
+def written_parts(model: Model, variables: Iterable[Variable] = ()) -> dict[Expression, tuple[int, tuple[int, ...]]]:
+    """All parts of expressions with a place, each with the state and the transition that it belongs to.
+
+    Args:
+        model: the machine.
+        variables: those whose initial values belong to it as well.
+    """
     found: dict[Expression, tuple[int, tuple[int, ...]]] = {}
     owner: tuple[int, tuple[int, ...]] = (0, ())
 
@@ -92,6 +97,9 @@ def _nodes(model: Model) -> dict[Expression, tuple[int, tuple[int, ...]]]:
     for transition in model.transitions:
         owner = (transition.source, (transition.index,))
         collector.transition(transition)
+    for variable in variables:
+        owner = (variable.scope, ())
+        collector.expression(variable.initial)
     return found
 
 

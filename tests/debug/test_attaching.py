@@ -126,10 +126,12 @@ def elsewhere(walk):
         opened.__enter__()
         if pausable:
             client.operate(Pause())
+        # It listens before the first tick: a run that is held publishes no other.
+        run = RemoteRun(Chart(mission.machine, robot_names()), client, lambda: None)
         thread = threading.Thread(target=lambda: drive(mission, robot, robot, [opened, operated], operator=operated))
         thread.start()
         threads.append((opened, client, thread))
-        return RemoteRun(Chart(mission.machine, robot_names()), client, lambda: None)
+        return run
 
     yield begin
     for opened, client, thread in threads:
@@ -137,6 +139,14 @@ def elsewhere(walk):
         thread.join(LIMIT)
         opened.__exit__(None, None, None)
         assert not thread.is_alive()
+
+
+def first_step(run):
+    """Wait for the first tick that is heard."""
+    deadline = time.monotonic() + LIMIT
+    while not run.steps:
+        run.advance()
+        assert time.monotonic() < deadline, "no tick was heard"
 
 
 def until(debugger, seconds=LIMIT):
@@ -152,8 +162,7 @@ def until(debugger, seconds=LIMIT):
 def test_a_simulation_elsewhere_is_held_and_goes_on_by_a_tick(elsewhere):
     run = elsewhere(pausable=True)
     debugger = Debugger(run, Breakpoints(), lambda _: None)
-    while not run.steps:
-        run.advance()
+    first_step(run)
     first = run.steps[-1].heard["tick"]
     for number in range(1, 4):
         debugger.begin(Goal.STEP)
@@ -173,8 +182,7 @@ def test_a_simulation_elsewhere_is_held_and_goes_on_by_a_tick(elsewhere):
 def test_on_hardware_nothing_is_held(elsewhere):
     run = elsewhere(pausable=False)
     debugger = Debugger(run, Breakpoints(), lambda _: None)
-    while not run.steps:
-        run.advance()
+    first_step(run)
     debugger.begin(Goal.BREAK)
     debugger.move(20)
     debugger.halt()

@@ -124,6 +124,43 @@ FALSE_CLAIMS = {
             when space.left -> b / seen = space.left and space.right
         state b
     """,
+    "what is done again and again": """
+        property p : always n <= 1
+        var n : int = 0
+        state a
+            every 1 s if n < 3 / n += 1
+    """,
+    "a condition that holds for some time": """
+        property p : never in(b)
+        state a
+            when space.left for 1 s -> b
+        state b
+    """,
+    "any event": """
+        property p : never in(b)
+        event go
+        state a
+            on * -> b
+        state b
+    """,
+    "two events on their way": """
+        property p : always n <= 1
+        event go, late
+        var n : int = 0
+        state a
+            on go / raise late after 1 s
+            on late / n += 1
+    """,
+    "a beat that an event does not put off": """
+        property p : after in(b), in(a) within 1.5 s
+        event go
+        state a
+            when space.left -> b
+        state b
+            on go / raise late after 1 s
+            every 2 s -> a
+        event late
+    """,
     "a duration that is a variable": """
         property p : after in(b), not in(b) within 2 s
         var wait : time = 1 s
@@ -200,6 +237,35 @@ TRUE_CLAIMS = {
         state c
             after 1 s -> a
     """,
+    "a beat": """
+        property p : after in(b), not in(b) within 1.2 s
+        property q : never in(b) and n > 3
+        var n : int = 0
+        state a
+            when space.left -> b
+        state b
+            every 0.5 s if n < 3 / n += 1
+            every 1 s            -> c
+        state c
+    """,
+    "a condition that has held long enough": """
+        property p : after in(c), not in(c) within 1.2 s
+        state a
+            when space.left for 1 s -> b
+        state b
+            when not space.left -> c
+        state c
+            when true for 1 s -> a
+    """,
+    "an event that is on its way": """
+        property p : after in(b), in(c) within 1.2 s
+        event go, late
+        state a
+            on go -> b / raise late after 1 s
+        state b
+            on late -> c
+        state c
+    """,
     "the order of two conditions": """
         property p : after in(a), in(b) before in(c)
         state a
@@ -211,6 +277,32 @@ TRUE_CLAIMS = {
         state c
     """,
 }
+
+
+HANDLED = {
+    "a float that is not finite": ("var d : length = 0 m", "d = ahead"),
+    "a whole number of more than 63 bits": ("var n : int = 1", "n *= 1000"),
+    "a signal and one more": ("var n : int = 0", "n = steps, n += 1"),
+    "a duration below zero": ("var d : time = 1 s", "d -= 1 s"),
+}
+
+
+@pytest.mark.parametrize(("variable", "action"), HANDLED.values(), ids=HANDLED)
+def test_what_handles_a_failing_action_is_not_taken_to_be_unreachable(status_of, variable, action):
+    text = f"""
+        property p : never in(c)
+        event go
+        {variable}
+        state a
+            on go / {action}
+            when space.left -> b
+            on fault -> c
+        state b
+            after {"d" if "time" in variable else "1 s"} -> a
+            on fault -> c
+        state c
+    """
+    assert status_of(text) is not Status.PROVED
 
 
 @pytest.mark.parametrize("text", TRUE_CLAIMS.values(), ids=TRUE_CLAIMS)
@@ -261,7 +353,7 @@ def test_what_is_not_followed_is_named(status_of, machine_of):
 
 
 def test_a_bound_is_called_a_bound(machine_of):
-    machine = machine_of(TRUE_CLAIMS["whatever the events are"])
+    machine = machine_of(TRUE_CLAIMS["the order of two conditions"])
     verdict = verdicts_of(machine, depth=1)["p"]
     assert (verdict.status, verdict.depth) == (Status.BOUNDED, 1)
     assert "no violation to depth 1" in str(verdict)

@@ -209,15 +209,21 @@ def _sent(send: Send) -> tuple[str, float, str | None]:
 
 
 def counters(model: Model) -> frozenset[str]:
-    """The variables that only count: set to constants, or changed by a constant of at most 31 bits.
+    """The variables that only count: set to constants, and changed by a constant of at most 31 bits.
 
-    In a run of fewer than 2^32 microsteps none of them leaves the 63 bits that a whole number has.
+    In a run with fewer than 2^32 changes none of them leaves the 63 bits that a whole number has.
     """
-    found = {one.name for one in model.variables if isinstance(one.type, Integer) and _constant(one.initial)}
+    given: dict[str, list[Expression]] = {
+        one.name: [one.initial] for one in model.variables if isinstance(one.type, Integer)
+    }
     for action in actions_of(model):
-        if isinstance(action, Assign) and not _counts(action.variable, action.value):
-            found.discard(action.variable)
-    return frozenset(found)
+        if isinstance(action, Assign) and action.variable in given:
+            given[action.variable].append(action.value)
+    return frozenset(
+        name
+        for name, values in given.items()
+        if all(_counts(name, one) for one in values) and not all(map(_constant, values))
+    )
 
 
 def _counts(name: str, value: Expression) -> bool:

@@ -1,5 +1,7 @@
 """Proofs: what is called proved is proved, what is called violated is shown, and the rest is neither."""
 
+import math
+
 import pytest
 from typer.testing import CliRunner
 
@@ -161,6 +163,48 @@ FALSE_CLAIMS = {
             every 2 s -> a
         event late
     """,
+    "a time-out of no length": """
+        property p : never in(c)
+        event go
+        var wait : time = 1 s
+        state a
+            on go if ahead >= 0 m -> b / wait = ahead / (1 m/s)
+        state b
+            after wait -> c
+            when true  -> d
+        state c
+        state d
+    """,
+    "an outcome of a state that has begun again": """
+        property p : never in(c)
+        var n : int = 0
+        initial both
+        parallel both
+            on accepted => both / n += 1
+            state one
+                do ring()
+            state two
+                initial turning
+                state turning
+                    do rotate(90 deg)
+                    on done if n == 2 -> c
+                    on blocked        / n = 2
+                state c
+    """,
+    "one of two numbers": """
+        property p : always d <= 1 m
+        event go
+        var d : length = 0 m
+        state a
+            on go / d = ahead if space.left else 0 m
+    """,
+    "one of two durations": """
+        property p : after in(b), not in(b) within 1 s
+        state a
+            when space.left -> b
+        state b
+            after (0.5 s if space.right else 2 s) -> a
+    """,
     "a duration that is a variable": """
         property p : after in(b), not in(b) within 2 s
         var wait : time = 1 s
@@ -266,6 +310,13 @@ TRUE_CLAIMS = {
             on late -> c
         state c
     """,
+    "one number or another": """
+        property p : always n <= 3
+        var n : int = 0
+        state a
+            when space.right / n = (n + 1 if n < 3 else 0) if space.left else n - 1
+            after 1 s -> a
+    """,
     "the order of two conditions": """
         property p : after in(a), in(b) before in(c)
         state a
@@ -308,6 +359,69 @@ def test_what_handles_a_failing_action_is_not_taken_to_be_unreachable(status_of,
 @pytest.mark.parametrize("text", TRUE_CLAIMS.values(), ids=TRUE_CLAIMS)
 def test_a_true_claim_is_proved(status_of, text):
     assert status_of(text) is Status.PROVED
+
+
+UNSAFE_CLAIMS = {
+    "an event in the first step": """
+        property p : never in(c)
+        event go
+        state a
+            on go     -> c
+            when true -> b
+        state b
+        state c
+    """,
+    "half a microsecond, which stamps near today's date do not resolve": """
+        property p : never in(s3) and in(early)
+        initial both
+        parallel both
+            state one
+                initial s0
+                state s0
+                    after 1 s -> s1
+                state s1
+                    after 1 s -> s2
+                state s2
+                    after 1 s -> s3
+                state s3
+            state two
+                initial early
+                state early
+                    after 2.9999995 s -> late
+                state late
+    """,
+}
+
+
+@pytest.mark.parametrize("text", UNSAFE_CLAIMS.values(), ids=UNSAFE_CLAIMS)
+def test_what_holds_of_scenarios_alone_is_not_proved(status_of, text):
+    assert status_of(text) is Status.UNDECIDED
+
+
+def test_what_hangs_on_half_a_microsecond_can_be_violated_near_today_s_date(machine_of):
+    machine = scripted_machine(machine_of(next(text for name, text in UNSAFE_CLAIMS.items() if "today" in name)))
+    script = Script({})
+    begin = 1_800_000_000.0
+    early = 2 * math.ulp(begin)
+    run = machine.start(facts=script, time=begin)
+    monitor = Monitor(run)
+    times = [count / 10 - (count // 10) * early for count in range(31)]
+    seen = [one for time in times for one in monitor.look(script, run.step(begin + time, (), script))]
+    assert [one.property.name for one in seen] == ["p"]
+
+
+def test_what_a_verdict_rests_on_is_said(machine_of):
+    model = machine_of("""
+        event go
+        var n : int = 0
+        var m : int = 0
+        state a
+            on go / n += 1, m = 3
+    """).model
+    told = "\n".join(Assumptions().lines(model))
+    assert "fewer than 2^32 changes of n: no overflow" in told
+    assert "stamps below 2^32 s" in told
+    assert "not while it is stopped" in told
 
 
 def test_what_is_assumed_decides(status_of):

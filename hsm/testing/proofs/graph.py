@@ -26,7 +26,7 @@ from hsm.testing.proofs.points import FailingStep, Point, Timer
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
-from hsm.testing.proofs.values import Exact, Region, Symbols, Value
+from hsm.testing.proofs.values import Either, Exact, Region, Symbols, Value
 from hsm.testing.proofs.zones import Clock
 
 NEVER = 1 << 60
@@ -274,6 +274,9 @@ class Graph:
                 yield due
 
     def _duration(self, value: Value) -> tuple[int, int]:
+        if isinstance(value, Either):
+            ways = [self._duration(one) for one in (value.then, value.otherwise)]
+            return min(least for least, _ in ways), max(most for _, most in ways)
         if not isinstance(value, Exact):
             return 0, NEVER
         if value.value is None or not 0 <= value.value < seconds(NEVER):

@@ -15,8 +15,8 @@ from hsm.testing.proofs.values import (
     YES,
     Arithmetic,
     Derived,
-    Either,
     Exact,
+    OneOf,
     Symbols,
     Truth,
     Undecided,
@@ -95,7 +95,7 @@ class Evaluator:
             return self.value(otherwise) if condition.false != FALSE else UNKNOWN
         if condition == YES:
             return self.value(then)
-        return Either(condition, self.value(then), self.value(otherwise))
+        return OneOf(condition, self.value(then), self.value(otherwise))
 
     def _compared(self, operator: str, left: Value, right: Value, first: Expression) -> Value:
         if UNKNOWN in (left, right):
@@ -103,10 +103,10 @@ class Evaluator:
         if isinstance(left, Truth) or isinstance(right, Truth) or isinstance(first.type, Boolean):
             return self._same(operator, self.symbols.truth_of(left), self.symbols.truth_of(right))
         match left, right:
-            case Either(condition, then, otherwise), _:
+            case OneOf(condition, then, otherwise), _:
                 ways = (self.symbols.truth_of(self._compared(operator, one, right, first)) for one in (then, otherwise))
                 return self.symbols.chosen(condition, *ways)
-            case _, Either(condition, then, otherwise):
+            case _, OneOf(condition, then, otherwise):
                 ways = (self.symbols.truth_of(self._compared(operator, left, one, first)) for one in (then, otherwise))
                 return self.symbols.chosen(condition, *ways)
             case Exact(), Exact():

@@ -26,7 +26,7 @@ from hsm.testing.proofs.points import FailingStep, Point, Timer
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
-from hsm.testing.proofs.values import Either, Exact, Region, Symbols, Value
+from hsm.testing.proofs.values import Exact, OneOf, Region, Symbols, Value
 from hsm.testing.proofs.zones import Clock
 
 NEVER = 1 << 60
@@ -274,7 +274,7 @@ class Graph:
                 yield due
 
     def _duration(self, value: Value) -> tuple[int, int]:
-        if isinstance(value, Either):
+        if isinstance(value, OneOf):
             ways = [self._duration(one) for one in (value.then, value.otherwise)]
             return min(least for least, _ in ways), max(most for _, most in ways)
         if not isinstance(value, Exact):

@@ -18,7 +18,7 @@ from hsm.model.types import LARGEST_INTEGER, Integer, Quantity, Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.points import Point, Timer
-from hsm.testing.proofs.values import UNKNOWN, Derived, Either, Exact, Truth, Undecided, Value
+from hsm.testing.proofs.values import UNKNOWN, Derived, Exact, OneOf, Truth, Undecided, Value
 from hsm.testing.proofs.zones import own_clock
 
 _SHORTEST = 0.6e-9
@@ -174,7 +174,7 @@ class Microsteps:
                 return self._between(value, -inf, inf)
             case Derived() if isinstance(kind, Integer) and name not in self._counters:
                 return self._between(value, -LARGEST_INTEGER - 2, LARGEST_INTEGER + 1)
-            case Either(condition, then, otherwise):
+            case OneOf(condition, then, otherwise):
                 ways = (self._held(one, name, kind) for one in (then, otherwise))
                 return self._evaluator.symbols.where(condition, *ways)
         return TRUE
@@ -188,7 +188,7 @@ class Microsteps:
             case Derived():
                 least = self._evaluator.symbols.compared(">=", duration, Exact.of(shortest)).true
                 return self._diagrams.both(least, self._between(duration, -inf, inf))
-            case Either(condition, then, otherwise):
+            case OneOf(condition, then, otherwise):
                 ways = (self._lasting(one, again=again) for one in (then, otherwise))
                 return self._evaluator.symbols.where(condition, *ways)
         return FALSE

@@ -18,7 +18,7 @@ from hsm.model.types import Boolean, Enumeration, Integer, Type
 from hsm.testing.proofs.conditions import COMPARISONS, Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.ordinals import held, ordinal, value_at
-from hsm.testing.proofs.values import Derived, Either, Exact, Region, Symbols, Truth, Undecided, Value
+from hsm.testing.proofs.values import Derived, Exact, OneOf, Region, Symbols, Truth, Undecided, Value
 
 MARGIN = 1
 """So far around the outermost thresholds whole numbers are kept as they are."""
@@ -197,7 +197,7 @@ class Regions:
         match value:
             case Derived(_, steps):
                 return len(steps) > MOST_OPERATIONS
-            case Either(_, then, otherwise):
+            case OneOf(_, then, otherwise):
                 return value.depth > MOST_CHOICES or self._grows(slot, then) or self._grows(slot, otherwise)
         return isinstance(value, Exact) and not isinstance(self._options(slot, value)[0][0], Exact)
 
@@ -219,7 +219,7 @@ class Regions:
                 return [(self._kept(slot, content), TRUE)]
             case Truth(true, false):
                 return [(_TRUE, true), (_FALSE, false)]
-            case Either(condition, then, otherwise):
+            case OneOf(condition, then, otherwise):
                 both = self._symbols.diagrams.both
                 ways = ((condition.true, then), (condition.false, otherwise))
                 return [

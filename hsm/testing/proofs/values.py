@@ -96,7 +96,7 @@ class Truth:
 
 
 @dataclass(frozen=True, slots=True)
-class Either:
+class OneOf:
     """One of two values, by a condition.
 
     Attributes:
@@ -112,10 +112,10 @@ class Either:
     @property
     def depth(self) -> int:
         """How many conditions decide, one after the other."""
-        return 1 + max(one.depth if isinstance(one, Either) else 0 for one in (self.then, self.otherwise))
+        return 1 + max(one.depth if isinstance(one, OneOf) else 0 for one in (self.then, self.otherwise))
 
 
-Value = Exact | Derived | Truth | Either
+Value = Exact | Derived | Truth | OneOf
 
 UNKNOWN = Truth(FALSE, FALSE)
 """What cannot be evaluated."""
@@ -193,7 +193,7 @@ class Symbols:
             case Truth(true, false):
                 for one in self.diagrams.symbols(true) | self.diagrams.symbols(false):
                     yield from self.within(one)
-            case Either(condition, then, otherwise):
+            case OneOf(condition, then, otherwise):
                 yield from self._symbols_in((condition, then, otherwise))
             case tuple():
                 for one in key:
@@ -237,7 +237,7 @@ class Symbols:
                 return YES if content else NO
             case Derived():
                 return self.compared("!=", value, Exact.of(0))
-            case Either(condition, then, otherwise):
+            case OneOf(condition, then, otherwise):
                 return self.chosen(condition, self.truth_of(then), self.truth_of(otherwise))
 
     def chosen(self, condition: Truth, then: Truth, otherwise: Truth) -> Truth:
@@ -368,20 +368,20 @@ class Arithmetic:
                 return Derived(symbol, (*steps, ConstantOperation(operator)))
             case Truth():
                 return operand
-            case Either(condition, then, otherwise):
-                return Either(condition, self.unary(operator, then, kind), self.unary(operator, otherwise, kind))
+            case OneOf(condition, then, otherwise):
+                return OneOf(condition, self.unary(operator, then, kind), self.unary(operator, otherwise, kind))
 
     def binary(self, operator: str, left: Value, right: Value, kind: Type) -> Value:
         """The result of an operation on two numbers."""
         if UNKNOWN in (left, right):
             return UNKNOWN
         match left, right:
-            case Either(condition, then, otherwise), _:
+            case OneOf(condition, then, otherwise), _:
                 first, second = (self.binary(operator, one, right, kind) for one in (then, otherwise))
-                return Either(condition, first, second)
-            case _, Either(condition, then, otherwise):
+                return OneOf(condition, first, second)
+            case _, OneOf(condition, then, otherwise):
                 first, second = (self.binary(operator, left, one, kind) for one in (then, otherwise))
-                return Either(condition, first, second)
+                return OneOf(condition, first, second)
             case Exact(first), Exact(second):
                 try:
                     return Exact.of(BINARY[operator](first, second))

@@ -372,12 +372,15 @@ def test_they_are_explored_and_tests_are_generated_for_them():
 def as_names(word):
     """A machine in which a word is the name of an event, a variable or a state, wherever such a name can be."""
     return (
-        f"machine m\nevent go, {word}\nstate a\n    on go, {word} if near -> b / raise {word} after 3 s, cancel {word}\n"
+        f"machine m\nevent go, {word}\nstate a\n"
+        f"    on go, {word} if near -> b / raise {word} after 3 s, cancel {word}\n"
         f"    on go / raise {word}, send {word}\nstate b\n    on {word} -> a\n    defer go, {word} if near\n",
-        f"machine m\nvar {word} : bool = true\nexpose {word}\nproperty one : never {word}\nproperty two : after {word}, "
-        f"(near and {word}) before not {word}\nstate a\n    when {word} for 2 s -> a / {word} = {word}\n"
+        f"machine m\nvar {word} : bool = true\nexpose {word}\nproperty one : never {word}\n"
+        f"property two : after {word}, (near and {word}) before not {word}\n"
+        f"state a\n    when {word} for 2 s -> a / {word} = {word}\n"
         f"    when near if {word} / {word} = {word} == near, {word} = true\n    stay when {word}\n",
-        f"machine m\nproperty one : never in({word}) and (near or in({word}))\nstate {word}\n    when near for 1 s -> {word}\n"
+        f"machine m\nproperty one : never in({word}) and (near or in({word}))\n"
+        f"state {word}\n    when near for 1 s -> {word}\n"
         f"    when ahead > (1.0 if near\n        else 2.0) -> {word}\n",
     )
 

@@ -25,16 +25,15 @@ STATEMENTS = frozenset(
 RESERVED = frozenset({"and", "if", "not", "or", "raise"})
 """The words that are keywords anywhere after the beginning of a line."""
 
-IN_PLACE = frozenset(
-    {
-        *("after", "always", "before", "cancel", "else", "eventually"),
-        *("for", "never", "send", "when", "within"),
-    }
-)
+_ACTIONS = frozenset({"cancel", "send"})
+
+IN_PLACE = _ACTIONS | {"after", "always", "before", "else", "eventually", "for", "never", "when", "within"}
 """Words that are keywords only where nothing else makes sense."""
 
 _ACTING = frozenset({"on", "when", "else", "after", "every", "entry", "exit", "initial"})
 """The beginnings of lines with actions, for which a slash outside brackets is the beginning of these."""
+
+_BEFORE_ACTIONS = frozenset({"SLASH", "COMMA"})
 
 _ENDS = frozenset({"NAME", "NUMBER", "RPAR"})
 """The tokens that an expression can end with."""
@@ -145,10 +144,11 @@ class Lexer:
                     token.type = kind = word.upper()
                 elif word in RESERVED:
                     token.type = kind = word.upper()
-                elif word in IN_PLACE:
-                    followed = _FOLLOWED.match(text, end) is not None
-                    if _in_place(word, opening, depth, acting and followed, earlier, previous):
+                elif word in _ACTIONS:
+                    if acting and not depth and previous in _BEFORE_ACTIONS and _FOLLOWED.match(text, end):
                         token.type = kind = word.upper()
+                elif word in IN_PLACE and _in_place(word, opening, depth, earlier, previous):
+                    token.type = kind = word.upper()
             elif kind == "_NL":
                 if end == len(text):
                     token = _token(kind, "\n", line, token.column or 1)
@@ -213,14 +213,13 @@ def _block_token(kind: str, newline: Token) -> Token:
     return token
 
 
-def _in_place(word: str, opening: str, depth: int, begins_action: bool, earlier: str, previous: str) -> bool:
+def _in_place(word: str, opening: str, depth: int, earlier: str, previous: str) -> bool:
     """Whether a word is a keyword where it is.
 
     Args:
-        word: one of ``IN_PLACE``.
+        word: one of ``IN_PLACE``, but none that begins an action.
         opening: the word that the line begins with.
         depth: how many brackets are open.
-        begins_action: whether it is among the actions of the line, and before a name.
         earlier: the kind of the last token but one.
         previous: the kind of the last token.
     """
@@ -229,8 +228,6 @@ def _in_place(word: str, opening: str, depth: int, begins_action: bool, earlier:
             return previous in _ENDS or previous == "_NL"
         case "after" if opening != "property":
             return (earlier == "RAISE" and previous == "NAME") or previous == "RPAR"
-        case "cancel" | "send":
-            return begins_action and not depth and previous in ("SLASH", "COMMA")
         case "for":
             return opening == "when" and not depth and previous in _ENDS
         case "when":

@@ -33,6 +33,7 @@ IN_PLACE = _ACTIONS | {"after", "always", "before", "else", "eventually", "for",
 _ACTING = frozenset({"on", "when", "else", "after", "every", "entry", "exit", "initial"})
 """The beginnings of lines with actions, for which a slash outside brackets is the beginning of these."""
 
+_DEEPER = {"LPAR": 1, "RPAR": -1}
 _BEFORE_ACTIONS = frozenset({"SLASH", "COMMA"})
 
 _ENDS = frozenset({"NAME", "NUMBER", "RPAR"})
@@ -157,12 +158,8 @@ class Lexer:
                 token.end_line = line
             elif kind == "_MARK":
                 token.type = kind = symbols[word]
-                if kind == "LPAR":
-                    depth += 1
-                elif kind == "RPAR" and depth:
-                    depth -= 1
-                elif kind == "SLASH" and not depth:
-                    acting = opening in _ACTING
+                depth = max(0, depth + _DEEPER.get(kind, 0))
+                acting = acting or (kind == "SLASH" and not depth and opening in _ACTING)
             earlier, previous = previous, kind
             yield token
 

@@ -20,7 +20,7 @@ from hsm.dsl.semantics.values import (
     SIMPLE_TYPES,
     Declared,
     Definition,
-    Visit,
+    DefinitionVisit,
     as_quantity,
     comparable,
     in_words,
@@ -311,15 +311,15 @@ class Scope:
         """The expression that a name represents, at the place where it is used."""
         definition = self.definitions[token.value]
         self.used.add(token.value)
-        if definition.state is Visit.OPEN:
+        if definition.state is DefinitionVisit.OPEN:
             self.report.add_once("E0202", self._place(token), f"`{token}` is defined by itself", subject=token.value)
             return None
         if definition.state is None:
-            definition.state = Visit.OPEN
+            definition.state = DefinitionVisit.OPEN
             heard, self.heard = self.heard, ()  # it means the same wherever it is used
             definition.value = self.expression(definition.node)
             self.heard = heard
-            definition.state = Visit.DONE
+            definition.state = DefinitionVisit.DONE
             if definition.value is not None and size_of(definition.value) > _LARGEST_DEFINITION:
                 message = f"`{token}` expands to an expression with more than {_LARGEST_DEFINITION} parts"
                 self.report.add("E0106", definition.place, message, "move a part of it into a signal of the library")

@@ -48,7 +48,7 @@ class Region:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class ConstantOperation:
     """One operation with a constant.
 
     Attributes:
@@ -78,7 +78,7 @@ class Derived:
     """
 
     symbol: int
-    steps: tuple[Step, ...] = ()
+    steps: tuple[ConstantOperation, ...] = ()
 
     def apply(self, value: Any) -> Any:
         """The value for a value of the symbol."""
@@ -326,7 +326,7 @@ class Arithmetic:
             case Exact(value):
                 return UNKNOWN if value is None else Exact.of(UNARY[operator](value))
             case Derived(symbol, steps):
-                return Derived(symbol, (*steps, Step(operator)))
+                return Derived(symbol, (*steps, ConstantOperation(operator)))
             case Truth():
                 return operand
 
@@ -343,9 +343,9 @@ class Arithmetic:
             case (Exact(None), _) | (_, Exact(None)):
                 return UNKNOWN
             case Derived(), Exact(constant) if self._follows(operator, constant, left=False):
-                return Derived(left.symbol, (*left.steps, Step(operator, constant)))
+                return Derived(left.symbol, (*left.steps, ConstantOperation(operator, constant)))
             case Exact(constant), Derived() if self._follows(operator, constant, left=True):
-                return Derived(right.symbol, (*right.steps, Step(operator, constant, left=True)))
+                return Derived(right.symbol, (*right.steps, ConstantOperation(operator, constant, left=True)))
         if operator == "/" and isinstance(right, Exact) and not right.value:
             return UNKNOWN
         if operator == "/" and not isinstance(right, Exact):

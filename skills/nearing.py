@@ -6,7 +6,7 @@ import math
 from collections import deque
 
 NOTICED, LONGEST = 0.4, 1.0
-"""For so long, at least and at most, it is looked at, s."""
+"""The time over which it is measured, at least and at most, s."""
 SLOWEST = 0.05
 """What seems to come nearer slower than this is noise, m/s."""
 FASTEST = 0.6

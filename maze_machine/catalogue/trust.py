@@ -19,9 +19,8 @@ from maze_machine.catalogue.project import Project
 from maze_machine.errors import FileError, UsageError
 from transport.files import write_text
 
-
 VOUCHED = "MAZE_MACHINE_TRUSTED"
-"""The variable of the environment with folders that the caller vouches for, with all in them, separated as in ``PATH``."""
+"""The variable of the environment with folders that the caller vouches for, with all in them; separated as in PATH."""
 
 
 def trust_file() -> Path:

@@ -85,8 +85,8 @@ def test_what_a_person_clicks(tmp_path, sample):
         with editor.person_at("gutter") as page:
             page.locator(".testing-run-glyph").nth(1).click()
         with editor.person_at("tree") as page:
-            page.get_by_role("treeitem", name="patrol").last.get_by_text("patrol").click()
             machines = page.get_by_role("tree", name="Machines")
+            machines.get_by_role("treeitem").first.locator(".monaco-tl-twistie").click()
             machines.get_by_role("treeitem", name="tired").click()
             picture(page, "tree")
         with editor.person_at("rename") as page:
@@ -99,7 +99,7 @@ def test_what_a_person_clicks(tmp_path, sample):
                 page.get_by_text(title, exact=True).first.wait_for()
             page.get_by_text("Open a sample", exact=True).first.click()
             picture(page, "walkthrough")
-            page.get_by_role("button", name="Open a Sample").click()
+            page.get_by_role("button", name="Open a Sample", exact=True).click()
             page.locator(".quick-input-widget input.input").press("Enter")
 
 

@@ -153,6 +153,8 @@ const steps = {
     const hints = () => vscode.commands.executeCommand("vscode.executeInlayHintProvider", document.uri, everything);
     const lenses = () => vscode.commands.executeCommand("vscode.executeCodeLensProvider", document.uri);
     const counted = async () => (await lenses()).some((one) => one.command?.title.startsWith("entered"));
+    const editor = await open("patrol.maze-machine");
+    await replace(editor, "var turns", "var unused : angle = 90 deg\nvar turns");
     await until(async () => (await hints()).length, "hints");
     await until(counted, "coverage above the states");
     const settings = vscode.workspace.getConfiguration("maze-machine");
@@ -163,9 +165,7 @@ const steps = {
     await until(async () => !(await counted()), "no coverage");
     await settings.update("inlayHints", undefined, Workspace);
     await settings.update("coverage", undefined, Workspace);
-    // A note that is not wanted.
-    const editor = await open("patrol.maze-machine");
-    await replace(editor, "var turns", "var unused : int = 0\nvar turns");
+    // A warning that is not wanted.
     await until(() => codes("patrol.maze-machine").length, "a warning");
     const [unwanted] = codes("patrol.maze-machine");
     assert.ok(/^[WN]/.test(unwanted), String(unwanted));

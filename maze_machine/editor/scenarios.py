@@ -12,9 +12,10 @@ from hsm.dsl.loading import SUFFIX, check_text, read_text
 from hsm.dsl.lsp import hovering, navigation, vocabulary
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.entries import Entry, SymbolKind, fitting
-from hsm.dsl.lsp.navigation import INNER_KEYWORDS, Colour, Coloured, OutlineSymbol, Span
+from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax.lexer import RESERVED
 from hsm.model.chart import Model, On, Raise, Send
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place
@@ -32,7 +33,7 @@ _INNER = {
     "after": "after ${1:1 s}",
     "expect": "expect ${0:state}",
 }
-_KEYWORDS = INNER_KEYWORDS | {"event", "reports", "fails", "doing", "called", "raised", "sent"}
+_KEYWORDS = RESERVED | {"within", "event", "reports", "fails", "doing", "called", "raised", "sent"}
 _WORD = re.compile(r"[A-Za-z_][\w.]*")
 _LAST_WORD = re.compile(r"[A-Za-z_][\w.]*$")
 
@@ -156,8 +157,19 @@ class ScenarioDocument:
         """What is coloured, in the order of the text."""
         # The words of a scenario's title are no keywords.
         titles = {number for number, line in enumerate(self.lines) if line.startswith("scenario ")}
-        found = navigation.colours(self.lines, self.occurrences, (*_OUTER, *_INNER), _KEYWORDS)
+        found = navigation.colours(self.lines, self.occurrences, self._keywords())
         return [one for one in found if one.line not in titles or one.column == 0 or one.kind is Colour.COMMENT]
+
+    def _keywords(self) -> set[tuple[int, int]]:
+        """Line and column of each keyword: a line's first word, and words within lines."""
+        found: set[tuple[int, int]] = set()
+        for number, text in enumerate(self.lines):
+            words = list(_WORD.finditer(text.partition("#")[0]))
+            known = [one for one in words if one.group() in _KEYWORDS]
+            found |= {(number, one.start()) for one in known}
+            if words and words[0].group() in (*_OUTER, *_INNER):
+                found.add((number, words[0].start()))
+        return found
 
     def formatted(self) -> str | None:
         """The text laid out: scenarios at the margin with a blank line before each, what happens in them indented."""

@@ -13,6 +13,7 @@ from hsm.dsl import check_text
 from hsm.dsl.lsp import actions, navigation, refactoring, references
 from hsm.dsl.lsp.completion import completions
 from hsm.dsl.lsp.document import Document
+from hsm.dsl.lsp.edited import MachineFile
 from hsm.dsl.lsp.entries import SymbolKind
 from hsm.dsl.lsp.hovering import hover, open_call
 from hsm.dsl.lsp.occurrences import Role
@@ -279,7 +280,7 @@ def test_a_deep_outline(document):
 
 
 def test_colours_name_the_role_of_each_word(document):
-    found = {(one.line, one.column): one.kind for one in navigation.colours(document().lines, document().occurrences)}
+    found = {(one.line, one.column): one.kind for one in MachineFile(document()).colours()}
     assert found[0, 0] is navigation.Colour.COMMENT
     assert found[1, 0] is navigation.Colour.KEYWORD
     assert found[at("space.front")[0], at("space.front")[1] - 1] is Role.SIGNAL
@@ -468,7 +469,7 @@ def test_what_an_event_carries_is_renamed_everywhere(talking):
 
 
 def test_the_newer_words_have_their_colours(talking):
-    lines, found = TALKING.splitlines(), navigation.colours(talking.lines, talking.occurrences)
+    lines, found = TALKING.splitlines(), MachineFile(talking).colours()
     named = {(one.line + 1, lines[one.line][one.column : one.column + one.length]) for one in found}
     assert {(8, "defer"), (9, "stop"), (7, "number"), (7, "raise"), (11, "rings")} <= named
 

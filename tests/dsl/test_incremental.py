@@ -111,9 +111,7 @@ def test_an_edited_document_is_like_one_that_was_just_opened(text, edits, line):
         assert open_call(known, line, column) == open_call(fresh, line, column)
     assert list(actions.fixes(known, own)) == list(actions.fixes(fresh, own))
     assert list(refactoring.refactorings(known, line)) == list(refactoring.refactorings(fresh, line))
-    assert list(navigation.colours(known.lines, known.occurrences)) == list(
-        navigation.colours(fresh.lines, fresh.occurrences)
-    )
+    assert MachineFile(known).colours() == MachineFile(fresh).colours()
 
 
 @pytest.fixture

@@ -103,7 +103,7 @@ class MachineFile:
 
     def colours(self) -> Sequence[Coloured]:
         """What is coloured, in the order of the text."""
-        return navigation.colours(self.lines, self.occurrences)
+        return navigation.colours(self.lines, self.occurrences, navigation.keywords("\n".join(self.lines)))
 
     def formatted(self) -> str | None:
         """Its text laid out; None where it cannot be read."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -16,12 +16,11 @@ from typing import Any
 from hsm.dsl.loading import find_import
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
-from hsm.dsl.syntax.lexer import RESERVED, STATEMENTS
+from hsm.dsl.syntax.parser import tokens_of
 
 _COLOURS = re.compile(
     r"(?P<comment>#.*)|(?P<number>(?<![\w.])\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_][\w.]*)|(?P<operator>->|=>|[-+*/=<>!]+)"
 )
-INNER_KEYWORDS = RESERVED | {"always", "before", "eventually", "never", "within", "for", "else", "cancel"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,24 +251,23 @@ def _python(document: Document, name: str) -> Span | None:
 # Colours.
 
 
-def colours(
-    lines: Sequence[str],
-    names: Iterable[NameOccurrence],
-    beginnings: Collection[str] = STATEMENTS,
-    inner: Collection[str] = INNER_KEYWORDS,
-) -> list[Coloured]:
+def keywords(text: str) -> set[tuple[int, int]]:
+    """Line and column of each keyword of a machine's text."""
+    found = (one for one in tokens_of(text) if one.isidentifier() and one.type == one.upper())
+    return {((one.line or 1) - 1, (one.column or 1) - 1) for one in found}
+
+
+def colours(lines: Sequence[str], names: Iterable[NameOccurrence], known: Container[tuple[int, int]]) -> list[Coloured]:
     """Names by their role, and keywords, comments, numbers and operators, in the order of the text.
 
     Args:
         lines: the text, line by line.
         names: the names in it.
-        beginnings: the words that are keywords at the beginning of a line.
-        inner: the words that are keywords anywhere.
+        known: line and column of each keyword.
     """
     named = {(one.line, one.column): one for one in names}
     found: list[Coloured] = []
     for number, text in enumerate(lines):
-        first = True
         for match in _COLOURS.finditer(text):
             word, column = match.group(), match.start()
             occurrence = named.get((number, column))
@@ -277,7 +275,7 @@ def colours(
             if occurrence is not None:
                 kind = occurrence.role
             elif match.lastgroup == "name":
-                kind = Colour.KEYWORD if (first and word in beginnings) or word in inner else None
+                kind = Colour.KEYWORD if (number, column) in known else None
             elif match.lastgroup is not None:
                 kind = Colour(match.lastgroup)
             if kind is not None:
@@ -286,5 +284,4 @@ def colours(
             part = None if occurrence is None else named.get((number, occurrence.end + 1))
             if part is not None and part.end <= match.end():
                 found.append(Coloured(number, part.column, len(part.name), part.role))
-            first = False
     return found

@@ -11,6 +11,7 @@ from hsm.dsl import check_text
 from hsm.dsl.lsp import actions, navigation, refactoring
 from hsm.dsl.lsp.completion import completions
 from hsm.dsl.lsp.document import Document
+from hsm.dsl.lsp.edited import MachineFile
 from hsm.dsl.lsp.hovering import hover, open_call
 from hsm.dsl.lsp.workspace import Documents
 from hsm.dsl.syntax.parser import BlockParser, parse

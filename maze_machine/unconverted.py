@@ -1,8 +1,7 @@
 """Values of a command line that need no conversion: a text for a text, a default for anything.
 
 Typer converts all values with pydantic, whose import takes longer than a small command does. Whatever is of its
-parameter's type already stays as it is, and so does the value of an enumeration; the first other value brings pydantic
-in. This leans on a private part of
+parameter's type already stays as it is, and so does what is left out; the first other value brings pydantic in. This leans on a private part of
 typer: where a parameter has none of that name, nothing is changed and typer converts everything.
 """
 
@@ -14,7 +13,6 @@ from enum import EnumMeta
 from typing import Any, get_args, get_origin
 
 _PRIVATE = "_runtime_param"
-_PLAIN = (str, bool, int, float)
 
 
 def spare_conversions(parameters: Iterable[Any]) -> None:
@@ -24,14 +22,8 @@ def spare_conversions(parameters: Iterable[Any]) -> None:
         parameters: those of a command, as typer has them.
     """
     for parameter in parameters:
-        if getattr(parameter, _PRIVATE, ...) is None and _is_plain(parameter.type_descriptor.annotation):
+        if getattr(parameter, _PRIVATE, ...) is None:
             setattr(parameter, _PRIVATE, _AsItIs(parameter.type_descriptor.annotation))
-
-
-def _is_plain(annotation: Any) -> bool:
-    if get_origin(annotation) is list:
-        return get_args(annotation) == (str,)
-    return annotation in _PLAIN or isinstance(annotation, EnumMeta)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,5 +49,6 @@ class _AsItIs:
 
     def _is_of_type(self, value: Any) -> bool:
         if get_origin(self.annotation) is list:
-            return isinstance(value, list | tuple) and all(isinstance(one, str) for one in value)
+            texts = get_args(self.annotation) == (str,)
+            return texts and isinstance(value, list | tuple) and all(isinstance(one, str) for one in value)
         return type(value) is self.annotation

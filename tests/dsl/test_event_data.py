@@ -418,6 +418,15 @@ def test_what_proofs_do_not_follow_is_looked_for():
     assert "no violation found in" in found["high"].reason
 
 
+def test_what_a_machine_raises_may_come_from_outside_too():
+    text = (
+        "machine m\nevent go, late\nproperty quiet : never in(b)\ninitial a\nstate a\n    defer late\n    on go -> b\n"
+        "state b\n    stay\nstate c\n    on late -> a / raise go\n"
+    )
+    quiet = next(one for one in check(hsm.build(checked(text)), seconds=5) if one.name == "quiet")
+    assert quiet.violated
+
+
 def test_expressions_tell_what_they_are():
     model = checked(LIFT)
     guard = model.transitions[0].guard

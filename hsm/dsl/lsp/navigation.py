@@ -16,14 +16,13 @@ from typing import Any
 from hsm.dsl.loading import find_import
 from hsm.dsl.lsp.editing import Document
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
-from hsm.dsl.syntax.lexer import RESERVED, STATEMENTS
+from hsm.dsl.syntax.parser import tokens_of
 from hsm.model.chart import StateKind
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _COLOURS = re.compile(
     r"(?P<comment>#.*)|(?P<number>(?<![\w.])\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_][\w.]*)|(?P<operator>->|=>|[-+*/=<>!]+)"
 )
-_INNER_KEYWORDS = RESERVED | {"always", "before", "eventually", "never", "within", "for", "else", "cancel"}
 _IN_FILE = {Role.STATE, Role.VARIABLE, Role.PARAMETER, Role.EVENT, Role.ARGUMENT, Role.PROPERTY}
 """What a file declares, and can rename."""
 
@@ -354,9 +353,10 @@ def _instance_lines(other: Document, machine: str) -> set[int]:
 def colours(document: Document) -> list[Coloured]:
     """Names by their role, and keywords, comments, numbers and operators, in the order of the text."""
     named = {(one.line, one.column): one for one in document.occurrences}
+    text = "\n".join(document.tree.lines)
+    keywords = {(one.line, one.column) for one in tokens_of(text) if one.isidentifier() and one.type == one.upper()}
     found: list[Coloured] = []
     for number, text in enumerate(document.tree.lines):
-        first = True
         for match in _COLOURS.finditer(text):
             word, column = match.group(), match.start()
             occurrence = named.get((number, column))
@@ -364,7 +364,7 @@ def colours(document: Document) -> list[Coloured]:
             if occurrence is not None:
                 kind = occurrence.role
             elif match.lastgroup == "name":
-                kind = Colour.KEYWORD if (first and word in STATEMENTS) or word in _INNER_KEYWORDS else None
+                kind = Colour.KEYWORD if (number + 1, column + 1) in keywords else None
             elif match.lastgroup is not None:
                 kind = Colour(match.lastgroup)
             if kind is not None:
@@ -373,5 +373,4 @@ def colours(document: Document) -> list[Coloured]:
             part = None if occurrence is None else named.get((number, occurrence.end + 1))
             if part is not None and part.end <= match.end():
                 found.append(Coloured(number, part.column, len(part.name), part.role))
-            first = False
     return found

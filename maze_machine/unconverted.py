@@ -1,8 +1,8 @@
 """Values of a command line that need no conversion: a text for a text, a default for anything.
 
 Typer converts all values with pydantic, whose import takes longer than a small command does. Whatever is of its
-parameter's type already stays as it is, and so does what is left out; the first other value brings pydantic in. This leans on a private part of
-typer: where a parameter has none of that name, nothing is changed and typer converts everything.
+parameter's type already stays as it is, and so does what is left out; the first other value brings pydantic in. This
+leans on a private part of typer: where a parameter has none of that name, nothing is changed and typer converts all.
 """
 
 from __future__ import annotations

@@ -112,5 +112,6 @@ class _PlainData(pickle.Unpickler):
 
 def _restored(payload: bytes, transformer: object) -> Lark:
     data, memo = _PlainData(io.BytesIO(payload)).load()
-    restored: Lark = Lark._load_from_dict(data, memo, transformer=transformer)
+    # As the parsers begin that lark generates.
+    restored: Lark = Lark._load_from_dict(data, memo, transformer=transformer)  # type: ignore[no-untyped-call]
     return restored

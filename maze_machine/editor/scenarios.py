@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 from hsm.dsl.format.formatter import indented_lines
-from hsm.dsl.loading import SUFFIX, check_text, read_text
+from hsm.dsl.loading import check_text
 from hsm.dsl.lsp import hovering, navigation, vocabulary
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.entries import Entry, SymbolKind, fitting
@@ -16,6 +16,7 @@ from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.syntax.lexer import RESERVED
+from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.chart import Model, On, Raise, Send
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place

@@ -9,13 +9,14 @@ from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 
-from hsm.dsl.loading import find_import, read_text
+from hsm.dsl.loading import find_import
 from hsm.dsl.lsp.occurrences import NameOccurrence, occurrences
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.symbols import SymbolTable, collect_symbols
 from hsm.dsl.semantics.values import SIMPLE_TYPES
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.parser import BlockParser
+from hsm.dsl.syntax.sources import read_text
 from hsm.model.diagnostics import MachineError
 from hsm.model.registry import Library, Parameter
 from hsm.model.types import Enumeration, Type

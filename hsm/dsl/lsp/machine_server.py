@@ -20,12 +20,12 @@ from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
 
-from hsm.dsl.loading import read_text
 from hsm.dsl.lsp import protocol
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.edited import EditedFile, MachineFile
 from hsm.dsl.lsp.references import NamingFile
 from hsm.dsl.lsp.workspace import MOST_FILES, Documents, LibraryOf, OtherFile, OtherLanguage, files_in
+from hsm.dsl.syntax.sources import read_text
 from hsm.model.diagnostics import MachineError, Severity
 
 PAUSE = 0.02

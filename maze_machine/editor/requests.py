@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types
 
-from hsm.dsl.loading import SUFFIX
 from hsm.dsl.lsp.server import MachineServer
+from hsm.dsl.syntax.sources import SUFFIX
 from maze_machine.editor.libraries import EditorLibraries
 from maze_machine.editor.pages import code_pages
 from maze_machine.editor.settings import SECTION, read_settings, too_old

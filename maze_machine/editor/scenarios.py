@@ -8,12 +8,13 @@ from functools import cached_property
 from pathlib import Path
 
 from hsm.dsl.format.formatter import indented_lines
-from hsm.dsl.loading import SUFFIX, check_text, read_text
+from hsm.dsl.loading import check_text
 from hsm.dsl.lsp import navigation
 from hsm.dsl.lsp.editing import Document, Entry, SymbolKind, fitting
 from hsm.dsl.lsp.navigation import OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import Role
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.chart import Model, On, Raise, Send
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from lark import Token
 
-from hsm.dsl.loading import find_import, importable, read_text
+from hsm.dsl.loading import find_import, importable
 from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role, occurrences
 from hsm.dsl.reporting.report import Report
@@ -24,6 +24,7 @@ from hsm.dsl.semantics.values import SIMPLE_TYPES
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.lexer import STATEMENTS
 from hsm.dsl.syntax.parser import BlockParser
+from hsm.dsl.syntax.sources import read_text
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import MachineError
 from hsm.model.registry import Library, Parameter

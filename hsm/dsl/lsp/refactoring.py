@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from hsm.dsl.loading import SUFFIX
 from hsm.dsl.lsp.actions import Edit
 from hsm.dsl.lsp.editing import Document, SymbolKind
 from hsm.dsl.lsp.navigation import OutlineSymbol, block_end, outline
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
+from hsm.dsl.syntax.sources import SUFFIX
 
 ADD_STATE = "refactor.rewrite.maze-machine.addState"
 EXTRACT = "refactor.extract.maze-machine.submachine"

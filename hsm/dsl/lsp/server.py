@@ -20,10 +20,10 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
 
 from hsm.dsl.format.formatter import format_text
-from hsm.dsl.loading import SUFFIX
 from hsm.dsl.lsp import actions, navigation, protocol, refactoring
 from hsm.dsl.lsp.editing import Document
 from hsm.dsl.lsp.workspace import Documents, LibraryOf, OtherDocument, OtherLanguage
+from hsm.dsl.syntax.sources import SUFFIX
 from hsm.model.diagnostics import MachineError, Severity
 
 PAUSE = 0.02

@@ -9,10 +9,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Protocol
 
-from hsm.dsl.loading import SUFFIX, ImportedMachines, check_tree, read_text
+from hsm.dsl.loading import ImportedMachines, check_tree
 from hsm.dsl.lsp.editing import Document, Entry
 from hsm.dsl.lsp.navigation import OutlineSymbol, Span
 from hsm.dsl.syntax.parser import BlockParser
+from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
 

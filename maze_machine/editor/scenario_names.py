@@ -72,7 +72,7 @@ class _Names:
             yield from names_in(what, self.machine.table, self.machine.library, within)
 
     def _of_expression(self, node: object) -> Iterator[NameOccurrence]:
-        """The names of an expression; a state of an instance may stand in it by its own name or by both."""
+        """The names of an expression; a state of an instance may be named in it by its own name or by both."""
         states = [one for token in _tokens(node) for one in self._state(token)]
         taken = {(one.line, one.column) for one in states}
         others = names_in(node, self.machine.table, self.machine.library)

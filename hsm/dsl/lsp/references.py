@@ -1,7 +1,7 @@
 """Where a name is used, in its file and in others, and what a new name changes.
 
 A name belongs to the file that declares it: a machine's parameters, outcomes, events and exposed variables are named in
-the machines that import it, and everything in the scenarios about it. Whoever asks at such a place asks about the
+the machines that import it, and everything in the scenarios about it. A question at such a place is about the
 declaration.
 """
 

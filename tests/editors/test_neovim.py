@@ -78,12 +78,12 @@ dap.toggle_breakpoint()
 dap.run(dap.configurations["maze-machine"][1])
 until_true(function() return stopped() and top() end, "the first stop")
 local first = top()
-dap.repl.execute("when event go")
 dap.continue()
 until_true(function() return stopped() and top() == "moving" end, "the breakpoint")
 local line = dap.session().current_frame.line
+until_true(function() return dap.session().current_frame.scopes end, "the scopes")
 local scopes = {}
-for _, one in ipairs(dap.session().current_frame.scopes or {}) do table.insert(scopes, one.name) end
+for _, one in ipairs(dap.session().current_frame.scopes) do table.insert(scopes, one.name) end
 dap.step_back()
 until_true(function() return stopped() and top() ~= "moving" end, "the step back")
 io.stdout:write(vim.json.encode({ first = first, line = line, scopes = scopes }))
@@ -93,15 +93,14 @@ vim.cmd("qall!")
 """
 MACHINE = """machine m
 
-event go
-
 initial idle
 
 state idle
-    on go -> moving
+    after 1 s -> moving
+
+# Stands still.
 state moving
     do stop()
-
 """
 
 

@@ -9,6 +9,7 @@ from hsm.dsl.lsp import vocabulary
 from hsm.dsl.lsp.describe import type_text
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.entries import Entry, OpenCall, SymbolKind
+from hsm.dsl.lsp.navigation import instance_of
 from hsm.dsl.lsp.occurrences import Role
 from hsm.dsl.syntax import ast
 from hsm.model.types import UNITS
@@ -37,6 +38,11 @@ def hover(document: Document, line: int, column: int) -> Entry | None:
         word = _word(document, line, column)
         unit = UNITS.get(word)
         return None if unit is None else Entry(word, SymbolKind.UNIT, str(unit.quantity))
+    if here.owner in document.table.states and here.role is not Role.ARGUMENT:
+        inner = instance_of(document, here.owner)
+        entry = None if inner is None else named(inner, here.name)
+        if entry is not None:
+            return entry
     if here.role is Role.STATE:
         return state_entry(document, here.name)
     if here.role is Role.ARGUMENT:

@@ -38,7 +38,7 @@ def everything(document: Document) -> Iterator[Entry]:
 
 
 def _only_compared(document: Document) -> Iterator[Entry]:
-    """What stands in special places only: how instances end, and what properties ask of activities."""
+    """What is written in special places only: how instances end, and what properties ask of activities."""
     finals = {
         final: name
         for name, symbol in document.table.states.items()

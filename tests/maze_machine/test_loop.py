@@ -1,7 +1,7 @@
 """The loop on a robot that only remembers what it was told."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest

@@ -9,7 +9,6 @@ from hsm.dsl.lsp import vocabulary
 from hsm.dsl.lsp.describe import type_text
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.entries import Entry, OpenCall, SymbolKind
-from hsm.dsl.lsp.navigation import instance_of
 from hsm.dsl.lsp.occurrences import Role
 from hsm.dsl.syntax import ast
 from hsm.model.types import UNITS
@@ -40,7 +39,8 @@ def hover(document: Document, line: int, column: int) -> Entry | None:
         return None if unit is None else Entry(word, SymbolKind.UNIT, str(unit.quantity))
     if here.owner in document.table.states and here.role is not Role.ARGUMENT:
         exposed = (one for one in vocabulary.everything(document) if one.label == f"{here.owner}.{here.name}")
-        inner = instance_of(document, here.owner)
+        call = document.table.states[here.owner].instance
+        inner = None if call is None else document.imported(str(call.name))
         return next(exposed, None) or (None if inner is None else named(inner, here.name))
     if here.role is Role.STATE:
         return state_entry(document, here.name)

@@ -68,10 +68,10 @@ class Definition:
     node: ast.Expression
     place: Place
     value: Expression | None = None
-    state: Visit | None = None
+    state: DefinitionVisit | None = None
 
 
-class Visit(Enum):
+class DefinitionVisit(Enum):
     """How far a definition was looked at."""
 
     OPEN = "open"

@@ -205,7 +205,7 @@ def test_stop_is_always_there_and_is_confirmed_only_when_the_base_stands(opened,
         stop.click()
         page.wait_for_function("document.getElementById('status').textContent.startsWith('Stopping')")
         assert asked == [b'{"kind":"end"}']
-        served.end(Ending(None, "an operator ended the run", 40, 4.0, 1.0, {}).as_json())
+        served.end(Ending(None, "an operator ended the run", 40, 4.0, 1.0, 0.01, {}).as_json())
         page.wait_for_function("document.getElementById('status').textContent.includes('The base has stopped.')")
         assert stop.is_hidden()
 
@@ -254,7 +254,6 @@ def test_it_fits_every_window_and_its_labels_can_be_read(opened, recorded, width
     assert smallest >= 11
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
 @contextmanager
 def tried(text):
     """A page on which a machine is tried."""
@@ -326,6 +325,7 @@ def test_a_machine_is_tried_on_the_page(opened, tmp_path, monkeypatch):
         assert [one["id"] for one in axe.Axe().run(page).response["violations"] if one["impact"] in SERIOUS] == []
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(opened, recorded, driven, scheme):
     page = opened(f"{recorded}#t=20", color_scheme=scheme)
     page.wait_for_selector("#drawing svg g.state")

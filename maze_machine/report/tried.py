@@ -96,7 +96,7 @@ class TriedMachine:
 
     def _watch(self, driver: Driver) -> None:
         """Publish a step, microstep by microstep."""
-        if driver is not self._driver:  # begun anew
+        if driver is not self._driver:  # it has begun again
             self._driver, self._count = driver, 0
             self._violated = property_watch(self._properties)
             if (initial := driver.supervisor.initial) is not None:

@@ -402,9 +402,9 @@ def test_mutants_read_another_part_and_choose_the_other_value():
 def test_scxml_has_params_for_what_an_event_carries():
     model = checked(LIFT)
     text = write_text(model)
-    assert 'cond="_event.data.number &gt; target or _event.data.express"' in text
+    assert 'cond="_event.data.number &gt; target || _event.data.express"' in text
     assert '<send event="moved" target="#_internal">' in text
-    assert '<param name="by" expr="_event.data.number * 3 m" />' in text
+    assert '<param name="by" expr="_event.data.number * 3.0" />' in text
     assert differences(model) == []
 
 

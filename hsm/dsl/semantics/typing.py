@@ -73,7 +73,7 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 
 
 _DURATION = Quantity(time=1)
-_LONGEST_INTEGER = 18
+_LONGEST_INTEGER = 19
 _LARGEST_DEFINITION = 500
 _LARGEST = 1e300
 _NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?) *(.*)")
@@ -242,8 +242,8 @@ class Scope:
         assert written is not None
         digits, unit_name = written.groups()
         if not unit_name:
-            if digits.isdecimal() and len(digits) <= _LONGEST_INTEGER:
-                return Literal(int(digits), INTEGER, self._place(token))
+            if digits.isdecimal():
+                return self._whole(digits, token)
             return self._finite(float(digits), NUMBER, token)
         unit = UNITS.get(unit_name)
         if unit is None:
@@ -252,6 +252,13 @@ class Scope:
             self.report.add_once("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
             return None
         return self._finite(si_value(digits, unit), unit.quantity, token)
+
+    def _whole(self, digits: str, token: Token) -> Literal | None:
+        if len(digits.lstrip("0")) <= _LONGEST_INTEGER and int(digits) <= LARGEST_INTEGER:
+            return Literal(int(digits), INTEGER, self._place(token))
+        hint = f"whole numbers go to {LARGEST_INTEGER}; a plain number may be larger: write it as in `1e20`"
+        self.report.add("E0306", self._place(token), "this whole number is too large", hint)
+        return None
 
     def _finite(self, value: float, kind: Type, token: Token) -> Literal | None:
         if math.isinf(value):

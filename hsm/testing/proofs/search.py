@@ -201,8 +201,8 @@ class Search:
         before = {one.transition: one for one in self.graph.locations[edge.source].timers} if edge.beats else {}
         for timer in edge.beats:
             due = before[timer.transition]
-            kept = due.least == due.most == timer.least == timer.most
-            if kept and timer.transition in edge.due and self.longest_tick + self.rounding < due.least:
+            known = due.least == due.most and timer.least == timer.most
+            if known and timer.transition in edge.due and self.longest_tick + self.rounding < timer.least:
                 zone = zone.back(timer.clock, due.least)
             else:
                 zone = zone.anywhere(timer.clock, timer.most + self.rounding)

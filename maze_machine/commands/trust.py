@@ -22,7 +22,8 @@ def trust(
     """Let a project's own library run: its settings name Python code, which no command runs unasked.
 
     Look at the code first. The decision holds for this user and this folder, and is kept in the user's configuration
-    folder.
+    folder. A program that has asked the user itself, as an editor does, names the folders of that decision in the
+    environment, in MAZE_MACHINE_TRUSTED.
 
     Example: `maze-machine trust ~/robots/vacuum`
 

@@ -217,6 +217,10 @@ class Scope:
         match node:
             case Token(type="NUMBER"):
                 return self._number(node)
+            case Token(type="NOT_FINITE") if not self._is_named(node, expected):
+                hint = "only a signal and an argument that is expected can have it, with their own unit or none"
+                self.report.add("E0306", self._place(node), f"`{node}` is no finite number", hint)
+                return None
             case Token():
                 return self._name(node, expected)
             case ast.ChainSyntax():
@@ -254,6 +258,11 @@ class Scope:
             self.report.add("E0306", self._place(token), "this number is too large")
             return None
         return Literal(value, kind, self._place(token))
+
+    def _is_named(self, token: Token, expected: Type | None) -> bool:
+        """Whether something has a name that may be read as a number which is not finite."""
+        members = expected.members if isinstance(expected, Enumeration) else ()
+        return any(token.value in known for known in (self.variables, self.library.signals, members))
 
     def _name(self, token: Token, expected: Type | None) -> Expression | None:
         name = token.value

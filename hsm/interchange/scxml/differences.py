@@ -35,7 +35,7 @@ _ORDER = "of what happens in one tick SCXML takes the earliest first; here event
 
 def differences(model: Model) -> list[Diagnostic]:
     """What of a machine changes its meaning when it is written as SCXML; empty where nothing does."""
-    return [*_transitions(model), *_names(model), *_same_tick(model), *_sent(model)]
+    return [*_transitions(model), *_names(model), *_same_tick(model), *_sent(model), *_parameters(model)]
 
 
 def _transitions(model: Model) -> Iterator[Diagnostic]:
@@ -123,6 +123,14 @@ def _sent(model: Model) -> Iterator[Diagnostic]:
         if isinstance(action, Emit):
             reason = f"SCXML sends `{action.event}` to a session with an address; here every other machine hears of it"
             yield finding("W0923", action.place, reason, "let the program that runs the sessions hand it on")
+
+
+def _parameters(model: Model) -> Iterator[Diagnostic]:
+    """Parameters without a value: a chart is not given any when it starts."""
+    for parameter in model.parameters:
+        if parameter.required:
+            reason = f"parameter `{parameter.name}` has no value: in SCXML it is undefined"
+            yield finding("W0923", model.states[0].place, reason, "write a value after its type")
 
 
 def _same_tick(model: Model) -> Iterator[Diagnostic]:

@@ -12,7 +12,7 @@ from hsm.model.properties import Never, Property, Recurrence, Response
 from hsm.model.types import BOOLEAN
 from hsm.testing.proofs.automata import Automaton
 from hsm.testing.proofs.graph import Budget, Graph
-from hsm.testing.proofs.quotient import Quotient, quotient, tells_places_only
+from hsm.testing.proofs.quotient import Quotient, quotient, only_about_places
 from hsm.testing.proofs.search import Search
 from hsm.testing.proofs.values import Undecided
 from hsm.testing.proofs.verdicts import NO_FAULT, Method, PropertyVerdict, Status
@@ -101,7 +101,7 @@ class Decider:
 
     def _smaller(self, stated: Property) -> Quotient:
         """The graph as far as a property tells its places apart: those that are only about states share one."""
-        together = [one for one in self.stated if tells_places_only(one)] if tells_places_only(stated) else [stated]
+        together = [one for one in self.stated if only_about_places(one)] if only_about_places(stated) else [stated]
         key = tuple(one.name for one in together)
         found = self.quotients.get(key)
         if found is None:

@@ -23,7 +23,7 @@ from hsm.testing.proofs.values import Symbols
 
 @dataclass(frozen=True, slots=True)
 class Quotient:
-    """A graph of classes of places; each has the number of its class, and the first of its places stands for it.
+    """A graph of classes of places; each has the number of its class, and the first of its places represents it.
 
     Attributes:
         machine: the machine.
@@ -44,7 +44,7 @@ class Quotient:
     complete: bool
 
 
-def tells_places_only(stated: Property) -> bool:
+def only_about_places(stated: Property) -> bool:
     """Whether a property is about active states alone, neither about signals nor about variables."""
     parts = (part for one in conditions_of(stated.claim) for part in parts_of(one))
     return not any(isinstance(part, SignalValue | VariableValue) for part in parts)
@@ -62,7 +62,7 @@ def quotient(graph: Graph, automata: Collection[Automaton]) -> Quotient:
 
     def label(edge: Edge) -> int:
         key: Hashable = (edge.point.leaves, edge.point.entered)
-        if not all(tells_places_only(one.stated) for one in automata):
+        if not all(only_about_places(one.stated) for one in automata):
             key = edge.point, edge.among
         effect = effects.get(key)
         if effect is None:

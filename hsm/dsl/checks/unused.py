@@ -18,7 +18,7 @@ _CODES = {
     "outside event": "N0601",
 }
 _WORDS = {
-    "import": "machine `{}`is imported, but no state is an instance of it",
+    "import": "machine `{}` is imported, but no state is an instance of it",
     "parameter": "nothing reads parameter `{}`",
     "variable": "nothing reads variable `{}`",
     "definition": "nothing uses definition `{}`",

@@ -283,7 +283,7 @@ class _Search:
         """How sure it is that something cannot be reached."""
         if self.proved:
             return "it cannot be: proved for all runs"
-        return f"not found in {self.steps} steps from {len(self.parents)}states"
+        return f"not found in {self.steps} steps from {len(self.parents)} states"
 
     def _possible(self) -> Possible | None:
         """What steps may reach, where all of them are known."""

@@ -7,13 +7,16 @@ from functools import partial
 
 import pytest
 
+import hsm
+from maze_machine.catalogue.library import robot_names
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import Ending, drive, prepare
 from maze_machine.remote.operated import OperatedRun
 from maze_machine.report.pages import ShownRun, run_head
+from maze_machine.report.tried import TriedMachine, tried_head
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from maze_machine.view.drawings import Drawings
-from maze_machine.view.live import LivePage
+from maze_machine.view.live import Feed, LivePage
 from maze_machine.view.page import head, replay_page
 from transport.description import RobotDescription
 from transport.world import LockstepRobot
@@ -25,6 +28,7 @@ CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here: Debian's package `chromium` brings it")
 LIMIT = 20_000
 SECONDS = 30.0
+SERIOUS = ("serious", "critical")
 
 
 @pytest.fixture(scope="module")
@@ -201,7 +205,7 @@ def test_stop_is_always_there_and_is_confirmed_only_when_the_base_stands(opened,
         stop.click()
         page.wait_for_function("document.getElementById('status').textContent.startsWith('Stopping')")
         assert asked == [b'{"kind":"end"}']
-        served.end(Ending(None, "an operator ended the run", 40, 4.0, 1.0, {}).as_json())
+        served.end(Ending(None, "an operator ended the run", 40, 4.0, 1.0, 0.01, {}).as_json())
         page.wait_for_function("document.getElementById('status').textContent.includes('The base has stopped.')")
         assert stop.is_hidden()
 
@@ -250,6 +254,77 @@ def test_it_fits_every_window_and_its_labels_can_be_read(opened, recorded, width
     assert smallest >= 11
 
 
+@contextmanager
+def tried(text):
+    """A page on which a machine is tried."""
+    library, feed = robot_names(), Feed()
+    machine = hsm.loads(text, library)
+    session = TriedMachine(machine, library, {}, feed.publish)
+    with LivePage(tried_head(machine, {}), operate=session.answer, drawn=Drawings(machine).drawn, feed=feed) as page:
+        yield page
+
+
+TRIED = """machine walk
+
+event go
+
+var turns : int = 0
+
+initial idle
+
+state idle
+    do stop()
+    on go            -> moving
+
+state moving
+    do drive(speed = 0.2 m/s)
+    when space.left  -> turning    / turns += 1
+
+state turning
+    do rotate(90 deg)
+    when turns == 1  -> waiting
+    on done          -> moving
+
+state waiting
+    after 3 s        -> idle
+"""
+
+
+def test_a_machine_is_tried_on_the_page(opened, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with tried(TRIED) as server:
+        page = opened(server.address)
+
+        def shows(state):
+            page.wait_for_function(f"store.frames[app.at].doing === {state!r}")
+
+        page.get_by_role("button", name="when event go").click()
+        shows("moving")
+        page.get_by_label("space.left").check()
+        assert page.locator("#pending").inner_text() == "space.left"
+        page.get_by_role("button", name="Microstep").click()
+        shows("turning")
+        assert "microstep 1 of 2" in page.locator("#now").inner_text()
+        page.get_by_role("button", name="Microstep").click()
+        shows("waiting")
+        page.get_by_label("stop a wait at").fill("idle")
+        page.locator("#break-form").get_by_role("button").click()
+        page.get_by_label("line", exact=True).fill("after 10 s")
+        page.keyboard.press("Enter")
+        shows("idle")
+        assert page.locator("#lines code").all_inner_texts() == ["when event go", "when space.left", "after 3 s"]
+        page.locator("#save-form").get_by_role("button").click()
+        page.wait_for_function("element('told').textContent.startsWith('saved')")
+        assert "scenario what was tried" in (tmp_path / "walk.maze-test").read_text(encoding="utf-8")
+        page.locator("#lines li").first.get_by_role("button").click()
+        shows("moving")
+        page.get_by_label("line", exact=True).fill("when nonsense")
+        page.keyboard.press("Enter")
+        page.wait_for_function("element('told').className === 'bad'")
+        assert "no signal `nonsense`" in page.locator("#told").inner_text()
+        assert [one["id"] for one in axe.Axe().run(page).response["violations"] if one["impact"] in SERIOUS] == []
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(opened, recorded, driven, scheme):
     page = opened(f"{recorded}#t=20", color_scheme=scheme)
@@ -261,11 +336,7 @@ def test_axe_finds_nothing_serious(opened, recorded, driven, scheme):
 
 def serious(page):
     found = axe.Axe().run(page).response["violations"]
-    return [
-        (one["id"], [node["html"][:200] for node in one["nodes"]][:3])
-        for one in found
-        if one["impact"] in ("serious", "critical")
-    ]
+    return [(one["id"], [node["html"][:200] for node in one["nodes"]][:3]) for one in found if one["impact"] in SERIOUS]
 
 
 def test_everything_can_be_reached_by_keyboard(opened, driven):

@@ -75,7 +75,7 @@ def compile_expression(text: str) -> Evaluate:
     parser = _Parser(tokens_of(text))
     made = parser.choice(0)
     if parser.left:
-        raise InvalidExpressionError(f"`{parser.left[0].value}`is not allowed there")
+        raise InvalidExpressionError(f"`{parser.left[0].value}` is not allowed there")
     return made
 
 

@@ -12,7 +12,7 @@ from hsm.model.properties import Never, Property, Recurrence, Response
 from hsm.model.types import BOOLEAN
 from hsm.testing.proofs.automata import Automaton
 from hsm.testing.proofs.graph import Budget, Graph
-from hsm.testing.proofs.quotient import Quotient, quotient, only_about_places
+from hsm.testing.proofs.quotient import Quotient, only_about_places, quotient
 from hsm.testing.proofs.search import Search
 from hsm.testing.proofs.values import Undecided
 from hsm.testing.proofs.verdicts import NO_FAULT, Method, PropertyVerdict, Status

@@ -100,7 +100,7 @@ class Decider:
         return None
 
     def _smaller(self, stated: Property) -> Quotient:
-        """The graph as far as a property tells its places apart: those that are only about states share one."""
+        """The graph with places taken together for a property; properties that are about states alone share one."""
         together = [one for one in self.stated if only_about_places(one)] if only_about_places(stated) else [stated]
         key = tuple(one.name for one in together)
         found = self.quotients.get(key)

@@ -2,22 +2,28 @@
 
 import re
 import shutil
+import socket
 from contextlib import contextmanager
 from functools import partial
+from queue import Queue
+from threading import Thread
 
 import pytest
 
 import hsm
 from maze_machine.catalogue.library import robot_names
 from maze_machine.catalogue.profile import load_profile
+from maze_machine.commands.view import view_remote
 from maze_machine.drive.mission import Ending, drive, prepare
+from maze_machine.remote.opened import OpenRun
 from maze_machine.remote.operated import OperatedRun
-from maze_machine.report.pages import ShownRun, run_head
+from maze_machine.report.pages import ShownRun, network_head, run_head
 from maze_machine.report.tried import TriedMachine, tried_head
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from maze_machine.view.drawings import Drawings
 from maze_machine.view.live import Feed, LivePage
 from maze_machine.view.page import head, replay_page
+from transport.connect import listening
 from transport.description import RobotDescription
 from transport.world import LockstepRobot
 
@@ -29,6 +35,13 @@ pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here: Debi
 LIMIT = 20_000
 SECONDS = 30.0
 SERIOUS = ("serious", "critical")
+
+
+@pytest.fixture
+def free_endpoint():
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{one.getsockname()[1]}"
 
 
 @pytest.fixture(scope="module")
@@ -252,6 +265,32 @@ def test_it_fits_every_window_and_its_labels_can_be_read(opened, recorded, width
                ? parseFloat(getComputedStyle(one).fontSize) * one.getScreenCTM().a : 99))"""
     )
     assert smallest >= 11
+
+
+def test_a_machine_elsewhere_is_shown_with_what_perception_found(opened, free_endpoint, monkeypatch):
+    mission = prepare("pledge", load_profile(), time_limit=SECONDS)
+    world = SimulatedWorld(find_maze("final_2015"), mission.profile.robot)
+    operated, robot, pages = OperatedRun(mission, pausable=True), LockstepRobot(world), Queue()
+    operated.answer(b'{"kind": "advance", "ticks": 20}')
+    monkeypatch.setattr("maze_machine.commands.opened_run.announce", pages.put)
+    monkeypatch.setattr("maze_machine.commands.opened_run.GRACE", 0.5)
+    told = network_head(run_head(mission, world), Drawings(mission.machine))
+    with listening(free_endpoint) as bus, OpenRun(bus, mission, operated, told) as elsewhere:
+        watchers = [elsewhere, operated]
+        work = Thread(target=lambda: elsewhere.end(drive(mission, robot, robot, watchers, operator=operated)))
+        viewing = Thread(target=lambda: view_remote(free_endpoint, "pico", None, "127.0.0.1", 0))
+        work.start()
+        viewing.start()
+        page = opened(pages.get(timeout=LIMIT / 1000).address)
+        page.wait_for_function("store.frames.length > 0 && store.last.tick === 19 && store.last.sights.minimap")
+        assert lit(page)
+        page.get_by_role("button", name="Stop the run").click()
+        page.wait_for_function("element('status').textContent.includes('The base has stopped')")
+        page.close()
+        work.join(LIMIT / 1000)
+        viewing.join(LIMIT / 1000)
+        assert not work.is_alive()
+        assert not viewing.is_alive()
 
 
 @contextmanager

@@ -49,20 +49,18 @@ def diagram(
     """
     from hsm.interchange.diagrams import FORMATS, THEMES, DiagramError, Look, render
     from hsm.interchange.folding import down_to, everything, own_states
-    from maze_machine.arguments.files import check_outputs
+    from maze_machine.arguments.files import check_outputs, check_suffix
     from transport.files import write_bytes
 
-    form = output.suffix.removeprefix(".")
-    if form not in FORMATS:
-        raise UsageError(f"{output}: a diagram is a {', '.join(f'.{one}' for one in FORMATS)} file")
     check_outputs({"--output": output}, [file])
+    check_suffix("--output", output, [f".{one}" for one in FORMATS])
     if theme not in THEMES:
         raise UsageError(f"--theme {theme}: there is no such theme", f"one of {', '.join(THEMES)}")
     chart = load_chart(file, library)
     opened = down_to(chart.model, depth) if depth is not None else everything if state is not None else own_states
     look = Look(theme, transparent, guards=not no_guards, opened=opened, within=state)
     try:
-        drawn = render(chart, form, look)
+        drawn = render(chart, output.suffix.removeprefix("."), look)
     except DiagramError as error:
         raise UsageError(str(error)) from None
     write_bytes(output, drawn)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from maze_machine.arguments.files import check_outputs
+from maze_machine.arguments.files import check_outputs, check_suffix
 from maze_machine.arguments.options import ChartArgument, LibraryOption
 from transport.files import write_text as write_file
 
@@ -34,10 +34,12 @@ def import_chart(
     Example: `maze-machine import lift.scxml -o lift.maze-machine`
     """
     from hsm.dsl.format.formatter import format_text
+    from hsm.dsl.loading import SUFFIX
     from hsm.interchange.scxml import read_file
     from hsm.interchange.scxml.translation import to_machine_text
 
     check_outputs({"--output": output}, [file])
+    check_suffix("--output", output, [SUFFIX])
     _write(format_text(to_machine_text(read_file(file))), output)
 
 
@@ -59,10 +61,11 @@ def export(
 
     Example: `maze-machine export run.mcap -o run.rrd`
     """
+    check_outputs({"--output": output}, [file])
+    check_suffix("--output", output, [".scxml", ".rrd"])
     if output is not None and output.suffix == ".rrd":
         from maze_machine.commands.to_rerun import to_rerun
 
-        check_outputs({"--output": output}, [file])
         to_rerun(Path(file), output)
         return
     from hsm.dsl.reporting.render import as_text
@@ -70,7 +73,6 @@ def export(
     from maze_machine.commands.diagram import load_chart
 
     assert to is Target.SCXML, "there is no other"
-    check_outputs({"--output": output}, [file])
     model = load_chart(file, library).model
     found = differences(model)
     if found:

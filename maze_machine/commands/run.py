@@ -286,10 +286,11 @@ def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -
     Raises:
         UsageError: a recording of practice, or a picture of no known format, was asked for.
     """
+    from maze_machine.arguments.files import check_suffix
+
     if practice and record is not None:
         raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
-    if picture is not None and picture.suffix not in PICTURES:
-        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
+    check_suffix("--picture", picture, PICTURES)
 
 
 def has_picture(file: Path, world: SimulatedWorld | None, attempt: Attempt, title: str, losses: list[str]) -> bool:

@@ -104,7 +104,7 @@ def test(
     from hsm.testing.proofs.verdicts import Assumptions, Status
     from hsm.testing.scenarios.reading import SUFFIX
     from hsm.testing.scenarios.tested_machine import load_machine, load_tested_machine
-    from maze_machine.arguments.files import check_outputs
+    from maze_machine.arguments.files import check_outputs, check_suffix
     from maze_machine.arguments.parameters import known_values, split_setting
     from maze_machine.catalogue.library import chosen_library
     from maze_machine.catalogue.machines import find_machine
@@ -117,6 +117,7 @@ def test(
     meant = path if path.suffix == SUFFIX else find_machine(file)
     outputs = {"--output": output, "--lcov": lcov, "--cobertura": cobertura}
     check_outputs(outputs, [meant])
+    check_suffix("--output", output, [SUFFIX])
     names = chosen_library(library, meant)
     if generate:
         with waiting("finding scenarios"):

@@ -74,7 +74,7 @@ def view(
         return
     from json import dumps
 
-    from maze_machine.arguments.files import check_outputs
+    from maze_machine.arguments.files import check_outputs, check_suffix
     from maze_machine.catalogue.profile import load_profile
     from maze_machine.drive.replay import recorded_profile
     from maze_machine.view.foxglove import layout
@@ -85,6 +85,8 @@ def view(
     recording = Path(source)
     page = output or recording.with_suffix(".html")
     check_outputs({"--output": page, "--foxglove": foxglove}, [recording])
+    check_suffix("--output", page, [".html"])
+    check_suffix("--foxglove", foxglove, [".json"])
     profile = load_profile(robot or "pico", settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run

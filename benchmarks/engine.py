@@ -196,7 +196,7 @@ class ByHand:
     """What one would write for this machine alone: the fastest that Python allows, without a record of what happened.
 
     It means the same: it is stepped like a supervisor, asks the same functions for its facts, only where it needs them,
-    and goes on until nothing fires any more.
+    and continues until nothing fires any more.
     """
 
     def __init__(self) -> None:

@@ -228,7 +228,7 @@ def in_rounds(times: list[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Figures:
-    """What became of one fault: until the robot stopped, if it did, and until it went on or somebody knew, s."""
+    """What became of one fault: until the robot stopped, if it did, and until it continued or somebody knew, s."""
 
     stopped: float | None
     resumed: float
@@ -438,7 +438,7 @@ def forger(bench: Bench) -> Program:
 
 
 def watched(kind: str) -> float:
-    """Milliseconds a step in lockstep, of 1000, while somebody looks on: ``nobody``, ``slow`` or ``frozen``."""
+    """Milliseconds a step in lockstep, of 1000, while somebody watches: ``nobody``, ``slow`` or ``frozen``."""
     with Bench(random.Random(1)) as bench:
         bench.robot("lockstep")
         watcher = bench.ready(toy("toy_watcher", bench.endpoint)) if kind != "nobody" else None
@@ -455,8 +455,8 @@ def watched(kind: str) -> float:
 
 def readers(count: int) -> None:
     """Print what readers cost that cannot keep up."""
-    print("\nA step in lockstep while somebody looks on who cannot keep up; ms, median and largest of the runs\n")
-    print("| who looks on | a step |\n|---|---|")
+    print("\nA step in lockstep while somebody watches who cannot keep up; ms, median and largest of the runs\n")
+    print("| who watches | a step |\n|---|---|")
     kinds = {"nobody": "nobody", "slow": "takes twenty messages a second", "frozen": "frozen (SIGSTOP)"}
     for kind, name in kinds.items():
         times = [watched(kind) for _ in range(count)]
@@ -495,7 +495,7 @@ FAULTS: dict[str, Scenario] = {
 def faults(count: int) -> None:
     """Print the times of all faults."""
     print(f"Faults at random moments, {count} times each, runs in lockstep of {STEPS} steps; ms, median and largest\n")
-    print("| fault | until the robot stops | until it goes on, or somebody knows |\n|---|---|---|")
+    print("| fault | until the robot stops | until it continues, or somebody knows |\n|---|---|---|")
     chance = random.Random(1)
     for name, scenario in FAULTS.items():
         figures = []

@@ -74,11 +74,11 @@ _ENGINE = {
     "snapshots": ("SnapshotError",),
     "transition": ("Inputs", "transition"),
 }
-"""What comes from which module of the engine."""
+"""The names that each module of the engine exports."""
 
 
 def __getattr__(name: str) -> Any:
-    """The engine, and charts in SCXML, when they are asked for: a check of a machine needs neither."""
+    """Load the engine and the SCXML reader on first use: checking a machine needs neither."""
     if name == "scxml":
         return import_module("hsm.interchange.scxml")
     for module, names in _ENGINE.items():

@@ -91,8 +91,8 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=(
-        "Exit status: 0 all right, 1 the run or check failed, 2 wrong usage, 3 a file that cannot be used, "
-        "4 no robot within reach, 130 interrupted."
+        "Exit status: 0 success, 1 the run or check failed, 2 wrong usage, 3 a file cannot be used, "
+        "4 no robot can be reached, 130 interrupted."
     ),
 )
 

@@ -93,7 +93,7 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
     if len(stands) > STRAY:
         if not found or _last(stands, math.inf) > settings.beside:
             return found or replace(moved_on, end=_last(stands, math.inf))
-        # The walls end beside the robot: what is farther to the sides is no wall of this lane.
+        # The walls end beside the robot: what is farther to the sides is not a wall of this lane.
         narrowed = Lane(min(found.left, before.left), min(found.right, before.right))
         return replace(narrowed, end=_last(x[_within(y, narrowed, settings)], moved_on.end))
     if found and found.end > settings.beside:

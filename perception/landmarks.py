@@ -59,7 +59,7 @@ def find_landmarks(lines: Lines, settings: LandmarkSettings) -> tuple[Landmark, 
 
     Pieces on one line are one wall as long as the gap between them is short, be it because something is before it
     or because of readings that failed. (In 2015 fifty missing beams of a thousand ended a wall, so that openings far
-    away were passed over; a gap in metres does not depend on the distance.)
+    away were skipped; a gap in metres does not depend on the distance.)
 
     Args:
         lines: the straight pieces.

@@ -285,7 +285,7 @@ class View(NamedTuple):
         )
 
     def far_corner(self, gap: Gap, level: float) -> float:
-        """Where the wall at ``level`` goes on behind a gap: the x of the last hits before the beams that go through."""
+        """Where the wall at ``level`` continues after a gap: the x of the last hits before it."""
         before = range(max(gap.first - 3, 0), gap.first)
         wall = (self.x.item(beam) for beam in before if self.hit[beam] and self.y.item(beam) > level - 0.1)
         return min(wall, default=math.inf)

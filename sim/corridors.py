@@ -36,7 +36,7 @@ class Corridor(Settings):
     length: Positive = 3.0
     """From the wall behind the start to the exit's near corner, m."""
     beyond: Positive = 1.0
-    """How far the corridor goes on after the exit, m."""
+    """How far the corridor continues after the exit, m."""
     depth: Positive = 0.8
     """How long the walls at both sides of the exit are, m."""
     lean: Annotated[float, Field(ge=-5, le=5)] = 0.0

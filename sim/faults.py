@@ -41,7 +41,7 @@ class LaserBlinded(_Fault):
 
 
 class LaserFrozen(_Fault):
-    """The ranges stay as they were; only their stamp goes on."""
+    """The ranges stay as they were; only their stamp continues."""
 
     kind: Literal["laser_frozen"] = "laser_frozen"
 
@@ -75,7 +75,7 @@ class OdometryJump(_Fault):
 
 
 class CommandLost(_Fault):
-    """Commands do not arrive: the robot goes on with the last one that did."""
+    """Commands do not arrive: the robot continues with the last one that did."""
 
     kind: Literal["command_lost"] = "command_lost"
 

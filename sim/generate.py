@@ -44,7 +44,7 @@ class Recipe(Settings):
     islands: Count = 0
     """Solid blocks of one cell with a way all around."""
     open_spaces: Count = 0
-    """Open spaces of two by two to three by three cells."""
+    """Number of open spaces of 2x2 to 3x3 cells."""
     dead_ends: Annotated[float, Field(ge=0, le=1)] = 1.0
     """Share of the dead ends that stay; the others get a second way where there is one."""
     doors: Count = 0

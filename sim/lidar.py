@@ -102,7 +102,7 @@ def _along_beam(u: Vector, a: Vector, b: Vector) -> float:
 
 
 def compiled() -> Kernel | None:
-    """The same projection as machine code with the same bits, or None where numba is not to be had."""
+    """The same projection as machine code with the same bits, or None where numba is not available."""
     if importlib.util.find_spec("numba") is None:
         return None
     try:

@@ -176,7 +176,7 @@ class Maze:
         others: where further robots are put down, in order.
         time_limit: how long all attempts together may take, s; infinite where the maze belongs to no challenge.
         unknown: edges of what a map knows: neither a robot nor a beam passes them.
-        goal: what is to be done.
+        goal: the goal.
     """
 
     name: str

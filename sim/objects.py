@@ -29,7 +29,7 @@ class MovingObstacle:
         """Where its origin is, m."""
 
     def velocity(self, duration: float, robots: Sequence[Point]) -> Point:
-        """Go on for a while and say how fast.
+        """Continue for a while and say how fast.
 
         Args:
             duration: how long, s.

@@ -37,7 +37,7 @@ class AttemptOutcome(StrEnum):
 
 
 SUCCESSES = (AttemptOutcome.ESCAPED, AttemptOutcome.REACHED, AttemptOutcome.SURVIVED)
-"""The outcomes in which the robot has done what was to be done."""
+"""The outcomes in which the robot has reached its goal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ class RefereeReport:
         contacts: what it touched, in order.
         rings: how often it rang.
         attempt: which attempt it was, counted from 1.
-        goal: what was to be done.
+        goal: the goal.
     """
 
     outcome: AttemptOutcome
@@ -75,7 +75,7 @@ class RefereeReport:
 
     @property
     def solved(self) -> bool:
-        """Whether the robot has done what was to be done; where that is nothing, whether it has touched nothing."""
+        """Whether the robot has reached its goal; where that is nothing, whether it has touched nothing."""
         if isinstance(self.goal, Nothing):
             return self.outcome in (AttemptOutcome.RUNNING, AttemptOutcome.SURVIVED) and not self.contacts
         return self.outcome in SUCCESSES
@@ -233,7 +233,7 @@ class Referee:
         return AttemptOutcome.SURVIVED, f"touched nothing in the {self._time_limit:g} s"
 
     def _done(self, before: Pose, base: Body) -> tuple[AttemptOutcome, str] | None:
-        """The outcome and its reason if what was to be done is done now."""
+        """The outcome and its reason if the goal is reached now."""
         match self._goal:
             case Leave() if self._out(before, base):
                 return AttemptOutcome.ESCAPED, "the whole robot is across the exit"

@@ -1,4 +1,4 @@
-"""Whether a robot can do at all what is to be done in a maze, where its outside begins, and which way exits face."""
+"""Whether a robot can reach the goal of a maze, where its outside begins, and which way exits face."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ THIN = 0.03
 
 
 class UnsolvableError(Exception):
-    """A maze in which no robot can do what is to be done.
+    """A maze in which no robot can reach the goal.
 
     Attributes:
         reason: why.
@@ -47,7 +47,7 @@ class ClosedError(UnsolvableError):
 
 
 def checked(maze: Maze, radius: float | None = None) -> Maze:
-    """The maze, complete, and known to let a robot do what is to be done.
+    """The maze, complete, and known to let a robot reach the goal.
 
     Where the robot is to leave, exits are found if the maze has none, and a way leads out; where it is to reach a
     place, a way leads there. Exits are turned outwards.

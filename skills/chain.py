@@ -41,7 +41,7 @@ class MotionChain:
         return Command(self._last, wanted.ring, facts.observation.stamp)
 
     def stop(self, facts: Facts) -> Command:
-        """Stop at once, in answer to a tick whose sensors cannot be believed: the base brakes as hard as it can."""
+        """Stop at once, in answer to a tick whose sensors cannot be trusted: the base brakes as hard as it can."""
         self._surroundings.update(facts)
         self._last = STOP
         return Command(answers=facts.observation.stamp)

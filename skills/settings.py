@@ -68,7 +68,7 @@ class OpeningSettings(Settings):
     near_corner: Length = 0.15
     """What lies farther ahead than this belongs to the far side of the opening, m."""
     smallest: Length = 0.45
-    """What is narrower than this is no opening for the robot, m."""
+    """What is narrower than this is not an opening for the robot, m."""
     same_wall: Length = 0.2
     """How far aside from the wall beside the robot its continuation may lie, m."""
     into: Length = 1.0

@@ -24,7 +24,7 @@ def check_endpoint(endpoint: str) -> str:
         return endpoint
     found = _NETWORK.fullmatch(endpoint)
     if found is None:
-        raise EndpointError(f"`{endpoint}` is no endpoint: it reads tcp/HOST:PORT, such as tcp/127.0.0.1:7447")
+        raise EndpointError(f"`{endpoint}` is not an endpoint: it reads tcp/HOST:PORT, such as tcp/127.0.0.1:7447")
     if not 0 < int(found["port"]) < 2**16:
-        raise EndpointError(f"`{endpoint}` is no endpoint: ports go from 1 to 65535")
+        raise EndpointError(f"`{endpoint}` is not an endpoint: ports go from 1 to 65535")
     return endpoint

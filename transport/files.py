@@ -1,7 +1,7 @@
 """Files that are replaced whole or not at all: written beside, and renamed when all of it is on the disk.
 
 What is replaced keeps its permissions, and a symbolic link stays one: the file that it leads to is replaced. Something
-that is no regular file (a pipe, a terminal, ``/dev/null``) is written to as it is.
+that is not a regular file (a pipe, a terminal, ``/dev/null``) is written to as it is.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def append_line(path: Path, line: str) -> None:
 
 
 class Stream:
-    """A file that grows while something goes on, such as the trace or the recording of a run.
+    """A file that grows while something runs, such as the trace or the recording of a run.
 
     Where nothing is replaced it is written in its place, so that a crash leaves it there; otherwise beside, and it
     takes the other one's place when it is closed. One program at a time writes it.

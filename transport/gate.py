@@ -211,7 +211,7 @@ class Gate:
         self._end()
 
     def _fail(self, error: Exception) -> None:
-        """The base cannot go on: it is stopped and the lease is over, but questions are still answered."""
+        """The base cannot continue: it is stopped and the lease is over, but questions are still answered."""
         self.dropped["failed step"] += 1
         _LOG.error("the robot failed: %s", printable(f"{type(error).__name__}: {error}"[:500]))
         _LOG.debug("where it failed", exc_info=True)
@@ -263,7 +263,7 @@ class PacedWorld:
     """A simulated base: its world moves on with the clock on the wall, commanded or not.
 
     Its stamps keep to that clock as a robot's do: where the simulator was held up, the world has lost time, and the
-    stamps go on by it.
+    stamps continue by it.
 
     Attributes:
         overruns: how many periods the simulator was too slow for.
@@ -366,12 +366,12 @@ class DriverBase:
         """A controller takes the robot, once it senses anything."""
         del question
         if self._senses.refused:
-            return f"the robot's sensors cannot be believed: {self._senses.refused}"
+            return f"the robot's sensors cannot be trusted: {self._senses.refused}"
         sensing = self._senses.scan is not None and self._senses.odometry is not None
         return "" if sensing else "the robot's driver sends no scan or no odometry"
 
     def end(self) -> None:
-        """Hardware goes on."""
+        """Hardware continues."""
 
     def due(self) -> float:
         """When to look again, s."""

@@ -156,7 +156,7 @@ class LockstepServer:
             self._reports.append(world.report())
 
     def _fail(self, error: Exception) -> None:
-        """The world cannot go on: the episode is over, and the next controller begins another."""
+        """The world cannot continue: the episode is over, and the next controller begins another."""
         self.dropped["failed step"] += 1
         self._failure = printable(f"the simulation failed: {type(error).__name__}: {error}"[:500])
         _LOG.error("%s", self._failure)

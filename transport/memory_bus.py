@@ -84,7 +84,7 @@ class MemoryBus:
         return MemoryPublisher(lambda message: self._put(key, message))
 
     def subscribe(self, key: str, deliver: Callable[[Message], None]) -> None:
-        """Have every message on ``key`` handed over, from the sender's thread."""
+        """Have every message on ``key`` passed, from the sender's thread."""
         self._leave.append(self._network.subscribe(key, deliver))
 
     def newest(self, key: str) -> MemoryNewest:
@@ -94,7 +94,7 @@ class MemoryBus:
         return MemoryNewest(slot)
 
     def serve(self, key: str, deliver: Callable[[Request], None]) -> None:
-        """Have every question on ``key`` handed over, from the asker's thread."""
+        """Have every question on ``key`` passed, from the asker's thread."""
         self._leave.append(self._network.serve(key, deliver))
 
     def ask(self, key: str, payload: bytes, timeout: float, attachment: bytes = b"") -> bytes | None:

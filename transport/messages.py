@@ -181,7 +181,7 @@ class LinkStatus:
         odometry_age: the same for odometry, s.
         reconnects: how often the link was lost and found again in this run.
         stopped: the robot's command time-out has stopped it and waits for a new lease.
-        refused: why the newest scan or odometry cannot be believed; empty where both can.
+        refused: why the newest scan or odometry cannot be trusted; empty where both can.
         blind: why the controller keeps the base stopped; empty where it may drive by what is sensed.
     """
 

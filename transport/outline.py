@@ -13,7 +13,7 @@ LEAST_AREA = 1e-4
 
 
 def outline_fault(corners: Sequence[Corner]) -> str:
-    """Why corners, in m, are no outline of a body, or nothing."""
+    """Why corners, in m, do not outline a body; None if they do."""
     if not 3 <= len(corners) <= MOST:
         return f"must have 3 to {MOST} corners, not {len(corners)}"
     if abs(area_of(corners)) < LEAST_AREA:
@@ -23,7 +23,7 @@ def outline_fault(corners: Sequence[Corner]) -> str:
     if any(one == other for one, other in sides):
         return "must not have a corner twice in a row"
     for number, side in enumerate(sides):
-        # Neighbouring sides share a corner, which is no crossing.
+        # Neighbouring sides share a corner, which is not a crossing.
         for other in sides[number + 2 : len(sides) - (number == 0)]:
             if _cross(*side, *other):
                 return (

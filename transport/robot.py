@@ -30,7 +30,7 @@ class Robot(Protocol):
         """Send a command in answer to the last observation.
 
         Raises:
-            LinkError: the command could not be handed over.
+            LinkError: the command could not be passed.
         """
         ...
 

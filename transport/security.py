@@ -37,7 +37,7 @@ class Access(BaseModel):
     controllers: dict[str, list[str]] = Field(default_factory=dict)
     """Controllers, and the robots that each may drive."""
     watchers: dict[str, list[str]] = Field(default_factory=dict)
-    """Who may only look on, and at which robots and their machines."""
+    """Who may only watch, and at which robots and their machines."""
     operators: dict[str, list[str]] = Field(default_factory=dict)
     """Who may also send events to the machines that drive these robots, and pause and end their runs."""
 
@@ -232,7 +232,7 @@ def access_text(access: Access) -> str:
     lines = ["# Who may do what, by the names in their certificates; everything else is denied.", ""]
     lines += [f"robots = {_names(access.robots)}", "", "# who may drive which robots", "[controllers]"]
     lines += [f'"{name}" = {_names(robots)}' for name, robots in access.controllers.items()]
-    lines += ["", "# who may look on at which robots", "[watchers]"]
+    lines += ["", "# who may watch at which robots", "[watchers]"]
     lines += [f'"{name}" = {_names(robots)}' for name, robots in access.watchers.items()]
     lines += ["", "# who may send events to the machines that drive which robots", "[operators]"]
     lines += [f'"{name}" = {_names(robots)}' for name, robots in access.operators.items()]

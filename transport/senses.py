@@ -1,4 +1,4 @@
-"""The newest scan and odometry that can be believed, how old they are, and why others were refused."""
+"""The newest scan and odometry that can be trusted, how old they are, and why others were refused."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ class Senses:
     """Takes in what a robot's driver sends.
 
     Attributes:
-        scan: the newest scan that can be believed, as the profile's laser gives it.
-        odometry: the newest odometry that can be believed.
+        scan: the newest scan that can be trusted, as the profile's laser gives it.
+        odometry: the newest odometry that can be trusted.
         dropped: how many messages were refused, by reason.
     """
 
@@ -96,6 +96,6 @@ class Senses:
         return self._scan.age(now), self._odometry.age(now)
 
     def silent(self, now: float, limit: float) -> str:
-        """Which sensor has sent nothing that can be believed for longer than a limit (s), or nothing."""
+        """Which sensor has sent nothing that can be trusted for longer than a limit (s), or nothing."""
         silences = (("scan", self._scan.silence(now)), ("odometry", self._odometry.silence(now)))
         return " and no ".join(sensor for sensor, silence in silences if silence > limit)

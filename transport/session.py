@@ -85,7 +85,7 @@ class Open(_Part):
     seed: Number | None = None
     """Which run to simulate; None leaves it to the simulator."""
     previous: Secret = ""
-    """The secret of the asker's last lease, if it takes the robot again: a simulator then goes on where it was."""
+    """The secret of the asker's last lease, if it takes the robot again: a simulator then continues where it was."""
 
 
 class Close(_Part):

@@ -15,14 +15,14 @@ class Timeline:
 
     As long as the robot's clock runs, its stamps are taken as they are. Where it is set back, jumps by more than a
     second or stands still, the time that has passed on this side is added instead, and the robot's stamps count from
-    there. While nothing comes, time goes on by this side's clock, so that time limits hold.
+    there. While nothing comes, time continues by this side's clock, so that time limits hold.
 
     Attributes:
         faults: how often the robot's clock misbehaved, by what it did.
     """
 
     def __init__(self, patience: float) -> None:
-        """Args: how long nothing may come before time goes on by this side's clock, s."""
+        """Args: how long nothing may come before time continues by this side's clock, s."""
         self.faults: Counter[str] = Counter()
         self._patience = patience
         self._time: int | None = None

@@ -1,4 +1,4 @@
-"""The rule by which a robot is stopped that does not know enough, and by which it goes on."""
+"""The rule by which a robot is stopped that does not know enough, and by which it continues."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from transport.settings import LinkSettings
 class Trust:
     """Whether a robot may be driven by what it senses.
 
-    It is stopped at once when its newest scan or odometry was refused, or is older than ``link.stale``. It goes on once
+    It stops at once when its newest scan or odometry was refused, or is older than ``link.stale``. It continues once
     both have been fresh and credible for ``link.resume`` without a break, so a sensor that comes and goes stops it.
 
     Attributes:

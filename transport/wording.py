@@ -74,7 +74,7 @@ def _shortened(value: object) -> str:
 
 
 def key_of(location: tuple[int | str, ...]) -> str:
-    """The key that an error's location means, as it is written: which kind of base is meant is no part of it."""
+    """The key that an error's location means, as it is written: which kind of base is meant is not part of it."""
     return ".".join(str(part) for part in location if part not in KINDS)
 
 

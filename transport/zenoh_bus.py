@@ -111,7 +111,7 @@ class ZenohBus:
         )
 
     def subscribe(self, key: str, deliver: Callable[[Message], None]) -> None:
-        """Have every message on ``key`` handed over, from Zenoh's thread."""
+        """Have every message on ``key`` passed, from Zenoh's thread."""
 
         def receive(sample: zenoh.Sample) -> None:
             if (message := self._read(sample)) is not None:
@@ -127,7 +127,7 @@ class ZenohBus:
         return ZenohNewest(subscriber.try_recv, self._read)
 
     def serve(self, key: str, deliver: Callable[[Request], None]) -> None:
-        """Have every question on ``key`` handed over, from Zenoh's thread."""
+        """Have every question on ``key`` passed, from Zenoh's thread."""
 
         def receive(query: zenoh.Query) -> None:
             message = self._read(query)
@@ -225,7 +225,7 @@ def _explain(error: zenoh.ZError, configuration: Mapping[str, object]) -> str:
     place = ", ".join([*(listen if isinstance(listen, list) else []), *(connect if isinstance(connect, list) else [])])
     text = str(error)
     refusals = {"98": "is taken by another program: stop it, or choose another port"}
-    refusals |= {"99": "is no address of this computer", "13": "may not be listened at by this user"}
+    refusals |= {"99": "is not an address of this computer", "13": "may not be listened at by this user"}
     for number, words in refusals.items():
         if f"os error {number})" in text:
             return f"{place} {words}"

@@ -172,7 +172,8 @@ class Generator:
         """The values of all slots before a run begins: what is exposed can be read from the start.
 
         Args:
-            parameters: those of the parameters, in order; of a run that goes on, those of the variables behind them.
+            parameters: the values of the parameters, in order; for a run in progress followed by those of the
+                variables.
         """
         values = [*parameters, *[None] * (len(self.variables) - len(parameters))]
         for slot, variable in enumerate(self.model.variables, len(self.model.parameters)):
@@ -487,7 +488,7 @@ def operation_code(expression: Expression, operand: Callable[[Expression], str])
 
     Args:
         expression: the expression.
-        operand: gives the code of what is no operation.
+        operand: gives the code of what is not an operation.
     """
     match expression:
         case Unary("abs", inner):

@@ -119,7 +119,7 @@ class Leaf:
         looked: the looks that are over.
         after: the configuration now.
         grown: how many trees grow from the same root as this leaf; one list for all of its leaves.
-        move: the event, or None for conditions, and what was picked for it, before steps go on from here.
+        move: the event, or None for conditions, and what was picked for it, before steps continue from here.
         rest: makes the rest of a look that was cut.
         go: the rest of a look that was cut, or else the next look for conditions; None where the step is over.
         found: the leaf as what is found, where it carries no values.

@@ -198,7 +198,7 @@ class MacrostepExecution:
             self.state.sent = (*self.state.sent, (self._now + nanoseconds(send.delay), send))
 
     def _emit(self, emission: Emission) -> None:
-        """Send an event to other machines; the members of this one hear of it in the next step."""
+        """Send an event to other machines; the members of this one receive it in the next step."""
         event = emission.event
         self.sent.append(event)
         for name in emission.receivers:

@@ -1,4 +1,4 @@
-"""What a step does with the charts that its chart has invoked: begin them, end them, and hand on what they send."""
+"""What a step does with the charts that its chart has invoked: begin them, end them, and forward what they send."""
 
 from __future__ import annotations
 

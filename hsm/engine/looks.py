@@ -3,9 +3,9 @@
 A *look* is the search for transitions that one trigger, an event or the conditions, can fire. For a configuration it
 is a decision tree, a generated function (``hsm.engine.trees``). A *leaf* is where it ends
 (``hsm.engine.configuration``): it knows which guards were decided and how, what was taken, and the truth of every
-condition on the way. So a step records its leaf and the values of those signals that are no truth values; its
+condition on the way. So a step records its leaf and the values of those signals that are not truth values; its
 record and the coverage are computed from these when somebody asks. The next look of the step is a tree that grows at
-the leaf where the one before ended, once steps have come that way a few times.
+the leaf where the previous one ended, once steps have come that way a few times.
 
 ``SlowPath`` is raised where there is more to do; the step is then done in full (``hsm.engine.execution``).
 """

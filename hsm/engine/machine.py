@@ -46,7 +46,7 @@ class Machine(CompiledChart, Generic[F, E]):
         return Supervisor.begin(self, values, facts, time)
 
     def restore(self, snapshot: Mapping[str, Any]) -> Supervisor[F, E]:
-        """Go on with a run from where ``Supervisor.snapshot`` left it; its activities begin again.
+        """Continue with a run from where ``Supervisor.snapshot`` left it; its activities begin again.
 
         Args:
             snapshot: what ``Supervisor.snapshot`` gave, also after a way through JSON.

@@ -31,7 +31,7 @@ def checked_events(model: Model, events: Iterable[str | Occurrence]) -> list[str
         events: their names, with what they carry either as texts such as ``floor(number = 3)`` or as ``Occurrence``.
 
     Raises:
-        TypeError: it is one text instead of a list, something in the list is no event, or a value is of another type
+        TypeError: it is a text instead of a list, an element is not an event, or a value is of another type
             than declared.
         ValueError: neither the machine nor its library declares an event of that name, something that it carries is
             missing, unknown or given twice, or a value is infinite, no number or too large.
@@ -118,7 +118,7 @@ def _value(event: str, field: EventField, text: str) -> Any:
     try:
         return value_of(text, field.type, field.enumeration)
     except ValueError as way_out:
-        message = f"`{text:.{_WIDEST}}` is no value for `{field.name} : {field.type}` of event `{event}`"
+        message = f"`{text:.{_WIDEST}}` is not a value for `{field.name} : {field.type}` of event `{event}`"
         raise ValueError(f"{message}: {way_out}") from None
 
 
@@ -128,7 +128,7 @@ def _data(declared: EventData, given: Mapping[str, Any]) -> dict[str, Any]:
     unknown = [name for name in given if name not in fields]
     missing = [name for name in fields if name not in given]
     if unknown or missing:
-        wrong = f"`{unknown[0]}` is no part of it" if unknown else f"`{missing[0]}` is missing"
+        wrong = f"`{unknown[0]}` is not part of it" if unknown else f"`{missing[0]}` is missing"
         form = ", ".join(f"{one.name} : {one.type}" for one in declared.fields)
         raise ValueError(f"event `{declared.event}` carries ({form}); {wrong}")
     return {name: _held(declared.event, field, given[name]) for name, field in fields.items()}

@@ -332,7 +332,7 @@ class Planner:
 
 @dataclass(slots=True)
 class _Work:
-    """What is to be done, while it is put together, and the states active at that moment."""
+    """The actions of a step while they are collected, and the states active at that moment."""
 
     active: set[int]
     done: list[tuple[Block, frozenset[int]] | StateEvent] = field(default_factory=list)

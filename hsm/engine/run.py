@@ -62,7 +62,7 @@ class Supervisor(Generic[F, E]):
         return supervisor
 
     def _resume(self, machine: CompiledChart, run: SavedRun) -> None:
-        """Go on from where a run is."""
+        """Continue from where a run is."""
         self.machine = machine
         self._time = run.time
         self._state = run.state
@@ -87,12 +87,12 @@ class Supervisor(Generic[F, E]):
 
     @property
     def outcome(self) -> str | None:
-        """The name of the top-level final state that ended the run; None while it goes on."""
+        """The name of the top-level final state that ended the run; None while it runs."""
         return self._state.outcome
 
     @property
     def due(self) -> float:
-        """When the run goes on by itself: the first deadline of a time-out or of an event on its way, in seconds.
+        """When the run continues by itself: the first deadline of a time-out or of an event on its way, in seconds.
 
         Infinite where nothing happens without an event, an outcome or a change of a signal.
         """
@@ -136,7 +136,8 @@ class Supervisor(Generic[F, E]):
                 it was before the step.
             ValueError: the time is before that of the last step, infinite or no number, nobody declares an event, or it
                 carries something else than declared.
-            TypeError: the time is no number, the events are no list of events, or one carries a value of another type.
+            TypeError: the time is not a number, the events are not a list of events, or one carries a value of another
+                type.
         """
         # A step in which only moves is a few generated functions, in a twentieth of the time that the
         # full way takes with its queues and its copy of the state. Whatever else comes up, the step is done in full,
@@ -209,14 +210,14 @@ class Supervisor(Generic[F, E]):
     # Saving, restoring, changing.
 
     def snapshot(self) -> dict[str, Any]:
-        """Where the run is, in a form that JSON can carry; ``Machine.restore`` goes on from it with the same trace.
+        """Where the run is, in a form that JSON can carry; ``Machine.restore`` continues from it with the same trace.
 
         Activities are not in it: those that run begin again.
         """
         return to_json(self.machine, self._run())
 
     def reload(self, machine: CompiledChart) -> None:
-        """Go on with a machine that has changed.
+        """Continue with a machine that has changed.
 
         Variables, time-outs and history are kept where the new machine still has them; activities run on where their
         state does the same as before. Coverage starts again.
@@ -225,7 +226,7 @@ class Supervisor(Generic[F, E]):
             machine: the changed machine.
 
         Raises:
-            SnapshotError: an active state is gone, with the reason; the run goes on with the old machine.
+            SnapshotError: an active state is gone, with the reason; the run continues with the old machine.
         """
         given = {name: value for name, value in self.variables.items() if name in self._parameter_names(machine)}
         run = carry_over(self.machine, self._run(), machine, parameter_values(machine.model, given))

@@ -62,7 +62,7 @@ class Work:
     raised: list[Event | Message | Send | Emission | Cancel]
 
     def copy(self) -> Work:
-        """The same, to go on from."""
+        """The same, to continue from."""
         return Work(self.values[:], dict(self.timers), self.raised[:])
 
 

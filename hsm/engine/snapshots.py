@@ -85,7 +85,7 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
         SnapshotError: it was taken from another machine, or the machine has changed since.
     """
     if not isinstance(snapshot, Mapping):
-        raise SnapshotError(f"this is no snapshot of a run: {snapshot!r:.60}")
+        raise SnapshotError(f"this is not a snapshot of a run: {snapshot!r:.60}")
     if snapshot.get("machine") != machine.name:
         raise SnapshotError(f"the snapshot is of machine {snapshot.get('machine')}, not of {machine.name}")
     try:
@@ -112,13 +112,13 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
     except SnapshotError:
         raise
     except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise SnapshotError(f"this is no snapshot of a run: {error!r}") from error
+        raise SnapshotError(f"this is not a snapshot of a run: {error!r}") from error
 
 
 def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters: Sequence[Any]) -> SavedRun:
     """A run of one machine as a run of a changed one, where every active state still exists.
 
-    Variables keep their values where name and type are the same. Time-outs go on where the state still has the same
+    Variables keep their values where name and type are the same. Time-outs continue where the state still has the same
     one, or one of the same duration; others of active states start now. History is kept where the remembered states
     still lie where it may lead.
 

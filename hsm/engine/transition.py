@@ -57,7 +57,8 @@ def transition(
         SnapshotError: the snapshot does not fit the machine.
         ValueError: the time is before that of the snapshot or not finite, nobody declares an event, it carries
             something else than declared, or no activity that runs has such an outcome.
-        TypeError: the time is no number, the events are no list of events, or one carries a value of another type.
+        TypeError: the time is not a number, the events are not a list of events, or one carries a value of another
+            type.
     """
     run = from_json(machine, snapshot)
     check_time(inputs.time, run.time)

@@ -122,7 +122,7 @@ class TransitionsMachine(HierarchicalMachine):
         machine = self.machine
         states = machine.model.states
         run = machine.generator.actions(transition.source, Occasion.TRANSITION, transition.actions)
-        # The root is no state of `transitions`: its transitions belong to each state at the top, after their own.
+        # The root is not a state of `transitions`: its transitions belong to each state at the top, after their own.
         tops = [states[child] for child in states[0].children if states[child].kind is not StateKind.FINAL]
         sources = [states[transition.source]] if transition.source else tops
         guard = None if transition.guard is None else machine.generator.arguments((transition.guard,))

@@ -32,7 +32,7 @@ class StepReport:
     Attributes:
         machine: the machine.
         step: what the engine says of the step.
-        outcome: the final state that ended the run; None while it goes on.
+        outcome: the final state that ended the run; None while it runs.
         variables: variables and parameters after the step, by their full names.
         arguments: what the running activities were begun with, by the full names of their states.
         violations: properties that do not hold from this step on.

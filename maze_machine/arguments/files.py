@@ -14,7 +14,7 @@ def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path | st
 
     Args:
         outputs: files to write, by the option that names each; None where it was not given.
-        inputs: files that are read; names of shipped things among them, which are no files, do no harm.
+        inputs: files that are read; names of shipped things among them, which are not files, do no harm.
 
     Raises:
         UsageError: an output is an input, or two outputs are one file.

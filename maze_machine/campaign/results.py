@@ -1,6 +1,6 @@
-"""The results file of a campaign: JSON lines, from which a campaign that was interrupted goes on.
+"""The results file of a campaign: JSON lines, from which a campaign that was interrupted continues.
 
-The first line says what is to be done, then there is one line a job, added as jobs end and put in order once all have.
+The first line names the task, then there is one line a job, added as jobs end and put in order once all have.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Results:
         self._done: dict[Job, Record] = {}
         if file.exists():
             if not file.is_file():
-                raise FileError(f"{file} is no regular file", "results need one to go on from")
+                raise FileError(f"{file} is not a regular file", "results need one to continue from")
             self._take_up()
         self.write()
 

@@ -96,7 +96,7 @@ def _table(file: Path) -> dict[str, Any]:
     except OSError as error:
         raise FileError(f"{file} cannot be read: {error.strerror or error}") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise FileError(f"{file} is no valid TOML: {error}") from None
+        raise FileError(f"{file} is not valid TOML: {error}") from None
 
 
 def _project(file: Path, table: dict[str, Any]) -> Project:

@@ -14,7 +14,7 @@ from maze_machine.arguments.options import ChartArgument, LibraryOption
 from transport.files import write_text as write_file
 
 Output = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Where to; standard output if left out.", metavar="FILE")
+    Path | None, typer.Option("--output", "-o", help="The file to write. Default: standard output.", metavar="FILE")
 ]
 
 
@@ -29,7 +29,7 @@ def import_chart(
 ) -> None:
     """Turn a statechart in SCXML into a .maze-machine file.
 
-    What the language has no counterpart for is refused by name, with its place; the exit status is 3 then.
+    A feature without a counterpart in the language is refused, with its name and place; the exit status is then 3.
 
     Example: `maze-machine import lift.scxml -o lift.maze-machine`
     """
@@ -51,11 +51,11 @@ def export(
 ) -> None:
     """Write a machine for other tools.
 
-    States, history, events, time-outs and outcomes are SCXML's own. It has no word for signals, activities and units:
-    they are in it as this language writes them, so that only a machine without them can be imported again. What means
-    otherwise in SCXML is named on standard error.
+    States, history, events, time-outs and outcomes become SCXML. SCXML has no signals, activities and units: they are
+    written as in this language, so only a machine without them can be imported again. Every difference in meaning is
+    reported on standard error.
 
-    A recording is written for the viewer Rerun where the output ends in `.rrd`; this needs the extra `rerun`.
+    If the output ends in `.rrd`, a recording is converted for the viewer Rerun; this needs the extra `rerun`.
 
     Example: `maze-machine export pledge --to scxml -o pledge.scxml`
 

@@ -1,4 +1,4 @@
-"""A run that others see and operate while it goes on: over the network, on a page, or both."""
+"""A run that others see and operate while it runs: over the network, on a page, or both."""
 
 from __future__ import annotations
 

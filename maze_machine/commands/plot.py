@@ -14,7 +14,6 @@ from maze_machine.arguments.options import (
     ScanTopicOption,
     SettingsOption,
 )
-from maze_machine.errors import UsageError
 
 FORMATS = (".svg", ".png", ".pdf", ".jpg")
 

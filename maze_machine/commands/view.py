@@ -42,11 +42,11 @@ def view(
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="The page. Default: beside the recording.")
     ] = None,
     foxglove: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a layout too with which Foxglove shows the recording.")
+        Path | None, typer.Option(metavar="FILE", help="Also write a Foxglove layout for the recording, a .json file.")
     ] = None,
     no_sights: Annotated[
         bool,
-        typer.Option("--no-sights", help="Do not compute again what perception found, which takes the longest."),
+        typer.Option("--no-sights", help="Skip the results of perception, which take longest to compute."),
     ] = False,
     robot: RecordedRobotOption = None,
     settings: SettingsOption = None,
@@ -58,8 +58,8 @@ def view(
 ) -> None:
     """Show a run on a page: the plan, the machine, why it does what it does, variables and time.
 
-    A recording becomes one file that any browser opens, without a network. A machine that runs elsewhere is shown while
-    it runs, and may be operated from the page.
+    A recording becomes one file that any browser opens, without a network. For a machine in another process, the page
+    shows it while it runs and can operate it.
 
     Example: `maze-machine view run.mcap -o run.html`
 

@@ -251,7 +251,7 @@ class Adapter:
     def _variables(self, given: Mapping[str, Any]) -> Mapping[str, object]:
         found = self._view().variables(_number(given, "variablesReference"))
         if found is None:
-            raise RefusedError("this was shown before the run went on")
+            raise RefusedError("this was shown before the run continued")
         first, count = given.get("start"), given.get("count")
         begin = first if isinstance(first, int) else 0
         end = begin + count if isinstance(count, int) and count > 0 else None
@@ -266,7 +266,7 @@ class Adapter:
     def _changed(self, name: str, value: str) -> Mapping[str, object]:
         debugger = self._standing()
         if not debugger.run.chart.type_text(name):
-            raise RefusedError(f"`{name}` is no variable and no signal")
+            raise RefusedError(f"`{name}` is neither a variable nor a signal")
         debugger.run.change(debugger.at, name, value)
         debugger.to_newest()
         shown, kind = self._view().value(name) or (value, "")

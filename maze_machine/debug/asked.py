@@ -55,7 +55,7 @@ def read_arguments(given: Mapping[str, Any], library: str | None = None) -> Aske
     """What a request's arguments ask for.
 
     Args:
-        given: the arguments; what an editor adds for itself is passed over.
+        given: the arguments; what an editor adds for itself is skipped.
         library: the library that the adapter was started with, for requests that name none.
 
     Raises:

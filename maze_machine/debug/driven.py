@@ -100,7 +100,7 @@ class DrivenRun:
         """It stands still anyway."""
 
     def go(self, ticks: int | None) -> None:
-        """It goes on as it is asked to."""
+        """It continues as it is asked to."""
 
     def close(self) -> None:
         """Release the robot."""

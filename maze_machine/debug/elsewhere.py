@@ -78,7 +78,7 @@ class RemoteRun:
         return f"sent {event.strip()}"
 
     def hold(self) -> None:
-        """Have a simulation stand still; a robot goes on, and only the view stops."""
+        """Have a simulation stand still; a robot continues, and only the view stops."""
         self._ask(Pause())
 
     def go(self, ticks: int | None) -> None:

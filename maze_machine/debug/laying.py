@@ -88,7 +88,7 @@ class Laying:
         """Whether a value can be watched."""
         name = str(given.get("name", ""))
         if not self._chart().type_text(name):
-            return {"dataId": None, "description": f"`{name}` is no variable and no signal"}
+            return {"dataId": None, "description": f"`{name}` is neither a variable nor a signal"}
         return {"dataId": name, "description": name, "accessTypes": ["write"], "canPersist": True}
 
     def set_data_breakpoints(self, given: Mapping[str, Any]) -> Mapping[str, object]:

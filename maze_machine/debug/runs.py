@@ -74,11 +74,11 @@ class Run(Protocol):
         ...
 
     def hold(self) -> None:
-        """Have the run itself stand still, where it goes on by itself and can stand still."""
+        """Have the run itself stand still, where it continues by itself and can stand still."""
         ...
 
     def go(self, ticks: int | None) -> None:
-        """Have a run that goes on by itself do so, for some ticks or until it is held."""
+        """Have a run that is still running by itself do so, for some ticks or until it is held."""
         ...
 
     def close(self) -> None:

@@ -15,7 +15,7 @@ _Items = Callable[[], Sequence[Item]]
 
 
 class Shown:
-    """The point of a run that an editor is shown; the references in it hold until the run goes on."""
+    """The point of a run that an editor is shown; the references in it hold until the run continues."""
 
     def __init__(self, chart: Chart) -> None:
         self._chart = chart

@@ -101,7 +101,7 @@ class TriedRun:
         """It stands still anyway."""
 
     def go(self, ticks: int | None) -> None:
-        """It goes on as it is asked to."""
+        """It continues as it is asked to."""
 
     def close(self) -> None:
         """Nothing to release."""

@@ -39,8 +39,8 @@ def ticks(
     """Run a machine on a robot, tick by tick, until the machine ends.
 
     Where scan or odometry are too old or refused, the base is stopped, whatever the machine wants, and its activities
-    wait; the machine goes on, and hears of it by the event ``blinded``. Once both have been good for a while, the
-    activities go on where they were.
+    wait; the machine continues, and receives it by the event ``blinded``. Once both have been good for a while, the
+    activities continue where they were.
 
     The last phase, log, is what the caller does with a tick. The caller closes the robot, which stops it, in every
     case: at the end, on a fault, and when a run is given up by closing the iterator.

@@ -84,7 +84,7 @@ class Ending:
 
     @property
     def solved(self) -> bool:
-        """Whether the robot has done what was to be done; where nobody judges, whether the machine came to its end."""
+        """Whether the robot has reached its goal; where nobody judges, whether the machine came to its end."""
         return bool(self.report["solved"]) if self.report else self.outcome is not None
 
     def as_json(self) -> dict[str, Any]:

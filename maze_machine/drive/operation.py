@@ -27,7 +27,7 @@ class Operator(Protocol):
 
     @property
     def ended(self) -> str:
-        """Why the run is to end after this tick; empty while it is to go on."""
+        """Why the run is to end after this tick; empty while it is to continue."""
         ...
 
 
@@ -118,7 +118,7 @@ def scheduled(entries: Iterable[str], machine: Machine) -> ScheduledEvents:
         except ValueError:
             after = -1.0
         if not event or not 0 <= after < 1e9:
-            raise UsageError(f"`{entry}` is no time and event", "write SECONDS:EVENT, such as 12.5:go")
+            raise UsageError(f"`{entry}` is not a time and event", "write SECONDS:EVENT, such as 12.5:go")
         found.append((after, checked_event(event, machine)))
     return ScheduledEvents(found)
 

@@ -161,7 +161,7 @@ def named_machine(recording: Recording) -> str:
     if named in shipped_machines() or Path(named).suffix in MACHINES:
         return named
     raise FileError(
-        f"the recording names {named[:200]!r} as its machine, which is no machine's file", "name one yourself"
+        f"the recording names {named[:200]!r} as its machine, which is not a machine's file", "name one yourself"
     )
 
 
@@ -220,7 +220,7 @@ def recorded_operator(recording: Recording, machine: Machine) -> Recorded:
 
 
 def recorded_events(step: Mapping[str, Any]) -> list[str]:
-    """The events that somebody outside sent for a recorded tick; what is no name is none."""
+    """The events that somebody outside sent for a recorded tick; what is not a name is none."""
     events = step.get("events", ())
     return [one for one in events if isinstance(one, str)] if isinstance(events, list) else []
 

@@ -135,7 +135,7 @@ class Tick:
 
     @cached_property
     def json(self) -> TickJson:
-        """All that is said of the tick, as JSON values: the line, and what somebody who looks on wants to know."""
+        """All that is said of the tick, as JSON values: the line, and what somebody who watches wants to know."""
         report, truth = self.report, self.truth
         really = {} if truth is None else {"truth": [truth.x, truth.y, truth.heading]}
         more = {

@@ -89,9 +89,9 @@ class ScenarioDocument:
                 report.found.append(finding("E0208", place, message, "a test lies beside the machine that it names"))
             else:
                 message = f"machine `{lines[0].parts[0]}` has errors, so its scenarios are not looked at"
-                report.found.append(finding("E0208", place, message, "mend the machine first"))
+                report.found.append(finding("E0208", place, message, "fix the machine first"))
         elif not report.found:
-            message = "the first line is to be `test`, with the machine's name"
+            message = "the first line must be `test`, with the machine's name"
             report.add("E0401", Place(self.file, 1, 1, 1, 2), message)
         return tuple(report.found)
 
@@ -103,7 +103,7 @@ class ScenarioDocument:
         return found.group() if found else ""
 
     def completions(self, line: int, column: int) -> list[Entry]:
-        """What could be written at a position."""
+        """Completions at a position."""
         before = self._before(line, column)
         if "#" in before:
             return []
@@ -111,7 +111,7 @@ class ScenarioDocument:
         return fitting(typed, self._possible(before.removesuffix(typed)))
 
     def hover(self, line: int, column: int) -> Entry | None:
-        """What is written at a position."""
+        """What is at a position."""
         word = self._word(line, column)
         return self.machine.named(word) if word and self.machine is not None else None
 

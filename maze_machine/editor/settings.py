@@ -38,7 +38,7 @@ class EditorSettings:
 
 
 def read_settings(options: object, configuration: object) -> EditorSettings:
-    """The settings in what an editor has sent; what is not of its type is passed over.
+    """The settings in what an editor has sent; what is not of its type is skipped.
 
     Args:
         options: its ``initializationOptions``.

@@ -34,13 +34,13 @@ class Pause(_Question):
 
 
 class Resume(_Question):
-    """Go on."""
+    """Continue."""
 
     kind: Literal["resume"] = "resume"
 
 
 class AdvanceRun(_Question):
-    """Go on for some ticks, and stand still again."""
+    """Continue for some ticks, and stand still again."""
 
     kind: Literal["advance"] = "advance"
     ticks: Annotated[int, Field(ge=1, le=1_000_000)] = 1
@@ -74,7 +74,7 @@ class Answer(BaseModel):
 
 
 class OperationError(Exception):
-    """A question that is no operation; the message says why."""
+    """A question that is not an operation; the message says why."""
 
 
 def read_operation(payload: bytes) -> Operation:

@@ -1,4 +1,4 @@
-"""A run that people and programs operate while it goes on: events, pause, steps, speed, the end."""
+"""A run that people and programs operate while it runs: events, pause, steps, speed, the end."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from maze_machine.remote.messages import (
 from transport.wording import printable
 
 KEEP = 0.5
-"""How often the robot hears of a run that stands still, s."""
+"""How often a paused run sends a sign of life to the robot, s."""
 BACKLOG = 100
 """That many events may wait for a tick; more are refused."""
 
@@ -33,7 +33,7 @@ BACKLOG = 100
 class OperatedRun:
     """The operator of a run and a watcher of its ticks in one; any number of networks and pages lead to it.
 
-    Where the robot waits for its controller, as in a simulation, the run may stand still, go on tick by tick and keep a
+    If the robot waits for its controller, as in a simulation, the run may pause, advance tick by tick and keep a
     pace; a real robot's run can only be sent events and be ended.
 
     Args:

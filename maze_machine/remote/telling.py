@@ -1,4 +1,4 @@
-"""What a machine sends to other machines, handed on to the machine of another robot."""
+"""What a machine sends to other machines, forwarded to the machine of another robot."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from transport.bus import Bus
 from transport.robot import LinkError
 
 BACKLOG = 1000
-"""This many events may wait to be handed on; more are lost."""
+"""This many events may wait to be forwarded; more are lost."""
 _PATIENCE = 10.0
-"""This long the end of a run waits for what was not handed on yet, s."""
+"""This long the end of a run waits for what was not forwarded yet, s."""
 
 
 class Teller:
     """Hands on what a machine sends; a watcher of its ticks. Use it as a context manager.
 
     Nothing here holds up the loop: events go, in their order, from a thread of its own, which also dials. The other
-    machine hears of them in its next tick; what it does not declare is not for it.
+    machine receives them in its next tick; what it does not declare is not for it.
 
     Args:
         dial: gives the network, for as long as its block runs.
         robot: the robot that the other machine drives.
-        losses: takes a sentence where events could not be handed on.
+        losses: takes a sentence where events could not be forwarded.
     """
 
     def __init__(self, dial: Callable[[], AbstractContextManager[Bus]], robot: str, losses: list[str]) -> None:

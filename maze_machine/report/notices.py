@@ -18,7 +18,7 @@ SHIFT, TURN = 0.01, 0.02
 
 
 class Notices:
-    """Prints a line when the loop stops the base and one when it lets it go on, and where no command has any effect.
+    """Prints a line when the loop stops the base and one when it lets it continue, and where no command has any effect.
 
     A watcher of ticks.
     """

@@ -1,4 +1,4 @@
-"""What a run shows and writes while it goes on: progress, a trace, a recording."""
+"""What a run shows and writes while it runs: progress, a trace, a recording."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ class TextStream:
 
 @contextmanager
 def text_stream(path: Path, losses: list[str]) -> Iterator[TextStream]:
-    """A text file that is written while something goes on.
+    """A text file that is written while something runs.
 
     Args:
         path: its name.

@@ -1,4 +1,4 @@
-"""A run on a page: what the page gets about it before, while and after it goes on."""
+"""A run on a page: what the page receives before, during and after it."""
 
 from __future__ import annotations
 

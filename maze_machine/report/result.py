@@ -33,7 +33,7 @@ class Result:
 
     @property
     def solved(self) -> bool:
-        """Whether the robot has done what was to be done; where nobody judges, whether the machine came to its end."""
+        """Whether the robot has reached its goal; where nobody judges, whether the machine came to its end."""
         return self.ending.solved
 
     def as_json(self) -> dict[str, Any]:

@@ -187,7 +187,7 @@ def mutated(trial: TestedMachine) -> TrialReport:
 
 @contextmanager
 def _noting(losses: list[str]) -> Iterator[None]:
-    """Go on where a file cannot be written, and note which, and why: what was found out is worth more."""
+    """Continue where a file cannot be written, and note which, and why: what was found out is worth more."""
     try:
         yield
     except OSError as error:

@@ -114,5 +114,5 @@ def _count(text: str) -> int:
     if not text:
         return 1
     if not text.isdecimal() or not 1 <= int(text) <= 100_000:
-        raise SessionError(f"`{text}` is no count")
+        raise SessionError(f"`{text}` is not a count")
     return int(text)

@@ -40,7 +40,7 @@ def find_maze(name: str, choices: Choices = AS_THE_FILE_SAYS, *, robot: RobotDes
 
     Raises:
         FileError: there is neither.
-        MazeError: the file is no maze, or one in which the robot cannot do what is to be done.
+        MazeError: the file is not a maze, or one in which the robot cannot reach the goal.
     """
     return read_maze(maze_file(name), choices, radius=robot.radius if robot else None)
 

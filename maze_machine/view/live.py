@@ -1,4 +1,4 @@
-"""The server of the page: shows a run while it goes on, and takes what its operator wants.
+"""The server of the page: shows a run while it runs, and takes what its operator wants.
 
 It answers on the loopback unless another address is asked for, and only to clients that have the token in its address;
 requests that a browser sends for another page (by their ``Host`` or ``Origin``) are refused. The loop that publishes
@@ -114,7 +114,7 @@ class LivePage:
             host: an address of this computer.
             operate: does what an operator wants; None for a page that only shows.
             drawn: gives the picture of the machine around a compound state.
-            pausable: whether the run may be paused; may be known only once it goes on.
+            pausable: whether the run may be paused; may be known only once it continues.
         """
         self.watched, self.seen = Event(), Event()
         self._feed, self._operate, self._drawn, self._pausable = Feed(), operate, drawn, pausable
@@ -198,7 +198,7 @@ class LivePage:
     def _refused(self, scope: Scope) -> str:
         headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
         if headers.get("host") not in self._hosts:
-            return "this is no page of that host"
+            return "this is not a page of that host"
         origin = headers.get("origin")
         if origin is not None and (urlsplit(origin).netloc not in self._hosts or not origin.startswith("http://")):
             return "another page may not ask"

@@ -1,4 +1,4 @@
-"""The page that shows a run: one HTML file with all in it, for a recording, a run that goes on, or a robot elsewhere.
+"""The page that shows a run: one self-contained HTML file, for a recording, a run in progress, or a robot elsewhere.
 
 It is fed with a head, which says what does not change, and with frames, one a tick. A frame is a tick's JSON
 (``docs/reference/tick.schema.json``) with ``ranges`` and what perception found (``sights``); ``FrameEncoder`` leaves
@@ -77,7 +77,7 @@ def head(
 
 
 class FrameEncoder:
-    """Encodes frames one after the other, each without what is as it was in the one before."""
+    """Encodes frames one after the other, each without what is as it was in the previous one."""
 
     def __init__(self) -> None:
         self._before: Frame = {}

@@ -1,6 +1,6 @@
 """Finding places again: which old keyframes may show what a new one shows, whether they do, and when to believe it.
 
-A match is believed only if it lies within what the graph knows of the two poses, fixes the place in both directions,
+A match is accepted only if it lies within what the graph knows of the two poses, fixes the place in both directions,
 has no rival elsewhere in the window, and another match a few keyframes on says the same.
 """
 
@@ -155,7 +155,7 @@ class Loops:
         return worth or self._unsolved >= settings.every
 
     def close(self, loop: Link) -> None:
-        """Add a loop that is believed."""
+        """Add a loop that is accepted."""
         self.graph.close(loop)
         self.paths.add(loop)
         self._unsolved += 1

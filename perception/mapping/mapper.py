@@ -101,7 +101,7 @@ class Mapper:
             self._keep(cloud)
 
     def resume(self, cloud: Cloud, at: int) -> bool:
-        """Go on with the map from another place: where a keyframe was made, or near it.
+        """Continue with the map from another place: where a keyframe was made, or near it.
 
         Args:
             cloud: what is seen there, in the robot's frame.

@@ -135,7 +135,7 @@ def plan_from(space: FreeSpace, start: Point, radius: float, settings: PlanSetti
         return ShortestWays(space, nowhere, nowhere, np.full(space.belief.size, -1, dtype=np.int32), radius, settings)
     room: Floats = distance_transform_edt(~space.taken) * size
     passable = space.free & (room >= settings.room * radius)
-    # What is too near to a wall for the robot is no place for it, but it may be there and must get away.
+    # What is too near to a wall for the robot is not a place for it, but it may be there and must get away.
     near = (slice(max(cell[0] - 2, 0), cell[0] + 3), slice(max(cell[1] - 2, 0), cell[1] + 3))
     passable[near] |= space.free[near]
     passable[cell] = True

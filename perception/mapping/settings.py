@@ -142,13 +142,13 @@ class TrackSettings(Settings):
     better: Share = 0.1
     """Its answer is taken if the share is larger by this much."""
     least: Share = 0.4
-    """A match with a smaller share is believed only where it agrees with odometry: much may be new in sight."""
+    """A match with a smaller share is accepted only where it agrees with odometry: much may be new in sight."""
     gate: Positive = 16.0
     """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
     lost: Positive = 0.15
     """Where no scan fits, the robot no longer knows where it is once its place deviates by this much, m."""
     new: Share = 0.15
-    """And with a share that is smaller still no match is believed; odometry alone is followed."""
+    """And with a share that is smaller still no match is accepted; odometry alone is followed."""
     across: Positive = 0.6
     """Half the width of the wide search, m."""
     around: Positive = 0.4

@@ -25,7 +25,7 @@ AS_THE_FILE_SAYS = Choices()
 
 
 def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: float | None = None) -> Maze:
-    """Read a maze of any format, complete its exits and make sure that a robot can do in it what is to be done.
+    """Read a maze of any format, complete its exits and make sure that a robot can reach the goal in it.
 
     The content shows the format: an image, a map's description, a micromouse drawing, six numbers a line, or else our
     own ``.maze``.
@@ -36,7 +36,7 @@ def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: 
         radius: of the disc that the robot sweeps when it turns, m; by default PICO's.
 
     Raises:
-        MazeError: the file cannot be read, is not a maze, or nobody can do in it what is to be done.
+        MazeError: the file cannot be read, is not a maze, or no robot can reach the goal in it.
     """
     source = Source.of(Path(path))
     if course.is_config(source):

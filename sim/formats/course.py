@@ -57,11 +57,11 @@ def furnished(maze: Maze, source: Source) -> Maze:
     try:
         config = _Config.model_validate(json.loads("\n".join(source.lines)))
     except json.JSONDecodeError as error:
-        raise source.error(f"is no JSON: {error.msg}", error.lineno, error.colno) from None
+        raise source.error(f"is not JSON: {error.msg}", error.lineno, error.colno) from None
     except ValidationError as error:
         raise source.error(in_words(error.errors()[0])) from None
     except (RecursionError, ValueError) as error:
-        raise source.error(f"is no JSON: {type(error).__name__}") from None
+        raise source.error(f"is not JSON: {type(error).__name__}") from None
     objects = tuple(_object(number, said) for number, said in enumerate(config.objects, start=1))
     start = maze.start
     if config.initial_pose is not None:

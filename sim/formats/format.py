@@ -49,7 +49,7 @@ class Choices:
             format's own meaning.
         start: where the first robot is put down; None for what the file says.
         exits: the ways out, both ends of each, m; none for those that the file says or that are found.
-        goal: what is to be done; None for what the file says.
+        goal: the goal; None for what the file says.
         objects: a file of the course's simulator (``config.json``) with moving objects; None for no such file.
     """
 
@@ -99,7 +99,7 @@ class Source:
         """The file as lines of text; a byte order mark is taken off.
 
         Raises:
-            MazeError: it is no text, too long, or has a line that is too long.
+            MazeError: it is not text, too long, or has a line that is too long.
         """
         if len(self.content) > LARGEST_TEXT:
             raise self.error(f"is longer than {LARGEST_TEXT // 1_000_000} MB of text, the most that is read")
@@ -119,7 +119,7 @@ class Source:
         """The lines with their numbers, from 1, without lines of comment and without empty ones before and after.
 
         Raises:
-            MazeError: it is no text.
+            MazeError: it is not text.
         """
         lines = [(number, line.rstrip()) for number, line in enumerate(self.lines, start=1)]
         lines = [(number, line) for number, line in lines if not line.lstrip().startswith(COMMENTS)]

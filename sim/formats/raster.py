@@ -90,7 +90,7 @@ def sketch(source: Source, raster: Raster, start: Start, goal: Goal | None = Non
         source: where it comes from.
         raster: the pixels.
         start: where the robot is put down.
-        goal: what is to be done, by default to leave.
+        goal: the goal, by default to leave.
 
     Raises:
         MazeError: there is no wall, there are too many doors, or the areas are frayed as in a photograph.

@@ -104,7 +104,9 @@ def describe(source: Source) -> Description:
     from ruamel.yaml.error import YAMLError  # noqa: PLC0415
 
     if len(source.content) > LARGEST_DESCRIPTION or len(re.findall(rb"[\[{]", source.content)) > MOST_BRACKETS:
-        raise source.error(f"is no map's description: those have at most {LARGEST_DESCRIPTION} bytes and few brackets")
+        raise source.error(
+            f"is not a map's description: those have at most {LARGEST_DESCRIPTION} bytes and few brackets"
+        )
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -112,9 +114,9 @@ def describe(source: Source) -> Description:
     except YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         problem = getattr(error, "problem", None) or "cannot be understood"
-        raise source.error(f"is no YAML: {problem}", mark.line + 1 if mark else None) from None
+        raise source.error(f"is not valid YAML: {problem}", mark.line + 1 if mark else None) from None
     except (RecursionError, ValueError) as error:
-        raise source.error(f"is no YAML: {type(error).__name__}") from None
+        raise source.error(f"is not valid YAML: {type(error).__name__}") from None
     if not isinstance(said, dict):
         raise source.error("does not describe a map", hint="`image: map.pgm`, `resolution: 0.05`, `origin: [0, 0, 0]`")
     try:

@@ -383,7 +383,7 @@ def _word(name: str) -> str:
 
 
 def _chains(segments: Segments) -> list[list[Point]]:
-    """Segments, in order, with those joined that begin where the one before ended."""
+    """Segments, in order, with those joined that begin where the previous one ended."""
     chains: list[list[Point]] = []
     for ax, ay, bx, by in segments.tolist():
         if not chains or chains[-1][-1] != (ax, ay):

@@ -37,7 +37,7 @@ class Drive(Skill):
         return Command(self.steering(facts).along(error, self._speed, self._aside(passage), passage.ahead))
 
     def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:
-        """How the activity has ended, or None while it goes on."""
+        """How the activity has ended, or None while it runs."""
         return None
 
     def _aside(self, passage: Passage) -> float:

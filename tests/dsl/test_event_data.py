@@ -164,11 +164,11 @@ def test_events_of_imported_machines_carry_the_same(tmp_path):
     [
         ("floor", ValueError, "carries .number : int, express : bool.; `number` is missing"),
         ("floor(1)", ValueError, "`express` is missing"),
-        ("floor(1, 2)", ValueError, "`2` is no value for `express : bool` of event `floor`"),
+        ("floor(1, 2)", ValueError, "`2` is not a value for `express : bool` of event `floor`"),
         ("floor(1.5, true)", ValueError, "`number : int` of event `floor`: write a whole number"),
         ("floor(1, true, 3)", ValueError, "carries 2 values, not more"),
         ("floor(1, number = 2)", ValueError, "given twice"),
-        ("floor(level = 1, express = true)", ValueError, "`level` is no part of it"),
+        ("floor(level = 1, express = true)", ValueError, "`level` is not part of it"),
         ("floor(99999999999999999999, true)", ValueError, "write a whole number"),
         ("moved(3 s)", ValueError, "write a number and one of m, cm, mm"),
         ("moved(nan)", ValueError, "write a number"),

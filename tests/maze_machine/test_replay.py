@@ -190,9 +190,9 @@ class TestWhatARecordingNames:
     @pytest.mark.parametrize(
         ("said", "words"),
         [
-            ({"machine": "SECRET"}, "which is no machine's file"),
-            ({"machine": "\x1b[2J"}, "which is no machine's file"),
-            ({"machine": "/dev/zero"}, "which is no machine's file"),
+            ({"machine": "SECRET"}, "which is not a machine's file"),
+            ({"machine": "\x1b[2J"}, "which is not a machine's file"),
+            ({"machine": "/dev/zero"}, "which is not a machine's file"),
             ({"profile": "[" * 100_000}, "recorded profile cannot be used|which robot ran"),
             ({"profile": "{}{"}, "recorded profile cannot be used"),
             ({"profile": '{"robot": {"period": -1}}'}, "recorded profile cannot be used: .*period"),

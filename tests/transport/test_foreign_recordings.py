@@ -165,11 +165,11 @@ def test_a_recording_of_days_is_refused(tmp_path, monkeypatch):
 
 
 def test_messages_that_are_none_are_skipped_and_counted(tmp_path):
-    spoilt = [
+    corrupt = [
         (topic, kind, at, data[:20] if index % 7 == 5 else data)
         for index, (topic, kind, at, data) in enumerate(messages())
     ]
-    recording = read_recording(bag(tmp_path / "bag", spoilt))
+    recording = read_recording(bag(tmp_path / "bag", corrupt))
     assert 0 < recording.skipped < 20
     assert len(recording.ticks) > 20
 
@@ -506,9 +506,9 @@ def written(tmp_path_factory):
 def test_a_spoilt_file_is_read_or_refused(written, place, data, cut):
     folder, whole = written
     at = int(place * len(whole))
-    spoilt = whole[:at] + data + (b"" if cut else whole[at + len(data) :])
-    path = folder / "spoilt.mcap"
-    path.write_bytes(spoilt)
+    corrupt = whole[:at] + data + (b"" if cut else whole[at + len(data) :])
+    path = folder / "corrupt.mcap"
+    path.write_bytes(corrupt)
     try:
         recording = read_recording(path)
     except RecordingError as error:

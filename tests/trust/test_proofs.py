@@ -83,7 +83,7 @@ FALSE_CLAIMS = {
         state b
         state c
     """,
-    "floats are no real numbers": """
+    "floats are not real numbers": """
         property p : always d <= 1.05 m
         event go
         var d : length = 0 m

@@ -95,7 +95,7 @@ def test_a_failure_tells_step_configuration_variables_and_guards(lights, library
     [
         ("given lihgt = red", "did you mean `light`"),
         ("given light = gren", "did you mean `green`"),
-        ("given ahead", "`ahead` is no condition"),
+        ("given ahead", "`ahead` is not a condition"),
         ("given ahead = 3 s", "length in m"),
         ("when rotat reports done", "did you mean `rotate`"),
         ("when rotate reports doen", "did you mean `done`"),

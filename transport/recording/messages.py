@@ -1,6 +1,6 @@
 """The messages in a file that anybody may have written: MCAP, or a rosbag2 folder or database, within bounds.
 
-Nothing is believed: a length that a file declares is no more than a bound on what is read, and what is decompressed is
+Nothing in a file is trusted: a length that it declares only bounds what is read, and what is decompressed is
 counted as it comes out. Sources: the MCAP specification, version 0; the schema of rosbag2_storage_sqlite3.
 """
 
@@ -65,7 +65,7 @@ class RecordedMessage:
 
     Attributes:
         topic: on which it came.
-        kind: its ROS type, such as ``sensor_msgs/msg/LaserScan``; another word where it is no ROS 2 message in CDR.
+        kind: its ROS type, such as ``sensor_msgs/msg/LaserScan``; another word where it is not a ROS 2 message in CDR.
         stamp: when it was recorded, ns.
         data: its bytes.
     """
@@ -188,7 +188,7 @@ class _McapFile:
                     yield RecordedMessage(topic, _long(kind), record.log_time, record.data)
 
     def _records(self, file: _Left) -> Iterator[McapRecord]:
-        """The records up to the end, or to where the file is cut off or spoilt."""
+        """The records up to the end, or to where the file is cut off or corrupt."""
         left = LARGEST
         reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=LARGEST_RECORD)  # type: ignore[arg-type]
         try:
@@ -263,7 +263,7 @@ class _Database:
                         str(topic), _long(str(kind)) if form == "cdr" else f"{form} {kind}", int(at), content
                     )
         except (sqlite3.Error, zstandard.ZstdError, TypeError, ValueError, AttributeError) as error:
-            raise RecordingError(f"is no rosbag2 database: {error}") from None
+            raise RecordingError(f"is not a rosbag2 database: {error}") from None
         self.complete = True
 
 

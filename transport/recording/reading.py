@@ -79,7 +79,7 @@ def read_recording(path: Path, topics: Topics = Topics(), *, period: float = PER
         period: the beat of the ticks of a recording that is not ours, s.
 
     Raises:
-        RecordingError: the file cannot be read or is no recording, or scan or odometry are missing in it.
+        RecordingError: the file cannot be read or is not a recording, or scan or odometry are missing in it.
     """
     try:
         source = messages_of(path)
@@ -167,7 +167,7 @@ def _own_ticks(wanted: _Wanted, prefix: str) -> Iterator[RecordedTick]:
                     observation = Observation(told.stamp, *seen, told.door, told.link, told.navigation)
                     yield RecordedTick(observation, Command(twist, told.ring, told.answers, told.goal), told.step)
         except codec.CodecError as error:
-            raise RecordingError(f"is spoilt: {error}") from None
+            raise RecordingError(f"is corrupt: {error}") from None
 
 
 def _told(text: str) -> _Told:
@@ -178,7 +178,7 @@ def _told(text: str) -> _Told:
     except ValidationError as error:
         raise RecordingError(f"has a tick that is none: {in_words(error.errors()[0])}") from None
     except (ValueError, RecursionError) as error:
-        raise RecordingError(f"has a tick that is no JSON: {type(error).__name__}") from None
+        raise RecordingError(f"has a tick that is not JSON: {type(error).__name__}") from None
     if _is_deeper(told.step, DEEPEST):
         raise RecordingError(f"has a tick that is nested deeper than {DEEPEST}")
     return told
@@ -196,7 +196,7 @@ class _Sensed:
 
     Attributes:
         laser: what the first scan says of its laser.
-        skipped: how many messages could not be decoded or believed.
+        skipped: how many messages could not be decoded or trusted.
     """
 
     def __init__(self, topics: Topics) -> None:
@@ -273,7 +273,7 @@ def _foreign(wanted: _Wanted, asked: Topics, period: float) -> Recording:
     sensed = _Sensed(topics)
     ticks = list(_beats(wanted, topics, sensed, round(period * NANOSECONDS)))
     if sensed.lacks or not ticks or sensed.laser is None:
-        kind = f"{sensed.lacks or 'scan'} that can be decoded and believed"
+        kind = f"{sensed.lacks or 'scan'} that can be decoded and trusted"
         raise RecordingError(f"has no {kind}: {sensed.skipped} messages were skipped")
     robot = wanted.run.get("robot") or str(topics.scan).strip("/").rpartition("/")[0] or "robot"
     mount = mount_in(wanted.messages, str(topics.scan), str(topics.odometry))

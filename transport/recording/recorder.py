@@ -180,7 +180,7 @@ class Recorder:
 
 
 class _Handed(NamedTuple):
-    """A tick as it was handed over; what the supervisor did is computed when it is written."""
+    """A tick as it was passed; what the supervisor did is computed when it is written."""
 
     observation: Observation
     command: Command

@@ -1,4 +1,4 @@
-"""What an editor asks while a machine is written: what could be here, what is this, what does a call take.
+"""What an editor asks while a machine is written: completion, hover and signature help.
 
 Lines and columns count from 0, columns in characters; ``hsm.dsl.lsp.server`` turns them into what the protocol counts.
 """
@@ -70,9 +70,8 @@ class Entry:
 
     Attributes:
         label: the name.
-        kind: what it is.
-        detail: its type or its arguments, in one line.
-        doc: what it is for.
+        kind: its kind. detail: its type or its arguments, in one line.
+        doc: its documentation.
         snippet: what is inserted instead of the name, with places to fill in, in the notation of editors; or empty.
     """
 
@@ -89,9 +88,9 @@ class OpenCall:
 
     Attributes:
         name: what is called.
-        doc: what it is for.
+        doc: its documentation.
         parameters: what it takes.
-        active: the position of the parameter that is being written; that of none where it is beyond the last.
+        active: the position of the parameter that is being written; beyond the last, that of no parameter.
     """
 
     name: str
@@ -115,14 +114,14 @@ _KINDS_OF = {
 
 
 class Document:
-    """A text under edit, as far as it can be understood; it never changes, an edit makes another one.
+    """A text in an editor, analysed as far as possible. It is immutable: an edit makes a new one.
 
     Attributes:
         text: the text.
         file: its name.
         library: what its machine may name.
         tree: its syntax tree.
-        unread: what is wrong with lines that could not be read.
+        unread: the diagnostics of lines that could not be read.
         table: its states and imports.
     """
 
@@ -169,7 +168,7 @@ class Document:
         return found.group() if found else ""
 
     def completions(self, line: int, column: int) -> list[Entry]:
-        """What could be at a position: all that has the letters typed so far, in their order."""
+        """Completions at a position: everything that contains the letters typed so far, in this order."""
         text = self._before(line, column)
         if "#" in text:
             return []
@@ -180,7 +179,7 @@ class Document:
         return self.tree.lines[line][:column] if line < len(self.tree.lines) else ""
 
     def _possible(self, before: str) -> Iterator[Entry]:
-        """What could be after the beginning of a line."""
+        """Completions after the beginning of a line."""
         words = before.split()
         if not words:
             yield from (Entry(word, SymbolKind.KEYWORD, snippet=_SNIPPETS.get(word, "")) for word in sorted(STATEMENTS))
@@ -223,7 +222,7 @@ class Document:
             yield Entry(f"{event}.{one.name}", SymbolKind.VARIABLE, type_text(one.type))
 
     def _inside_call(self, called: str, written: str) -> Iterator[Entry]:
-        """What could be in the brackets of a call: its arguments by name, and values of the type that is due."""
+        """Completions inside the brackets of a call: its arguments by name, and values of the expected type."""
         if called == "in":
             yield from self._states()
             return
@@ -250,7 +249,7 @@ class Document:
         yield from (Entry(one.name, SymbolKind.UNIT, str(one.quantity)) for one in UNITS.values())
 
     def named(self, name: str) -> Entry | None:
-        """What a name of the machine means wherever it is written: a state by its own name too."""
+        """What a name of the machine means anywhere in the file; a state can also be named by its last part."""
         full = [one for one in self.table.states if one == name or one.rpartition(".")[2] == name]
         found = next((one for one in self.everything() if one.label == name and one.kind is not SymbolKind.STATE), None)
         return self._state_entry(full[0]) if full else found
@@ -355,7 +354,7 @@ class Document:
     # What there is.
 
     def everything(self) -> Iterator[Entry]:
-        """All that can be named in the file."""
+        """All names that the file can use."""
         yield from self._values()
         yield from self._activities()
         yield from self._actions()
@@ -365,7 +364,7 @@ class Document:
         yield from self._properties()
 
     def _values(self) -> Iterator[Entry]:
-        """What an expression is made of."""
+        """Completions inside an expression."""
         yield from self._variables()
         yield from self._exposed()
         for one in self.library.signals.values():
@@ -400,7 +399,7 @@ class Document:
                     yield from (Entry(str(one), SymbolKind.VALUE, str(name)) for one in members)
 
     def _exposed(self) -> Iterator[Entry]:
-        """What instances expose, and how they have ended."""
+        """The variables that instances expose, and their outcomes."""
         for name, symbol in self.table.states.items():
             inner = self.imported(str(symbol.instance.name)) if symbol.instance is not None else None
             if inner is None:
@@ -495,12 +494,12 @@ class Document:
 
 
 def fitting(typed: str, possible: Iterable[Entry]) -> list[Entry]:
-    """Those of what is possible that have the letters typed so far, each once."""
+    """The candidates that contain the letters typed so far, each once."""
     return [one for one in dict.fromkeys(possible) if _fits(typed, one.label)]
 
 
 def _fits(typed: str, label: str) -> bool:
-    """Whether the letters that were typed are in a label in this order, as editors match them; dots part words."""
+    """Whether a label contains the typed letters in this order, as editors match them; dots separate words."""
     if "." in typed:
         return label.lower().startswith(typed.lower())
     letters = iter(label.lower())

@@ -1,4 +1,4 @@
-"""Where names are declared and used, how a file is structured, and what a new name changes.
+"""Where names are declared and used, the outline of a file, and the edits of a rename.
 
 Lines and columns count from 0, columns in characters.
 """
@@ -61,7 +61,7 @@ class OutlineSymbol:
 
 
 class Colour(Enum):
-    """What is coloured besides names; the values are the protocol's names of token types."""
+    """Coloured tokens other than names; the values are the protocol's names of token types."""
 
     KEYWORD = "keyword"
     COMMENT = "comment"
@@ -71,7 +71,7 @@ class Colour(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Coloured:
-    """A stretch of a line with the colour that it deserves."""
+    """A stretch of a line with its token type."""
 
     line: int
     column: int
@@ -81,7 +81,7 @@ class Coloured:
 
 
 class RenameError(Exception):
-    """A name that cannot be changed, or not into that; the message says why."""
+    """A rename that is refused; the message says why."""
 
 
 # Structure.
@@ -103,7 +103,7 @@ def block_end(document: Document, line: int) -> int:
 
 
 def outline(document: Document) -> list[OutlineSymbol]:
-    """Declarations and states, as they lie in one another."""
+    """The tree of declarations and states."""
     made: dict[int, list[OutlineSymbol]] = {}
     declared = [_declaration(document, one) for one in document.occurrences if one.declares and one.role in _TOP]
     for symbol in reversed(document.table.all_states()):
@@ -136,7 +136,7 @@ def _whole(document: Document, line: int) -> Span:
 
 
 def folds(document: Document) -> Iterator[tuple[int, int, bool]]:
-    """First and last line of each block, and of each run of comment lines; the third says whether it is a comment."""
+    """First and last line of each block and of each group of comment lines, and whether it is a comment."""
     lines = document.tree.lines
     for symbol in document.table.all_states():
         if symbol.token is not None and symbol.parent is not None:
@@ -200,7 +200,7 @@ def declaration(document: Document, name: str) -> Span | None:
 
 
 def references(document: Document, line: int, column: int) -> list[Occurrence]:
-    """All places of this file that mean what the name at a position means, its declaration included."""
+    """All references in this file to what the name at a position means, including its declaration."""
     here = document.occurrence(line, column)
     if here is None:
         return []
@@ -245,10 +245,10 @@ def references_elsewhere(document: Document, here: Occurrence, other: Document) 
 def rename(
     document: Document, line: int, column: int, name: str, others: Iterable[Document]
 ) -> list[tuple[str, Occurrence]]:
-    """All places to change when what is at a position gets a new name, each with its file.
+    """All edits that rename what is at a position, each with its file.
 
     Raises:
-        RenameError: nothing that a file declares is there, the name is none, or it is taken.
+        RenameError: no file declares what is there, the new name is invalid, or it is taken.
     """
     here = renamable(document, line, column)
     if not _NAME.fullmatch(name):

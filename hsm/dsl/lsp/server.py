@@ -1,7 +1,7 @@
-"""The language server: each request of the protocol, answered from ``hsm.dsl.lsp``'s own terms.
+"""The language server: it answers each request of the protocol with the functions of ``hsm.dsl.lsp``.
 
 It needs the extra ``lsp``. Diagnostics are computed when a document is opened, and when typing pauses for a moment;
-an editor that asks for them itself (pull) gets them then and none unasked.
+an editor that requests them itself (pull) gets them only on request.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ PAUSE = 0.02
 LONG = 1.0
 """A check that takes longer than this is shown as work in progress the next time, s."""
 _BREATH = 0.002
-"""How long a request for diagnostics lets others come first, s."""
+"""How long a request for diagnostics yields to other requests, s."""
 _PULL = types.DiagnosticOptions(inter_file_dependencies=True, workspace_diagnostics=False, identifier="maze-machine")
 FIX_ALL = "source.fixAll.maze-machine"
 CODE_ACTIONS = (
@@ -41,11 +41,11 @@ CODE_ACTIONS = (
     refactoring.EXTRACT,
     refactoring.RETARGET,
 )
-"""The kinds of what can be done about a line."""
+"""The kinds of code actions."""
 
 
 class _Protocol(LanguageServerProtocol):
-    """The protocol without a flaw of pygls 2.1, which keeps what became of every notification for ever."""
+    """The protocol, without a leak of pygls 2.1, which keeps the result of every notification for ever."""
 
     def _execute_handler(
         self,
@@ -56,7 +56,7 @@ class _Protocol(LanguageServerProtocol):
         kwargs: dict[str, Any] | None = None,
     ) -> None:
         def done(future: Future[Any]) -> None:
-            # Replaced, not changed: at the end pygls goes through it while it cancels.
+            # Replaced, not modified: pygls iterates over it at shutdown.
             self._request_futures = {one: kept for one, kept in self._request_futures.items() if one != msg_id}
             callback(future)
 
@@ -69,11 +69,11 @@ class MachineServer(LanguageServer):
     Attributes:
         documents: what is open.
         pulls: the editor asks for diagnostics itself.
-        snippets: the editor fills in what is inserted with places to fill in.
+        snippets: whether the editor supports snippets.
         forget_libraries: called with the files that have changed, as far as they are known; they may be libraries.
-        other_language: makes the documents of files that are no machines.
+        other_language: makes the documents of files that are not machines.
         ignored: gives the beginnings of codes of warnings and notes that are not shown of a file.
-        tested: gives what is said of the states of a file's machine, by line, from 0.
+        tested: returns the annotations of the states of a file's machine, by line, from 0.
         run_tests: called with a file that was opened or saved.
         started: called when the editor is ready, and when its settings have changed.
         hints: whether defaults of arguments are shown beside calls.
@@ -111,13 +111,13 @@ class MachineServer(LanguageServer):
         return able is not None and bool(able.document_changes) and created in (able.resource_operations or ())
 
     def document(self, uri: str) -> Document:
-        """The machine as it is in the editor; an empty one for a file of another language."""
+        """The machine as it is in the editor; an empty document for a file of another language."""
         file = protocol.path_of(uri)
         self.documents.update(file, "" if self.other(uri) else self.workspace.get_text_document(uri).source)
         return self.documents[file]
 
     def other(self, uri: str) -> OtherDocument | None:
-        """The document as the editor has it, if it is of another language; made again when any file changes."""
+        """The document as it is in the editor, if it is of another language; rebuilt when any file changes."""
         if uri.endswith(SUFFIX):
             return None
         opened = {protocol.path_of(one): document for one, document in self.workspace.text_documents.items()}
@@ -130,7 +130,7 @@ class MachineServer(LanguageServer):
         return known[1]
 
     def found(self, uri: str) -> list[types.Diagnostic]:
-        """What is wrong with a document."""
+        """The diagnostics of a document."""
         other = self.other(uri)
         if other is not None:
             return [protocol.diagnostic(one, other.file, other.lines, self.pages) for one in other.diagnostics()]
@@ -190,7 +190,7 @@ class MachineServer(LanguageServer):
         self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self.publish, uri)
 
     def forget(self, uri: str) -> None:
-        """A document was closed: nothing is wrong with it any more."""
+        """A document was closed: withdraw its diagnostics."""
         if (waiting := self._waiting.pop(uri, None)) is not None:
             waiting.cancel()
         self.documents.close(protocol.path_of(uri))
@@ -263,8 +263,8 @@ def _synchronisation(server: MachineServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_DIAGNOSTIC, _PULL)
     async def pulled(params: types.DocumentDiagnosticParams) -> types.RelatedFullDocumentDiagnosticReport:
-        # Edits and cancellations that have come meanwhile are taken in first: of a row of keystrokes only the last text
-        # is checked, and each request is answered with what is wrong with it.
+        # Edits and cancellations that have arrived meanwhile are processed first: after a sequence of keystrokes only
+        # the last text is checked, and every request gets its diagnostics.
         await asyncio.sleep(_BREATH)
         uri = params.text_document.uri
         async with server.checking(uri):
@@ -425,7 +425,7 @@ def _editing(server: MachineServer) -> None:
             change = types.WorkspaceEdit(changes={uri: edits})
             offered.append(types.CodeAction("Fix all certain problems", FIX_ALL, edit=change))
         for one in refactoring.refactorings(document, params.range.start.line):
-            # The many targets of a transition are offered only where an editor asks for refactorings.
+            # The targets of a transition are offered only if an editor requests refactorings, since they are many.
             usual = one.kind in (refactoring.ADD_STATE, refactoring.EXTRACT)
             wanted = usual if asked is None else any(one.kind.startswith(str(kind)) for kind in asked)
             if wanted and (not one.created or server.creates_files):

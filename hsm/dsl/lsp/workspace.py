@@ -1,4 +1,4 @@
-"""The documents that an editor has open, each understood and checked once a version."""
+"""The documents that an editor has open, each analysed and checked once per version."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hsm.model.registry import Library
 LibraryOf = Callable[[str], Library]
 """Gives the library that a file's machine is written against."""
 _MOST_FILES, _MOST_FOLDERS = 500, 2000
-"""How much of a folder is looked at: an editor may have opened a file in the root of a disk."""
+"""How much of a folder is searched: an editor may have opened a file in the root of a disk."""
 
 
 class OtherDocument(Protocol):
@@ -36,7 +36,7 @@ class OtherDocument(Protocol):
         ...
 
     def diagnostics(self) -> Sequence[Diagnostic]:
-        """What is wrong with it."""
+        """Its diagnostics."""
         ...
 
     def typed(self, line: int, column: int) -> str:
@@ -44,11 +44,11 @@ class OtherDocument(Protocol):
         ...
 
     def completions(self, line: int, column: int) -> Sequence[Entry]:
-        """What could be written at a position."""
+        """Completions at a position."""
         ...
 
     def hover(self, line: int, column: int) -> Entry | None:
-        """What is written at a position."""
+        """What is at a position."""
         ...
 
     def definition(self, line: int, column: int) -> Span | None:
@@ -60,7 +60,7 @@ class OtherDocument(Protocol):
         ...
 
     def formatted(self) -> str | None:
-        """Its text laid out; None where it cannot be read."""
+        """Its text in canonical form; None if it cannot be read."""
         ...
 
 
@@ -83,7 +83,7 @@ class Documents:
     _imported: dict[int, tuple[Library, ImportedMachines]] = field(default_factory=dict)
 
     def update(self, file: str, text: str) -> None:
-        """Take the text of a file as it is in the editor."""
+        """Use the text of a file as it is in the editor."""
         known = self._open.get(file)
         library = self.library_of(file)
         if known is None or known.text != text or known.library is not library:
@@ -113,7 +113,7 @@ class Documents:
         return iter(list(self._open))
 
     def diagnostics(self, file: str) -> tuple[Diagnostic, ...]:
-        """What is wrong with a file as it is in the editor."""
+        """The diagnostics of a file as it is in the editor."""
         document = self._open[file]
         known = self._found.get(file)
         if known is None or known[0] is not document:
@@ -139,7 +139,7 @@ class Documents:
 
 
 def _machines(folder: Path) -> Iterator[Path]:
-    """The machines of a folder and of those in it, in order; hidden folders and links to folders are passed over."""
+    """The machines of a folder and of those in it, in order; hidden folders and links to folders are skipped."""
     for place, folders, files in islice(os.walk(folder), _MOST_FOLDERS):
         folders[:] = sorted(one for one in folders if not one.startswith("."))
         yield from (Path(place, one) for one in sorted(files) if one.endswith(SUFFIX))

@@ -121,7 +121,7 @@ def _sent(model: Model) -> Iterator[Diagnostic]:
     """What is sent to other machines: SCXML sends to a session by its address."""
     for action in actions_of(model):
         if isinstance(action, Emit):
-            reason = f"SCXML sends `{action.event}` to a session with an address; here every other machine hears of it"
+            reason = f"SCXML sends `{action.event}` to a session with an address; here every other machine receives it"
             yield finding("W0923", action.place, reason, "let the program that runs the sessions hand it on")
 
 

@@ -49,7 +49,7 @@ def read_file(path: str | Path) -> Model:
     """The model of an SCXML file.
 
     Raises:
-        MachineError: the file cannot be read or is no chart that is supported; all diagnostics are in it.
+        MachineError: the file cannot be read or is not a chart that is supported; all diagnostics are in it.
     """
     return read_text(_content(Path(path)), str(path))
 
@@ -61,7 +61,7 @@ def _content(path: Path) -> bytes:
         MachineError: it cannot be read.
     """
     try:
-        with path.open("rb") as file:  # not to its end, which a device may not have
+        with path.open("rb") as file:  # not to the end: a device may have none
             text = file.read(_LARGEST + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
@@ -79,7 +79,7 @@ def read_text(text: str | bytes, file: str = "<text>") -> Model:
         file: what diagnostics call it.
 
     Raises:
-        MachineError: it is no chart that is supported; all diagnostics are in it.
+        MachineError: it is not a chart that is supported; all diagnostics are in it.
     """
     model, found = _read(parse(text, file), file, 0)
     if found:
@@ -123,7 +123,7 @@ class _Loader:
     def text(self, text: object) -> Model:
         """A chart that is made while the machine runs."""
         if not isinstance(text, str):
-            raise DataError("what is invoked is no chart")
+            raise DataError("what is invoked is not a chart")
         return self._at_run_time(lambda: parse(text, self.reader.file), self.reader.file)
 
     def at_run_time(self, name: object) -> Model:

@@ -182,7 +182,7 @@ class _Translator:
             elif "*" in name or name.startswith(("done.", "error.")) or name in ("done", "error"):
                 self._refuse(f"the event `{name}`", transition.place)
             else:
-                # A descriptor also hears of the events whose names it begins: of those that the chart knows.
+                # A descriptor also receives the events whose names it begins: of those that the chart knows.
                 stem = name.removesuffix(".")
                 events.extend(_word(one) for one in self.known if f"{one}.".startswith(f"{stem}."))
         return f"on {', '.join(dict.fromkeys(events))}" + (f" if {guard}" if guard else "")

@@ -245,7 +245,7 @@ class Explorer:
         self._regions = regions
         self._tried: dict[tuple[Any, ...], list[Any]] = {}
 
-    # Where runs begin and go on.
+    # Where runs begin and continue.
 
     def start(self) -> list[ExploredStep]:
         """All first steps: entering the machine and its first step at the same time."""

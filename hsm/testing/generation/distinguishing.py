@@ -48,6 +48,6 @@ def _comes_by(mutant: Mutant, edge: ExploredStep) -> bool:
 
 
 def _outcome(edge: ExploredStep, parameters: int) -> tuple[object, ...]:
-    """What came of a step; the values of parameters, which come first, are no part of it."""
+    """What came of a step; the values of parameters, which come first, are not part of it."""
     leaves, values, *rest = edge.target.key()
     return edge.fault, leaves, values[parameters:], rest, tuple(edge.transitions)

@@ -24,7 +24,7 @@ class Memory(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """One way for a property to go on in a step.
+    """One way for a property to continue in a step.
 
     Attributes:
         memory: what is remembered then.
@@ -74,7 +74,7 @@ class Automaton:
         return Memory.WAITING if isinstance(self.stated.claim, Recurrence) else Memory.NOTHING
 
     def branches(self, memory: Memory, edge: Edge, *, active: bool) -> Sequence[Branch]:
-        """All ways to go on in a step.
+        """All ways to continue in a step.
 
         Args:
             memory: what was remembered before.

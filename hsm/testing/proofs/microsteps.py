@@ -119,7 +119,7 @@ class Microsteps:
     def _repeat(
         self, block: Block, plan: Plan, values: list[Value], timers: list[Timer], active: frozenset[int]
     ) -> Diagram:
-        """The next time of what is repeated: its clock goes on from the one that has come."""
+        """The next time of what is repeated: its clock continues from the one that has come."""
         possible = TRUE
         for index in plan.transitions:
             trigger = self._machine.model.transitions[index].trigger

@@ -24,7 +24,7 @@ def ordinal(value: Any, kind: Type) -> int:
     """The number of a value.
 
     Raises:
-        ValueError: it is no member of the enumeration.
+        ValueError: it is not a member of the enumeration.
     """
     match kind:
         case Boolean() | Integer():

@@ -22,7 +22,7 @@ class Timer:
         clock: what measures its time: the state, for those that run from its entry on, or one of its own.
         due: whether its time had come in an earlier step or has come in this one.
         fresh: whether it began in this step.
-        beats: whether it was due in this step and goes on to its next time.
+        beats: whether it was due in this step and continues to its next time.
     """
 
     transition: int

@@ -33,7 +33,7 @@ class Visit:
         zone: what the clocks can be; None without time.
         before: number of the visit before; -1 for none.
         edge: the step that led here.
-        branch: how the property went on in it.
+        branch: how the property continued in it.
         idle: a step in which nothing changes, for the time that passes here; None where there is none.
         repeated: whether the step was taken any number of times, one after the other.
     """
@@ -50,11 +50,11 @@ class Visit:
 
 @dataclass(frozen=True, slots=True)
 class _Move:
-    """A step with a way for the property to go on.
+    """A step with a way for the property to continue.
 
     Attributes:
         edge: the step.
-        branch: how the property goes on.
+        branch: how the property continues.
         reset: the clocks that begin again.
         clocks: those that run afterwards.
     """
@@ -153,7 +153,7 @@ class Search:
                 self._add(self._again(visit, number, move))
 
     def _moves(self, location: int, memory: Memory) -> list[_Move]:
-        """The steps from a location, each with a way for the property to go on; of those to the same effect one."""
+        """The steps from a location, each with a way for the property to continue; of those to the same effect one."""
         key = (location, memory)
         found = self._known_moves.get(key)
         if found is None:
@@ -182,7 +182,7 @@ class Search:
         return Visit(edge.target, branch.memory, zone, number, edge, branch)
 
     def _beaten(self, zone: Zone, edge: Edge) -> Zone:
-        """Where what is repeated goes on: its clock counts from the time that has come, not from the step."""
+        """Where what is repeated continues: its clock counts from the time that has come, not from the step."""
         before = {one.transition: one for one in self.graph.locations[edge.source].timers} if edge.beats else {}
         for timer in edge.beats:
             due = before[timer.transition]

@@ -32,7 +32,7 @@ Ways = dict[int, dict[int, Diagram]]
 
 @dataclass(frozen=True, slots=True)
 class _Way:
-    """One way to go on from a place.
+    """One way to continue from a place.
 
     Attributes:
         target: number of the place that it leads to.

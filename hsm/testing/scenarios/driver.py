@@ -111,7 +111,7 @@ class Driver:
 
         Args:
             signals: signals that change.
-            reports: how activities end, by the full name of their state or by their own name; the machine hears of it
+            reports: how activities end, by the full name of their state or by their own name; the machine receives it
                 in this step.
             events: events from outside.
             after: seconds since the last step; by default one tick.

@@ -81,7 +81,7 @@ def tested_machine(path: str | Path) -> Path:
             return Path(path).with_name(f"{line.parts[0]}.maze-machine")
         break
     if not report.found:
-        report.add("E0401", Place(str(path), 1, 1, 1, 2), "the first line is to be `test`, with the machine's name")
+        report.add("E0401", Place(str(path), 1, 1, 1, 2), "the first line must be `test`, with the machine's name")
     raise MachineError(report.found)
 
 
@@ -185,7 +185,7 @@ class _Reader:
         """The whole file."""
         if not lines or lines[0].kind != "heading":
             place = lines[0].place if lines else Place(self.report.file, 1, 1, 1, 2)
-            self.report.add("E0401", place, "the first line is to be `test`, with the machine's name")
+            self.report.add("E0401", place, "the first line must be `test`, with the machine's name")
         elif str(lines[0].parts[0]).rpartition(".")[2] != self.model.name:
             name = lines[0].parts[0]
             message = f"these scenarios are about machine `{name}`, and this is `{self.model.name}`"
@@ -272,7 +272,9 @@ class _Reader:
     def _value(self, setting: Setting, declared: Parameter | SignalDeclaration, place: Place) -> Literal | None:
         if setting.value is None:
             if declared.type != BOOLEAN:
-                self.report.add("E0301", place, f"`{declared.name}` is no condition", f"write `{declared.name} = ...`")
+                self.report.add(
+                    "E0301", place, f"`{declared.name}` is not a condition", f"write `{declared.name} = ...`"
+                )
                 return None
             return Literal(not setting.negated, BOOLEAN)
         if setting.negated:

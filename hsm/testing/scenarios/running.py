@@ -202,7 +202,7 @@ class _Run:
 
 
 def await_claims(driver: Driver, expected: Expectation) -> list[ExpectationClause]:
-    """Let a run go on until what is expected holds or its time is over; the claims that do not hold then.
+    """Let a run continue until what is expected holds or its time is over; the claims that do not hold then.
 
     Raises:
         MachineFault: the machine failed meanwhile.

@@ -46,7 +46,7 @@ class ScriptedFacts(Protocol):
         ...
 
     def report(self, state: str) -> str | None:
-        """How the activity of a state ends now: an outcome, ``FAULT``, or None where it goes on."""
+        """How the activity of a state ends now: an outcome, ``FAULT``, or None where it continues."""
         ...
 
 

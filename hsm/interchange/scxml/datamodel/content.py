@@ -95,7 +95,7 @@ class Builder:
             self.refuse(element, f"`{text.strip()[:60]}` is not supported: {error}", "compute it from simpler data")
             reason = str(error)
         except InvalidExpressionError as error:
-            reason = f"`{text.strip()[:60]}` is no expression: {error}"
+            reason = f"`{text.strip()[:60]}` is not an expression: {error}"
 
         def fail(_: Environment) -> Any:
             raise DataError(reason)
@@ -224,7 +224,7 @@ class Builder:
                 raise DataError("`foreach` goes over a list")
             for name in (item, index):
                 if name is not None and (_NAME.fullmatch(name) is None or name in _SYSTEM):
-                    raise DataError(f"`{name}` is no name for data")
+                    raise DataError(f"`{name}` is not a name for data")
             for name in (item, index):
                 if name is not None and name not in session.store.values:
                     session.set(name, None)
@@ -344,7 +344,7 @@ def _seconds(value: Any) -> float:
         return 0.0
     found = _DELAY.fullmatch(value) if isinstance(value, str) else None
     if found is None:
-        raise DataError(f"`{value}` is no delay")
+        raise DataError(f"`{value}` is not a delay")
     return float(found[1]) * _SECONDS[found[2]]
 
 
@@ -361,4 +361,4 @@ def _route(target: Any, session: str, reachable: Collection[str]) -> str | None:
         return str(target)
     if isinstance(target, str) and target.startswith("#_"):
         raise CommunicationError(f"`{target}` cannot be reached")
-    raise DataError(f"`{target}` is no target")
+    raise DataError(f"`{target}` is not a target")

@@ -75,7 +75,7 @@ def compile_expression(text: str) -> Evaluate:
     parser = _Parser(tokens_of(text))
     made = parser.choice(0)
     if parser.left:
-        raise InvalidExpressionError(f"`{parser.left[0].value}`is not allowed there")
+        raise InvalidExpressionError(f"`{parser.left[0].value}` is not allowed there")
     return made
 
 
@@ -188,7 +188,7 @@ class _Parser:
                 self._expect("]")
                 value = _member(value, key)
             elif self._is("("):
-                raise UnsupportedError("a call of something that is no function of the subset")
+                raise UnsupportedError("a call of something that is not a function of the subset")
             else:
                 return value
 
@@ -320,7 +320,7 @@ def _bounded(value: Any) -> Any:
 def _number(value: Any) -> int | float:
     if isinstance(value, int | float):
         return value
-    raise DataError(f"{value!r:.40} is no number")
+    raise DataError(f"{value!r:.40} is not a number")
 
 
 def _text(value: Any) -> str:
@@ -330,7 +330,7 @@ def _text(value: Any) -> str:
         return str(value)
     if isinstance(value, list):
         return ",".join(map(_text, value))
-    raise DataError(f"{value!r:.40} is no text")
+    raise DataError(f"{value!r:.40} is not text")
 
 
 def _typeof(operand: Evaluate) -> Evaluate:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -88,6 +89,11 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
+def _require(value: object, types: tuple[type, ...], what: str) -> None:
+    if not isinstance(value, types):
+        raise TypeError(f"{what} is a {types[0].__name__}, not {type(value).__name__}")
+
+
 def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
     """The machine that a ``.maze-machine`` file describes.
 
@@ -100,7 +106,10 @@ def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
 
     Raises:
         MachineError: the file cannot be read or describes no valid machine; all diagnostics are in it.
+        TypeError: the path is no path, or the library is no ``Library``.
     """
+    _require(path, (str, PathLike), "the path of a machine")
+    _require(library, (Library,), "the library of a machine")
     from hsm.dsl import load_model  # noqa: PLC0415 - the engine works without the language
     from hsm.engine.machine import Machine  # noqa: PLC0415 - and the language without the engine
 
@@ -120,7 +129,10 @@ def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F,
 
     Raises:
         MachineError: the text describes no valid machine; all diagnostics are in it.
+        TypeError: the text is no text, or the library is no ``Library``.
     """
+    _require(text, (str,), "the text of a machine")
+    _require(library, (Library,), "the library of a machine")
     from hsm.dsl import parse_model  # noqa: PLC0415 - the engine works without the language
     from hsm.engine.machine import Machine  # noqa: PLC0415 - and the language without the engine
 

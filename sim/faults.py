@@ -74,6 +74,14 @@ class OdometryJump(_Fault):
     """Metres forward and to the left, radians counter-clockwise."""
 
 
+class Carried(_Fault):
+    """The robot is lifted and put down elsewhere, once, at rest; its wheels count nothing."""
+
+    kind: Literal["carried"] = "carried"
+    to: tuple[Jump, Jump, Angle]
+    """Where: x and y, m, and heading, rad, in the maze's frame."""
+
+
 class CommandLost(_Fault):
     """Commands do not arrive: the robot continues with the last one that did."""
 
@@ -111,6 +119,7 @@ Fault = Annotated[
     | OdometrySilent
     | BeamsMissing
     | OdometryJump
+    | Carried
     | CommandLost
     | CommandLate
     | DoorStuck
@@ -149,6 +158,7 @@ class Watch:
     def __init__(self, fault: Fault) -> None:
         self.fault = fault
         self._began = math.inf
+        self._fired = False
 
     def holds(self, time: float, pose: Pose) -> bool:
         """Whether the fault is in force.
@@ -161,9 +171,12 @@ class Watch:
             self._began = time
         return self._began <= time < self._began + self.fault.lasts - 1e-9
 
-    def begins(self, time: float, pose: Pose) -> bool:
-        """Whether the fault comes into force at this very tick."""
-        return self.holds(time, pose) and self._began == time
+    def fires(self, time: float, pose: Pose) -> bool:
+        """Whether a fault that happens once happens now: at the first call while it is in force."""
+        if self._fired or not self.holds(time, pose):
+            return False
+        self._fired = True
+        return True
 
     def _inside(self, point: Point) -> bool:
         if self.fault.place is None:

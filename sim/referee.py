@@ -175,6 +175,11 @@ class Referee:
             self._rings += 1
             self._rung += [door for door in doors if door not in self._rung]
 
+    def carried(self, pose: Pose) -> None:
+        """Somebody has put the robot elsewhere: that is no way that it drove, nor a way out."""
+        self._pose = pose
+        self._crossed = [False] * len(self._gates)
+
     def watch(self, time: float, pose: Pose, world: PhysicalWorld, name: str, contacts: tuple[Contact, ...]) -> None:
         """Take note of where the robot is after a tick.
 

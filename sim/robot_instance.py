@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from sim.faults import (
     BeamsMissing,
+    Carried,
     CommandLate,
     CommandLost,
     Fault,
@@ -106,12 +107,15 @@ class RobotInstance:
         pose = world.bases[name].pose
         self._odometry.count(displacement(self.pose, pose), duration, time)
         self.pose = pose
-        self.path.append(pose)
         touched = tuple(contact for contact in world.contacts[contacts_before:] if contact.robot == name)
         self.referee.watch(time, pose, world, name, touched)
         for watch in self._watches:
-            if isinstance(watch.fault, OdometryJump) and watch.begins(time, pose):
-                self._odometry.jump(Twist(*watch.fault.by))
+            match watch.fault:
+                case OdometryJump(by=by) if watch.fires(time, pose):
+                    self._odometry.jump(Twist(*by))
+                case Carried(to=to) if watch.fires(time, pose):
+                    self._put(Pose(*to), world)
+        self.path.append(self.pose)
 
     def observe(self, time: float, stamp: int, world: PhysicalWorld) -> Observation:
         """What the robot's sensors say now."""
@@ -145,13 +149,19 @@ class RobotInstance:
     def try_again(self, time: float, world: PhysicalWorld) -> None:
         """Begin the next attempt at the start."""
         self.verdicts.append(self.referee.verdict)
-        self.pose = pose = self._drawn_start()
-        world.put(self.description.name, pose)
+        pose = self._drawn_start()
+        self._put(pose, world)
         self.path.append(pose)
         self._obeyed, self._door = Command(STOP), None
         self._pending.clear()
-        self._odometry.stand()
         self.referee = Referee(self._maze, self._settings.rules, pose, time, self.referee.attempt + 1)
+
+    def _put(self, pose: Pose, world: PhysicalWorld) -> None:
+        """Lift the robot and put it down elsewhere: it is at rest, and its wheels have not turned."""
+        self.pose = pose
+        world.put(self.description.name, pose)
+        self._odometry.stand()
+        self.referee.carried(pose)
 
 
 def _stream(seed: int, robot: int, purpose: int) -> np.random.Generator:

@@ -160,13 +160,13 @@ module.exports = grammar({
     // States.
 
     state: ($) =>
-      seq("state", field("name", $._name), optional(seq("=", field("instance", $.call))), $._line_end, optional($.block)),
-    member: ($) => seq("member", field("name", $._name), "=", field("instance", $.call), $._line_end, optional($.block)),
+      seq("state", field("name", $._name), optional(seq("=", field("instance", $._called))), $._line_end, optional($.block)),
+    member: ($) => seq("member", field("name", $._name), "=", field("instance", $._called), $._line_end, optional($.block)),
     parallel: ($) => seq("parallel", field("name", $._name), $._line_end, optional($.block)),
     block: ($) => seq($._block_begin, repeat1($._item), $._block_end),
     final: ($) => seq("final", field("name", $._name), $._line_end),
     initial: ($) => seq("initial", field("name", $._name), optional($.actions), $._line_end),
-    activity: ($) => seq("do", $.call, $._line_end),
+    activity: ($) => seq("do", $._called, $._line_end),
     entry: ($) => seq("entry", $.actions, $._line_end),
     exit: ($) => seq("exit", $.actions, $._line_end),
 
@@ -216,6 +216,9 @@ module.exports = grammar({
     _atom: ($) => choice($.name, $.number, $.call, $.group, $._not_a_name),
     group: ($) => seq("(", $._expression, ")"),
     call: ($) => seq(field("function", $.name), field("arguments", $.arguments)),
+    // A call where no expression may stand, so that only here the reserved words have to be kept from being its function.
+    _called: ($) => alias($._call_of_name, $.call),
+    _call_of_name: ($) => seq(field("function", $._name), field("arguments", $.arguments)),
     arguments: ($) => seq("(", optional(commaSeparated(choice($._expression, $.named_argument))), ")"),
     named_argument: ($) => seq(field("name", $._name), "=", field("value", $._expression)),
 

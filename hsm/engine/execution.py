@@ -17,12 +17,12 @@ from hsm.engine.limits import duration
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
 from hsm.engine.run_state import PendingFault, RunState, Work, event_of, fault_event
-from hsm.engine.sessions import Session
+from hsm.engine.sessions import InvokedChart
 from hsm.model.chart import Cancel, Held, Model, On, Send
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
-from hsm.model.messages import STORE, Emission, Message, Occurrence, Store
+from hsm.model.messages import STORE, Emission, Occurrence, ScxmlEvent, Store
 
 SPIN = 1000
 """A step with more consecutive microsteps than this counts as endless."""
@@ -57,7 +57,7 @@ class MacrostepExecution:
         self.selections: list[Selection] = []
         self.stopped: list[int] = []
         self.sent: list[str | Occurrence] = []
-        self.outbox: list[tuple[str, Message]] = []
+        self.outbox: list[tuple[str, ScxmlEvent]] = []
         self._time = time
         self._settled = False
         self._moved = False
@@ -66,8 +66,8 @@ class MacrostepExecution:
         self._facts = facts
         self.memo = memo
         self._hits = hits
-        self.queue: deque[Event | Message | PendingFault | Send | Cancel] = deque()
-        self.external: deque[Event | Message | PendingFault] = deque()
+        self.queue: deque[Event | ScxmlEvent | PendingFault | Send | Cancel] = deque()
+        self.external: deque[Event | ScxmlEvent | PendingFault] = deque()
         self._failed: dict[Any, BaseException] = {}
         self._reported: set[Any] = set()
         self._found: list[PendingFault] = []
@@ -84,7 +84,7 @@ class MacrostepExecution:
         self._drain()
         self.state.store = self.memo.get(STORE)
 
-    def run(self, events: Iterable[Event | Message | PendingFault], error: BaseException | None = None) -> None:
+    def run(self, events: Iterable[Event | ScxmlEvent | PendingFault], error: BaseException | None = None) -> None:
         """Handle events, then time-outs, then conditions.
 
         Args:
@@ -114,20 +114,20 @@ class MacrostepExecution:
         store = self.state.store or self.chart.model.store
         return {} if store is None else {STORE: store}
 
-    def bind(self, entry: Event | Message | PendingFault) -> None:
+    def bind(self, entry: Event | ScxmlEvent | PendingFault) -> None:
         """Make an event the chart's ``_event``."""
         store: Store = self.memo[STORE]
         match entry:
-            case Message():
+            case ScxmlEvent():
                 event = entry
             case Occurrence(name, data):
-                event = Message(name, data=dict(data) or None)
+                event = ScxmlEvent(name, data=dict(data) or None)
             case str():
-                event = Message(entry)
+                event = ScxmlEvent(entry)
             case StateEvent(origin=origin, standard=name):
-                event = Message(name, "platform", store.results.get(origin))
+                event = ScxmlEvent(name, "platform", store.results.get(origin))
             case _:
-                event = Message(entry.event.standard, "platform", entry.reason)
+                event = ScxmlEvent(entry.event.standard, "platform", entry.reason)
         self.memo[STORE] = replace(store, event=event)
 
     def macrostep(self) -> Macrostep:
@@ -205,7 +205,7 @@ class MacrostepExecution:
             message = Occurrence(name, event.data) if isinstance(event, Occurrence) else None
             self.state.sent = (*self.state.sent, (self._now, Send(name, message=message)))
 
-    def _arrived(self) -> list[Event | Message]:
+    def _arrived(self) -> list[Event | ScxmlEvent]:
         """The events on their way that arrive now, the earliest first."""
         arrived = sorted((one for one in self.state.sent if self._reached(one[0])), key=lambda one: one[0])
         if arrived:
@@ -228,11 +228,11 @@ class MacrostepExecution:
                 self._invocations.deliver(entry)
         self.state.store = self.memo.get(STORE)
 
-    def inner(self, session: Session[RunState]) -> MacrostepExecution:
+    def inner(self, session: InvokedChart[RunState]) -> MacrostepExecution:
         """A step of a chart that this one has invoked."""
         return MacrostepExecution(session.chart, session.state, self._time, facts=self._facts, memo={}, hits=set())
 
-    def _handle(self, entry: Event | Message | PendingFault) -> bool:
+    def _handle(self, entry: Event | ScxmlEvent | PendingFault) -> bool:
         """Let one event fire what it can; whether there was anything."""
         if STORE in self.memo:
             self.bind(entry)
@@ -254,7 +254,7 @@ class MacrostepExecution:
             values[self.chart.generator.variables[name]] = value
         self.state.values = values
 
-    def _let_fire(self, entry: Event | Message | PendingFault, event: Event) -> bool:
+    def _let_fire(self, entry: Event | ScxmlEvent | PendingFault, event: Event) -> bool:
         selector = self.state.configuration.on(event)
         if selector is not None:
             fired = self._fire(selector, event)
@@ -415,7 +415,7 @@ class MacrostepExecution:
         self.stopped.extend(plan.stopped)
         state.outcome = plan.outcome or state.outcome
 
-    def _put_out(self, raised: Iterable[Event | Message | Send | Emission | Cancel]) -> None:
+    def _put_out(self, raised: Iterable[Event | ScxmlEvent | Send | Emission | Cancel]) -> None:
         """Queue what was raised; what is for other machines is sent at once, also when this one has ended."""
         for entry in raised:
             if isinstance(entry, Emission):
@@ -535,7 +535,7 @@ class MacrostepExecution:
             place, reason = error.call.place or place, str(error)
             cause = error.__cause__ if isinstance(error.__cause__, Exception) else error
         if STORE in self.memo:
-            self.queue.append(Message("error.execution", "platform", reason))
+            self.queue.append(ScxmlEvent("error.execution", "platform", reason))
         elif known not in self._reported:
             self._reported.add(known)
             self._found.append(PendingFault(fault_event(declared.source), reason, place, cause))

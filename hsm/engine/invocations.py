@@ -10,11 +10,11 @@ from typing import Any, Protocol
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Plan
 from hsm.engine.run_state import PendingFault, RunState
-from hsm.engine.sessions import MOST_SESSIONS, Session
+from hsm.engine.sessions import MOST_SESSIONS, InvokedChart
 from hsm.model.chart import Cancel, Invoked, Send
 from hsm.model.events import Event, StateEvent
 from hsm.model.faults import MachineFault
-from hsm.model.messages import STORE, Message
+from hsm.model.messages import STORE, ScxmlEvent
 
 
 class InvokingStep(Protocol):
@@ -32,23 +32,23 @@ class InvokingStep(Protocol):
     chart: CompiledChart
     state: RunState
     memo: dict[Any, Any]
-    queue: deque[Event | Message | PendingFault | Send | Cancel]
-    external: deque[Event | Message | PendingFault]
-    outbox: list[tuple[str, Message]]
+    queue: deque[Event | ScxmlEvent | PendingFault | Send | Cancel]
+    external: deque[Event | ScxmlEvent | PendingFault]
+    outbox: list[tuple[str, ScxmlEvent]]
 
-    def inner(self, session: Session[RunState]) -> InvokingStep:
+    def inner(self, session: InvokedChart[RunState]) -> InvokingStep:
         """A step of an invoked chart at the same time."""
 
     def start(self, plan: Plan) -> None:
         """Enter the initial configuration."""
 
-    def run(self, events: Iterable[Event | Message | PendingFault]) -> None:
+    def run(self, events: Iterable[Event | ScxmlEvent | PendingFault]) -> None:
         """Handle events, then conditions."""
 
     def leave(self) -> None:
         """Run the exit actions of a chart that has ended."""
 
-    def bind(self, entry: Event | Message | PendingFault) -> None:
+    def bind(self, entry: Event | ScxmlEvent | PendingFault) -> None:
         """Make an event the chart's ``_event``."""
 
 
@@ -100,7 +100,7 @@ class Invocations:
             first = replace(first, given=invoked.data, session=name, reachable=around)
         plan = chart.planner.start()
         begun = RunState(plan.target, chart.generator.first_values(()), {}, (), {}, None, store=first)
-        session = Session(invoked.identifier, name, chart, begun, state, invoked.autoforward, invoked.finalize)
+        session = InvokedChart(invoked.identifier, name, chart, begun, state, invoked.autoforward, invoked.finalize)
         self._put_sessions((*self._step.state.sessions, session))
         self._stepped.add(name)
         execution = self._step.inner(session)
@@ -118,7 +118,7 @@ class Invocations:
                 self._take_over(replace(session, inbox=()), execution)
         return bool(self._step.external) or any(one.inbox for one in self._step.state.sessions)
 
-    def _take_over(self, session: Session[RunState], execution: InvokingStep) -> None:
+    def _take_over(self, session: InvokedChart[RunState], execution: InvokingStep) -> None:
         """Adopt what an invoked chart has done, and hand its events on."""
         ended = execution.state.outcome is not None
         if ended:
@@ -135,7 +135,7 @@ class Invocations:
             store = execution.state.store
             result = store.results.get(0) if store is not None else None
             done = f"done.invoke.{session.identifier}"
-            self._step.external.append(Message(done, "external", result, invokeid=session.identifier))
+            self._step.external.append(ScxmlEvent(done, "external", result, invokeid=session.identifier))
 
     @property
     def _name(self) -> str:
@@ -145,7 +145,7 @@ class Invocations:
     def deliver(self, send: Send) -> None:
         """Send an event to another session: one that this one has invoked, or one around it."""
         assert send.target is not None, "events for the chart itself go another way"
-        message = send.message if isinstance(send.message, Message) else Message(send.event)
+        message = send.message if isinstance(send.message, ScxmlEvent) else ScxmlEvent(send.event)
         for number, session in enumerate(self._step.state.sessions):
             if send.target in session.targets:
                 sessions = list(self._step.state.sessions)
@@ -154,12 +154,12 @@ class Invocations:
                 return
         self._step.outbox.append((send.target, message))
 
-    def forward(self, entry: Event | Message | PendingFault) -> None:
+    def forward(self, entry: Event | ScxmlEvent | PendingFault) -> None:
         """Before an event is handled: what the chart it comes from is finalized with, and copies for the others."""
         if isinstance(entry, PendingFault | StateEvent) or STORE not in self._step.memo:
             return
         self._step.bind(entry)
-        event: Message = self._step.memo[STORE].event
+        event: ScxmlEvent = self._step.memo[STORE].event
         for session in self._step.state.sessions:
             if session.finalize is not None and event.invokeid == session.identifier:
                 session.finalize(self._step.memo, self._step.state.configuration.active, self._step.queue)
@@ -169,7 +169,7 @@ class Invocations:
             if not (one.ended and event.name == f"done.invoke.{one.identifier}" and event.invokeid == one.identifier)
         )
 
-    def _put_sessions(self, sessions: tuple[Session[RunState], ...]) -> None:
+    def _put_sessions(self, sessions: tuple[InvokedChart[RunState], ...]) -> None:
         """Other sessions run now; the chart's data knows which can be reached."""
         self._step.state.sessions = sessions
         store = self._step.memo.get(STORE)

@@ -31,13 +31,15 @@ def checked_events(model: Model, events: Iterable[str | Occurrence]) -> list[str
         events: their names, with what they carry either as texts such as ``floor(number = 3)`` or as ``Occurrence``.
 
     Raises:
-        TypeError: it is a text instead of a list, an element is not an event, or a value is of another type
+        TypeError: it is no list or one text, something in the list is no event, or a value is of another type
             than declared.
         ValueError: neither the machine nor its library declares an event of that name, something that it carries is
             missing, unknown or given twice, or a value is infinite, no number or too large.
     """
     if isinstance(events, str):
         raise TypeError(f"events are a list of names: [{events!r:.{_WIDEST}}], not {events!r:.{_WIDEST}}")
+    if not isinstance(events, Iterable):
+        raise TypeError(f"events are a list of names, not {events!r:.{_WIDEST}} ({type(events).__name__})")
     return [_checked(model, event) for event in events]
 
 

@@ -8,12 +8,12 @@ from typing import Any
 from hsm.engine.clock import waking
 from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Configuration
-from hsm.engine.sessions import Session
+from hsm.engine.sessions import InvokedChart
 from hsm.model.chart import Cancel, Send
 from hsm.model.diagnostics import Place
 from hsm.model.events import Event, StateEvent
 from hsm.model.faults import MachineFault
-from hsm.model.messages import Emission, Message, Occurrence, Store
+from hsm.model.messages import Emission, Occurrence, ScxmlEvent, Store
 from hsm.model.topology import Remembered
 
 
@@ -44,7 +44,7 @@ class RunState:
     acted: frozenset[int] = frozenset()
     store: Store | None = None
     deferred: tuple[str | Occurrence, ...] = ()
-    sessions: tuple[Session[RunState], ...] = ()
+    sessions: tuple[InvokedChart[RunState], ...] = ()
     invoked: int = 0
 
     @property
@@ -59,7 +59,7 @@ class Work:
 
     values: list[Any]
     timers: dict[int, int]
-    raised: list[Event | Message | Send | Emission | Cancel]
+    raised: list[Event | ScxmlEvent | Send | Emission | Cancel]
 
     def copy(self) -> Work:
         """The same, to continue from."""
@@ -87,8 +87,8 @@ def fault_event(state: int) -> StateEvent:
     return StateEvent(("fault",), state, "error.execution")
 
 
-def event_of(entry: Event | Message | PendingFault) -> Event:
+def event_of(entry: Event | ScxmlEvent | PendingFault) -> Event:
     """What transitions wait for, of something that is to be handled."""
-    if isinstance(entry, Message):
+    if isinstance(entry, ScxmlEvent):
         return entry.name
     return entry.event if isinstance(entry, PendingFault) else entry

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from hsm.engine.compiled import CompiledChart
-from hsm.model.messages import Message
+from hsm.model.messages import ScxmlEvent
 
 MOST_SESSIONS = 1000
 """At most this many invoked charts may run at once."""
@@ -16,7 +16,7 @@ S = TypeVar("S")
 
 
 @dataclass(frozen=True, slots=True)
-class Session(Generic[S]):
+class InvokedChart(Generic[S]):
     """A chart that was invoked.
 
     Attributes:
@@ -38,7 +38,7 @@ class Session(Generic[S]):
     source: int
     autoforward: bool
     finalize: Callable[[dict[Any, Any], Collection[int], Any], None] | None
-    inbox: tuple[Message, ...] = ()
+    inbox: tuple[ScxmlEvent, ...] = ()
     ended: bool = False
 
     @property

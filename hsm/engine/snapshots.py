@@ -17,7 +17,7 @@ from hsm.engine.stores import message_json, message_of, store_json, store_of
 from hsm.model.chart import Held, Send, Timed
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Expression, Literal
-from hsm.model.messages import Message, Occurrence, Store
+from hsm.model.messages import Occurrence, ScxmlEvent, Store
 from hsm.model.types import Boolean, Enumeration, Integer, Quantity, Type
 from hsm.model.unparse import activity_text, expression_text, trigger_text
 
@@ -176,7 +176,7 @@ def _sent_text(machine: CompiledChart, send: Send) -> str:
 def _carried(send: Send) -> list[dict[str, Any]]:
     """What an event of a chart with data carries on its way, and where it goes; nothing for any other."""
     message = send.message
-    return [{"message": message_json(message), "target": send.target}] if isinstance(message, Message) else []
+    return [{"message": message_json(message), "target": send.target}] if isinstance(message, ScxmlEvent) else []
 
 
 def _kept_store(old: CompiledChart, run: SavedRun, new: CompiledChart) -> Store | None:

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from hsm.engine.compiled import CompiledChart
-from hsm.model.messages import Message, Store
+from hsm.model.messages import ScxmlEvent, Store
 
 _DEEPEST = 100
 
@@ -46,7 +46,7 @@ def store_of(machine: CompiledChart, saved: Mapping[str, Any]) -> Store:
     )
 
 
-def message_json(message: Message) -> dict[str, Any]:
+def message_json(message: ScxmlEvent) -> dict[str, Any]:
     """An event with data of a chart.
 
     Raises:
@@ -55,13 +55,13 @@ def message_json(message: Message) -> dict[str, Any]:
     return {**asdict(message), "data": _plain(message.data)}
 
 
-def message_of(saved: Mapping[str, Any]) -> Message:
+def message_of(saved: Mapping[str, Any]) -> ScxmlEvent:
     """The event that ``message_json`` wrote.
 
     Raises:
         TypeError: it is none.
     """
-    return Message(**saved)
+    return ScxmlEvent(**saved)
 
 
 def _plain(value: Any, depth: int = 0) -> Any:

@@ -14,7 +14,7 @@ from typing import Any
 
 from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression
-from hsm.model.messages import Message, Occurrence, Store
+from hsm.model.messages import Occurrence, ScxmlEvent, Store
 from hsm.model.properties import Property
 from hsm.model.registry import ActionDeclaration, ActivityDeclaration, EventField, Parameter
 from hsm.model.types import Type
@@ -164,7 +164,7 @@ class Send:
     delay: float = 0.0
     label: str | None = None
     place: Place | None = None
-    message: Message | Occurrence | None = None
+    message: ScxmlEvent | Occurrence | None = None
     arguments: tuple[Expression, ...] = ()
     target: str | None = None
 

@@ -40,7 +40,7 @@ class Emission:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Message:
+class ScxmlEvent:
     """An event with data of a chart in SCXML, with SCXML's fields.
 
     Attributes:
@@ -75,7 +75,7 @@ class Store:
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
-    event: Message | None = None
+    event: ScxmlEvent | None = None
     results: Mapping[int, Any] = field(default_factory=dict)
     begun: frozenset[int] = frozenset()
     given: Mapping[str, Any] = field(default_factory=dict)

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from maze_machine.drive.attempts import Attempt, RefereedRobot
     from maze_machine.drive.mission import Mission
     from maze_machine.remote.operated import OperatedRun
-    from maze_machine.remote.telling import Teller
+    from maze_machine.remote.telling import EventForwarder
     from maze_machine.report.result import Result
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import SimulatedWorld
@@ -198,7 +198,7 @@ def run(
             link = stack.enter_context(closing(in_lockstep(reached(connect, identity, profile, seed))))
 
         openings = Openings(open_at, identity, view, host, port)
-        tellers = [stack.enter_context(one) for one in telling(tell or (), identity, mission, losses)]
+        forwarders = [stack.enter_context(one) for one in telling(tell or (), identity, mission, losses)]
         operated, opened = stack.enter_context(opened_run(openings, mission, world, speed))
 
         repeated = world or link
@@ -206,7 +206,7 @@ def run(
         for attempt in attempts_of(
             mission,
             hold_of(world, link, operated, lambda: reached(str(connect), identity, profile, seed)),
-            lambda number: outputs.of_attempt(number).watchers(mission, machine, world, losses, [*opened, *tellers]),
+            lambda number: outputs.of_attempt(number).watchers(mission, machine, world, losses, [*opened, *forwarders]),
             most,
             begin_again,
             operator=Together(script, operated),
@@ -314,8 +314,10 @@ def _telling(losses: Sequence[str]) -> Callable[..., None]:
     return say
 
 
-def telling(others: Sequence[str], identity: Path | None, mission: Mission, losses: list[str]) -> Iterator[Teller]:
-    """What forwards to other robots' machines what this one sends.
+def telling(
+    others: Sequence[str], identity: Path | None, mission: Mission, losses: list[str]
+) -> Iterator[EventForwarder]:
+    """What hands on to other robots' machines what this one sends.
 
     Raises:
         UsageError: one of them is not written as a robot and an endpoint.
@@ -325,7 +327,7 @@ def telling(others: Sequence[str], identity: Path | None, mission: Mission, loss
     from functools import partial
 
     from maze_machine.arguments.network import secured
-    from maze_machine.remote.telling import Teller
+    from maze_machine.remote.telling import EventForwarder
     from transport.connect import dialling
 
     link = mission.profile.link
@@ -334,7 +336,7 @@ def telling(others: Sequence[str], identity: Path | None, mission: Mission, loss
         if not (robot and at and endpoint):
             raise UsageError(f"--tell {other}: no robot and endpoint", "write ROBOT@ENDPOINT: blue@tcp/127.0.0.1:7449")
         security = secured(endpoint, identity, link)
-        yield Teller(partial(dialling, endpoint, wait=link.connect, security=security), robot, losses)
+        yield EventForwarder(partial(dialling, endpoint, wait=link.connect, security=security), robot, losses)
 
 
 def refuse_with_connect(embedded: Mapping[str, object]) -> None:

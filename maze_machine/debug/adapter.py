@@ -11,8 +11,8 @@ from typing import Any
 from hsm.model.diagnostics import MachineError
 from hsm.testing.scenarios.session import SessionError
 from maze_machine.debug.asked import Asked, read_arguments
-from maze_machine.debug.breakpoints import FAULT, VIOLATION, ConditionError, read_condition
-from maze_machine.debug.debugger import Debugger, Goal, Stop
+from maze_machine.debug.breakpoints import FAULT, VIOLATION, BreakConditionError, read_condition
+from maze_machine.debug.debugger import Debugger, Goal, StopReason
 from maze_machine.debug.laying import Laying
 from maze_machine.debug.messages import Channel, Message
 from maze_machine.debug.opening import open_run
@@ -68,7 +68,7 @@ class Adapter:
         self._asked: Asked | None = None
         self._debugger: Debugger | None = None
         self._laying = laying = Laying(lambda: self._here().run.chart)
-        self._stop = Stop("entry")
+        self._stop = StopReason("entry")
         self._shown: Shown | None = None
         self._configured = False
         self._done = False
@@ -127,7 +127,7 @@ class Adapter:
             return
         try:
             body = handler(given if isinstance(given, dict) else {})
-        except (RefusedError, RunError, ConditionError, SessionError) as error:
+        except (RefusedError, RunError, BreakConditionError, SessionError) as error:
             self._channel.refuse(request, str(error))
         except Exception as error:
             known = explain(error)
@@ -203,7 +203,7 @@ class Adapter:
         if self._asked.stop:
             debugger.to_entry()
             debugger.run.hold()
-            self._stand(Stop("entry", "the beginning"))
+            self._stand(StopReason("entry", "the beginning"))
         else:
             debugger.begin(Goal.BREAK)
 
@@ -283,7 +283,7 @@ class Adapter:
             return {"result": self._told(debugger, text), "variablesReference": 0}
         try:
             holds = read_condition(text, chart).holds(debugger.step, debugger.point)
-        except ConditionError as error:
+        except BreakConditionError as error:
             raise RefusedError(str(error)) from None
         return {"result": "true" if holds else "false", "type": "bool", "variablesReference": 0}
 
@@ -293,12 +293,12 @@ class Adapter:
             return HELP
         try:
             return "true" if read_condition(line, debugger.run.chart).holds(debugger.step, debugger.point) else "false"
-        except ConditionError:
+        except BreakConditionError:
             pass
         answer = debugger.run.tell(debugger.at, line)
         debugger.to_newest()
         self._channel.event("invalidated", areas=["all"])
-        self._stand(Stop("step", line))
+        self._stand(StopReason("step", line))
         return answer
 
     def _completions(self, given: Mapping[str, Any]) -> Mapping[str, object]:
@@ -336,9 +336,9 @@ class Adapter:
         debugger = self._here()
         if debugger.moving:
             debugger.halt()
-            self._stand(Stop("pause", "paused"))
+            self._stand(StopReason("pause", "paused"))
 
-    def _stand(self, stop: Stop) -> None:
+    def _stand(self, stop: StopReason) -> None:
         """Say that and why the run stands still."""
         self._stop = stop
         debugger = self._here()

@@ -17,12 +17,12 @@ FAULT, VIOLATION = "fault", "violation"
 _HITS = re.compile(r"\s*(>=|>|==|=|%)?\s*(\d{1,9})\s*")
 
 
-class ConditionError(Exception):
+class BreakConditionError(Exception):
     """A condition that cannot be read; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class BreakCondition:
     """Something that holds at a point of a run, or does not.
 
     Attributes:
@@ -38,7 +38,7 @@ class Condition:
         return all(_met(one.content, step, point) for one in self.expected.claims)
 
 
-def read_condition(text: str, chart: Chart) -> Condition:
+def read_condition(text: str, chart: Chart) -> BreakCondition:
     """A condition in the words of an ``expect`` line: ``in_door``, ``turns == 2 and not space.left``.
 
     Raises:
@@ -48,15 +48,15 @@ def read_condition(text: str, chart: Chart) -> Condition:
         expected = parse_expectation(text, chart.model, chart.library, "condition")
     except MachineError as error:
         found = error.diagnostics[0]
-        raise ConditionError(found.message + (f"; {found.suggestion}" if found.suggestion else "")) from None
+        raise BreakConditionError(found.message + (f"; {found.suggestion}" if found.suggestion else "")) from None
     if expected.within is not None:
-        raise ConditionError("a condition holds now: leave `within` out")
+        raise BreakConditionError("a condition holds now: leave `within` out")
     for claim in expected.claims:
         if not isinstance(claim.content, InState | ConditionHolds) and not (
             isinstance(claim.content, Performs) and not claim.content.action
         ):
-            raise ConditionError(f"`{claim.text}` is seen at the end of a step only; use `expect` in the console")
-    return Condition(text, expected)
+            raise BreakConditionError(f"`{claim.text}` is seen at the end of a step only; use `expect` in the console")
+    return BreakCondition(text, expected)
 
 
 def _met(content: object, step: Step, point: int) -> bool:
@@ -86,7 +86,7 @@ class LineBreakpoint:
 
     number: int
     spot: Spot
-    condition: Condition | None = None
+    condition: BreakCondition | None = None
     hits: str = ""
     message: str = ""
     met: int = 0
@@ -98,7 +98,7 @@ class NamedBreakpoint:
 
     number: int
     state: str | None
-    condition: Condition
+    condition: BreakCondition
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ class Goal(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
+class StopReason:
     """Why the debugger stands still.
 
     Attributes:
@@ -112,8 +112,8 @@ class Debugger:
         self._motion = None
         self.run.hold()
 
-    def move(self, most: int) -> Stop | None:
-        """Continue; why the debugger stops now, or None where it is still on its way.
+    def move(self, most: int) -> StopReason | None:
+        """Go on; why the debugger stops now, or None where it is still on its way.
 
         Args:
             most: after that many points it is asked again.
@@ -126,19 +126,19 @@ class Debugger:
             try:
                 moved = self._backward() if motion.back else self._forward()
             except RunError as error:
-                return self._stopped(Stop("exception" if self.breakpoints.faults else "pause", str(error)))
+                return self._stopped(StopReason("exception" if self.breakpoints.faults else "pause", str(error)))
             if not moved:
                 return self._at_an_end(motion)
             stop = self._met(before)
             if stop is None and motion.reached():
-                stop = Stop("step")
+                stop = StopReason("step")
             if stop is None and self._waits(motion):
-                stop = Stop("pause", "nothing more happens until a signal, an outcome or an event comes")
+                stop = StopReason("pause", "nothing more happens until a signal, an outcome or an event comes")
             if stop is not None:
                 return self._stopped(stop)
         return None
 
-    def _met(self, before: tuple[Step, int]) -> Stop | None:
+    def _met(self, before: tuple[Step, int]) -> StopReason | None:
         """Why to stop at the point that was reached."""
         stops: list[Hit] = []
         for hit in self.breakpoints.met((self.step, self.point), before):
@@ -149,17 +149,17 @@ class Debugger:
         if not stops:
             return None
         texts, numbers = ", ".join(one.text for one in stops), tuple(n for one in stops for n in one.numbers)
-        return Stop(stops[0].kind, texts, numbers)
+        return StopReason(stops[0].kind, texts, numbers)
 
     def _waits(self, motion: _Motion) -> bool:
         return not motion.back and self.newest and self.run.quiet
 
-    def _at_an_end(self, motion: _Motion) -> Stop | None:
+    def _at_an_end(self, motion: _Motion) -> StopReason | None:
         if motion.back:
-            return self._stopped(Stop("entry", "the beginning"))
-        return self._stopped(Stop("pause", self.run.over)) if self.run.over else None
+            return self._stopped(StopReason("entry", "the beginning"))
+        return self._stopped(StopReason("pause", self.run.over)) if self.run.over else None
 
-    def _stopped(self, stop: Stop) -> Stop:
+    def _stopped(self, stop: StopReason) -> StopReason:
         self.halt()
         return stop
 

@@ -9,7 +9,7 @@ from typing import Any
 from hsm.engine.evaluation import UNSET
 from hsm.model.expressions import Expression, SignalValue
 from maze_machine.debug.chart import Chart
-from maze_machine.debug.steps import Reason
+from maze_machine.debug.steps import TransitionReason
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,17 +79,17 @@ class HeardStep:
         known = found.items() if isinstance(found, dict) else ()
         return {name: str(one.get("text")) for name, one in known if isinstance(one, dict)}
 
-    def reasons(self, _point: int) -> Sequence[Reason]:
+    def reasons(self, _point: int) -> Sequence[TransitionReason]:
         """What became of the transitions that were looked at."""
         found, model = self.heard.get("why"), self.chart.model
-        reasons: list[Reason] = []
+        reasons: list[TransitionReason] = []
         for one in _listed(found):
             index = one.get("transition") if isinstance(one, dict) else None
             if not isinstance(index, int) or not 0 <= index < len(model.transitions):
                 continue
             transition = model.transitions[index]
             reasons.append(
-                Reason(
+                TransitionReason(
                     model.states[transition.source].name,
                     self.chart.label(index),
                     None if transition.place is None else transition.place.line,

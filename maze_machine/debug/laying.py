@@ -8,8 +8,8 @@ from typing import Any
 from maze_machine.debug.breakpoints import (
     FAULT,
     VIOLATION,
+    BreakConditionError,
     Breakpoints,
-    ConditionError,
     LineBreakpoint,
     NamedBreakpoint,
     ValueBreakpoint,
@@ -45,7 +45,7 @@ class Laying:
         source = given.get("source")
         path = str(source.get("path", "")) if isinstance(source, dict) else ""
         if not path:
-            raise ConditionError("breakpoints are set in a file")
+            raise BreakConditionError("breakpoints are set in a file")
         self._wanted[f"file {path}"] = given
         shown: list[Mapping[str, object]] = []
         laid: list[LineBreakpoint] = []
@@ -55,9 +55,9 @@ class Laying:
             try:
                 spot = self._chart().spot(path, line if isinstance(line, int) else 0)
                 if spot is None:
-                    raise ConditionError("no state and no transition of the machine is in this file")
+                    raise BreakConditionError("no state and no transition of the machine is in this file")
                 condition = read_condition(str(one["condition"]), self._chart()) if one.get("condition") else None
-            except ConditionError as error:
+            except BreakConditionError as error:
                 shown.append({"id": self._numbers, "verified": False, "message": str(error), "line": line})
                 continue
             hits, message = str(one.get("hitCondition") or ""), str(one.get("logMessage") or "")
@@ -77,7 +77,7 @@ class Laying:
             name = str(one.get("name", "")).strip()
             try:
                 condition = read_condition(name, chart)
-            except ConditionError as error:
+            except BreakConditionError as error:
                 shown.append({"id": self._numbers, "verified": False, "message": str(error)})
                 continue
             self.breakpoints.named.append(NamedBreakpoint(self._numbers, chart.state(name), condition))

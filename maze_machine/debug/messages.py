@@ -17,8 +17,8 @@ MOST = 10_000_000
 _LONGEST_HEADER = 1000
 
 
-class ProtocolError(Exception):
-    """What came is not a message of the protocol; nothing after it can be understood."""
+class DapProtocolError(Exception):
+    """What came is no message of the protocol; nothing after it can be understood."""
 
 
 def read_message(stream: BinaryIO) -> Message | None:
@@ -36,22 +36,22 @@ def read_message(stream: BinaryIO) -> Message | None:
         if not line.strip():
             break
         if not colon or name.strip().lower() not in (b"content-length", b"content-type"):
-            raise ProtocolError(f"`{line[:40]!r}` is not a header of the Debug Adapter Protocol")
+            raise DapProtocolError(f"`{line[:40]!r}` is no header of the Debug Adapter Protocol")
         if name.strip().lower() == b"content-length":
             if not value.strip().isdigit() or not 0 < int(value) <= MOST:
-                raise ProtocolError(f"a message cannot have a length of {value.strip()[:40]!r}")
+                raise DapProtocolError(f"a message cannot have a length of {value.strip()[:40]!r}")
             length = int(value)
     if length is None:
-        raise ProtocolError("a message begins with its length")
+        raise DapProtocolError("a message begins with its length")
     text = stream.read(length)
     if len(text) < length:
         return None
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
-        raise ProtocolError("a message is not JSON") from None
+        raise DapProtocolError("a message is no JSON") from None
     if not isinstance(found, dict):
-        raise ProtocolError("a message is not a JSON object")
+        raise DapProtocolError("a message is no JSON object")
     return found
 
 
@@ -121,6 +121,6 @@ class Channel:
         try:
             while (message := read_message(self._reading)) is not None:
                 self._asked.put(message)
-        except (ProtocolError, OSError, ValueError) as error:
+        except (DapProtocolError, OSError, ValueError) as error:
             self.event("output", category="important", output=f"{error}\n")
         self._asked.put(None)

@@ -8,7 +8,7 @@ from pathlib import Path
 from hsm.model.diagnostics import Place
 from maze_machine.debug.chart import Chart
 from maze_machine.debug.debugger import Debugger
-from maze_machine.debug.steps import Reason
+from maze_machine.debug.steps import TransitionReason
 
 Item = Mapping[str, object]
 _Items = Callable[[], Sequence[Item]]
@@ -22,7 +22,7 @@ class Shown:
         self._debugger: Debugger | None = None
         self._frames: list[tuple[str, str, Place | None]] = []
         self._lists: dict[int, Callable[[], Sequence[Item]]] = {}
-        self._reasons: Sequence[Reason] | None = None
+        self._reasons: Sequence[TransitionReason] | None = None
 
     def at(self, debugger: Debugger) -> None:
         """Show where a debugger is."""
@@ -136,7 +136,7 @@ def _frame(number: int, name: str, place: Place | None) -> Item:
     }
 
 
-def _because(reason: Reason) -> Callable[[], Sequence[Item]]:
+def _because(reason: TransitionReason) -> Callable[[], Sequence[Item]]:
     values = [_item(name, text) for name, text in reason.values]
     return lambda: [_item("why", reason.reason), *values]
 

@@ -23,7 +23,7 @@ from maze_machine.debug.chart import Chart
 
 
 @dataclass(frozen=True, slots=True)
-class Reason:
+class TransitionReason:
     """What became of a transition that was looked at.
 
     Attributes:
@@ -90,8 +90,8 @@ class Step(Protocol):
         """What the active states do, by state."""
         ...
 
-    def reasons(self, point: int) -> Sequence[Reason]:
-        """What became of the transitions that were looked at between this point and the previous one."""
+    def reasons(self, point: int) -> Sequence[TransitionReason]:
+        """What became of the transitions that were looked at between this point and the one before."""
         ...
 
     def value(self, point: int, expression: Expression) -> Any:
@@ -177,8 +177,8 @@ class LocalStep:
         active = [states[indices[name]] for name in self.states(point)]
         return {state.name: activity_text(state.activity) for state in active if state.activity is not None}
 
-    def reasons(self, point: int) -> Sequence[Reason]:
-        """What became of the transitions that were looked at between this point and the previous one."""
+    def reasons(self, point: int) -> Sequence[TransitionReason]:
+        """What became of the transitions that were looked at between this point and the one before."""
         first = self._fired[point - 1] + 1 if point > 0 else 0
         record = self.step.record
         if point < self.count:
@@ -210,11 +210,11 @@ class LocalStep:
             return self._selections[self._fired[point]].configuration
         return self.step.record.after
 
-    def _reason(self, one: Considered) -> Reason:
+    def _reason(self, one: Considered) -> TransitionReason:
         transition, model = one.transition, self.chart.model
         conditions = [(text, "not looked at" if value is None else value_text(value)) for text, value in one.conditions]
         values = [(text, self.chart.signal_text(text, value)) for text, value in one.values]
-        return Reason(
+        return TransitionReason(
             model.states[transition.source].name,
             self.chart.label(transition.index),
             None if transition.place is None else transition.place.line,

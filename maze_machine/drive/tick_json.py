@@ -16,7 +16,7 @@ Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 Value = bool | int | float | str
 
 
-class Activity(TypedDict):
+class ActivityRecord(TypedDict):
     """What an active state does."""
 
     text: Annotated[str, Field(description="the activity as the machine's file has it")]
@@ -59,7 +59,7 @@ class TickJson(TickLine):
     doing: Annotated[str, Field(description="the state that names the tick: the first that asked for motion")]
     fired: Annotated[list[int], Field(description="the transitions taken, as indices in the machine's model")]
     regions: Annotated[dict[str, str], Field(description="the innermost active state of each region")]
-    activities: Annotated[dict[str, Activity], Field(description="what each active state does")]
+    activities: Annotated[dict[str, ActivityRecord], Field(description="what each active state does")]
     outcomes: Annotated[
         list[Annotated[list[str], Field(min_length=2, max_length=2)]],
         Field(description="states whose activities ended, or that completed, with the outcome"),

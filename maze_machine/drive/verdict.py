@@ -15,8 +15,8 @@ _Size = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 _Count = Annotated[int, Field(ge=0, lt=2**63)]
 
 
-class Verdict(BaseModel):
-    """The fields of a verdict that are shown or decided by; lengths in m, times in s. Others are forwarded."""
+class RunVerdict(BaseModel):
+    """The fields of a verdict that are shown or decided by; lengths in m, times in s. Others are handed on."""
 
     model_config = ConfigDict(frozen=True, extra="allow", strict=True)
 
@@ -47,6 +47,6 @@ def read_verdict(report: Mapping[str, object]) -> tuple[dict[str, Any], str]:
     if not report:
         return {}, ""
     try:
-        return Verdict.model_validate(dict(report)).model_dump(), ""
+        return RunVerdict.model_validate(dict(report)).model_dump(), ""
     except ValidationError as error:
         return {}, in_words(error.errors()[0])

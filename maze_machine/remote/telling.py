@@ -21,7 +21,7 @@ _PATIENCE = 10.0
 """This long the end of a run waits for what was not forwarded yet, s."""
 
 
-class Teller:
+class EventForwarder:
     """Hands on what a machine sends; a watcher of its ticks. Use it as a context manager.
 
     Nothing here holds up the loop: events go, in their order, from a thread of its own, which also dials. The other
@@ -44,7 +44,7 @@ class Teller:
         self._change = Condition()
         self._thread = Thread(target=self._hand_on, name=f"sending to {robot}", daemon=True)
 
-    def __enter__(self) -> Teller:
+    def __enter__(self) -> EventForwarder:
         self._thread.start()
         return self
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from maze_machine.report.run_picture import NOWHERE
 from maze_machine.view.run_figure import Scene, Trail
-from maze_machine.view.run_plot import Course
+from maze_machine.view.run_plot import RunSeries
 from perception.sweep import ScanPoints
 from perception.walls import clearance_of, without_own_body
 from transport.description import RobotDescription
@@ -18,7 +18,7 @@ from transport.recording import RecordedTick, Recording
 from transport.wording import printable
 
 
-def plotted(recording: Recording, robot: RobotDescription) -> tuple[Scene, Trail, Course]:
+def plotted(recording: Recording, robot: RobotDescription) -> tuple[Scene, Trail, RunSeries]:
     """What a plot shows of a recorded run.
 
     Args:
@@ -32,7 +32,7 @@ def plotted(recording: Recording, robot: RobotDescription) -> tuple[Scene, Trail
     states = [printable(str(tick.step.get("doing", "")))[:80] for tick in ticks]
     regions = list(dict.fromkeys(name for tick in ticks for name in _regions(tick.step)))
     lanes = {name: [_regions(tick.step).get(name, "") for tick in ticks] for name in regions}
-    course = Course(
+    course = RunSeries(
         times,
         np.array([tick.command.twist.speed for tick in ticks]),
         np.array([tick.command.twist.turn for tick in ticks]),

@@ -24,7 +24,7 @@ LONGEST_NAME = 24
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class RunSeries:
     """How a run went over time.
 
     Attributes:
@@ -42,7 +42,7 @@ class Course:
     lanes: Mapping[str, Sequence[str]]
 
 
-def save_plot(file: Path, scene: Scene, trail: Trail, course: Course, title: str = "") -> None:
+def save_plot(file: Path, scene: Scene, trail: Trail, course: RunSeries, title: str = "") -> None:
     """Draw a run into an image file; its suffix (.svg, .png, .pdf, .jpg) says which format.
 
     Raises:
@@ -65,7 +65,7 @@ def save_plot(file: Path, scene: Scene, trail: Trail, course: Course, title: str
         figure.savefig(written, format=file.suffix.removeprefix("."), bbox_inches="tight")
 
 
-def _curves(speed: Axes, clearance: Axes, course: Course) -> None:
+def _curves(speed: Axes, clearance: Axes, course: RunSeries) -> None:
     first, second, third = INKS["light"][:3]
     speed.plot(course.times, course.speeds, color=first, label="speed [m/s]")
     speed.plot(course.times, course.turns, color=second, linestyle=(0, (3, 1.5)), label="turn [rad/s]")
@@ -76,7 +76,7 @@ def _curves(speed: Axes, clearance: Axes, course: Course) -> None:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8, frameon=False)
 
 
-def _lanes(axes: Axes, course: Course) -> None:
+def _lanes(axes: Axes, course: RunSeries) -> None:
     """A bar for each region; a stretch is named where its name fits."""
     end = float(course.times[-1]) if len(course.times) else 1.0
     everywhere = [state for lane in course.lanes.values() for state in lane]

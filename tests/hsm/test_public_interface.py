@@ -71,7 +71,6 @@ def test_a_type_checker_finds_wrong_facts_effects_and_times():
     assert sorted(found) == marked
 
 
-@pytest.mark.skipif(shutil.which("pyright") is None, reason="pyright is not installed")
 def test_pyright_says_the_same(tmp_path):
     typed, site = Path("tests/hsm/typed"), Path(np.__file__).parents[1]
     settings = {"include": ["."], "extraPaths": [str(ROOT), str(site)], "typeCheckingMode": "strict"}
@@ -79,7 +78,12 @@ def test_pyright_says_the_same(tmp_path):
     for name in ("lamp.py", "mistakes.py"):
         shutil.copy(ROOT / typed / name, tmp_path)
     done = subprocess.run(
-        ["pyright", "--outputjson"], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
+        [sys.executable, "-m", "basedpyright", "--outputjson"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
     )
     found = json.loads(done.stdout)["generalDiagnostics"]
     places = {(Path(one["file"]).name, one["range"]["start"]["line"] + 1) for one in found}
@@ -102,6 +106,20 @@ def test_a_machine_comes_from_a_text_or_from_a_file(tmp_path, machine):
     path.write_text(TEXT)
     assert hsm.load(path, library).model == hsm.loads(TEXT, library, str(path)).model
     assert machine.start(facts=BRIGHT).configuration == {"off"}
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: hsm.loads(b"machine a\n", library), "the text of a machine is a str, not bytes"),
+        (lambda: hsm.loads(TEXT, "lamp"), "the library of a machine is a Library, not str"),
+        (lambda: hsm.load(3, library), "the path of a machine is a str, not int"),
+        (lambda: hsm.load("lamp.maze-machine", None), "the library of a machine is a Library, not NoneType"),
+    ],
+)
+def test_a_wrong_argument_is_named(call, words):
+    with pytest.raises(TypeError, match=re.escape(words)):
+        call()
 
 
 @pytest.mark.parametrize("text", ["machine bad\n\nstate a\n    when nothing -> b\n", ""])
@@ -175,6 +193,7 @@ def test_times_are_checked_and_nothing_has_changed(time, error, words, machine):
         ("knock", TypeError, "events are a list of names: ['knock'], not 'knock'"),
         (["ring"], ValueError, "nobody declares an event `ring` for machine lamp; its events: knock"),
         (["knock", "k"], ValueError, "nobody declares an event `k`"),
+        (DARK, TypeError, "events are a list of names, not Room("),
         ([7], TypeError, "an event is a text or an Occurrence, not 7 (int)"),
     ],
 )

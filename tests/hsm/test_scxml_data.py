@@ -12,11 +12,11 @@ from hsm.interchange.scxml import read_text, write_text
 from hsm.interchange.scxml.datamodel.expressions import DataError, Environment, compile_expression
 from hsm.interchange.scxml.datamodel.tokens import InvalidExpressionError, UnsupportedError
 from hsm.interchange.scxml.translation import to_machine_text
-from hsm.model.messages import Message, Store
+from hsm.model.messages import ScxmlEvent, Store
 
 ENVIRONMENT = Environment(
     Store(
-        {"x": 3, "names": ["a", "b"], "point": {"x": 1, "deep": {"y": 2}}, "none": None}, Message("e", data={"n": 7})
+        {"x": 3, "names": ["a", "b"], "point": {"x": 1, "deep": {"y": 2}}, "none": None}, ScxmlEvent("e", data={"n": 7})
     ),
     {1},
     {"s": 1, "t": 2},

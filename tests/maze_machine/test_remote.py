@@ -29,7 +29,7 @@ from maze_machine.remote.messages import (
 )
 from maze_machine.remote.opened import OpenRun
 from maze_machine.remote.operated import BACKLOG, OperatedRun
-from maze_machine.remote.telling import Teller
+from maze_machine.remote.telling import EventForwarder
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.connect import dialling, listening
 from transport.memory_bus import MemoryNetwork
@@ -269,7 +269,7 @@ def tell(talker, network, losses):
         yield network.bus()
 
     lines = []
-    with Teller(dial, "pico", losses) as teller:
+    with EventForwarder(dial, "pico", losses) as teller:
         world = SimulatedWorld(find_maze("corridor"), talker.profile.robot, 0)
         robot = LockstepRobot(world)
         drive(talker, robot, robot, [teller, lambda tick: lines.append(tick.line)])

@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -54,6 +55,16 @@ def test_a_module_stays_small_enough_to_be_read():
         if (lines := len(path.read_text(encoding="utf-8").splitlines())) > 600
     }
     assert longest == {}
+
+
+def test_a_public_class_name_is_used_once():
+    """One name for one concept, in the whole project."""
+    places = defaultdict(list)
+    for room in ROOMS:
+        for path in sorted((ROOT / room).rglob("*.py")):
+            for name in re.findall(r"^class ([A-Za-z]\w*)", path.read_text(encoding="utf-8"), re.MULTILINE):
+                places[name].append(str(path.relative_to(ROOT)))
+    assert {name: files for name, files in places.items() if len(files) > 1} == {}
 
 
 @pytest.mark.parametrize(

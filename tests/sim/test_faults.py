@@ -9,6 +9,7 @@ import pytest
 
 from sim.faults import (
     BeamsMissing,
+    Carried,
     CommandLate,
     CommandLost,
     LaserBlinded,
@@ -78,6 +79,22 @@ def test_the_odometry_jumps_once():
     assert turn == pytest.approx(0.5)
 
 
+def test_a_carried_robot_is_elsewhere_and_its_wheels_do_not_know():
+    robot = robot_with(Carried(at=2.0, to=(1.5, 1.0, 0.5)))
+    seen = observations(robot, 40)
+    assert robot.path[20] == Pose(1.5, 1.0, 0.5)
+    steps = [math.hypot(b.odometry.x - a.odometry.x, b.odometry.y - a.odometry.y) for a, b in pairwise(seen)]
+    assert max(steps) < 0.1
+    assert robot.verdict.path_length == pytest.approx(sum(steps), rel=0.02)
+
+
+def test_what_happens_once_happens_at_the_very_beginning_too():
+    robot = robot_with(Carried(to=(1.5, 1.0, 0.5)), OdometryJump(by=(1.0, 0.0, 0.5)))
+    seen = observations(robot, 2)
+    assert robot.path[1] == Pose(1.5, 1.0, 0.5)
+    assert math.hypot(seen[1].odometry.x - seen[0].odometry.x, seen[1].odometry.y - seen[0].odometry.y) > 0.9
+
+
 def test_a_lost_command_leaves_the_last_one_in_force():
     robot = robot_with(CommandLost(at=1.0, lasts=1.0))
     for tick in range(40):
@@ -112,6 +129,7 @@ def test_a_fault_concerns_the_robot_that_it_names():
         ("laser_blinded at=10 lasts=2", LaserBlinded(at=10, lasts=2)),
         ("odometry_jump by=0.5,0,0.3 place=2,3,0.5", OdometryJump(by=(0.5, 0, 0.3), place=(2, 3, 0.5))),
         ("command_late ticks=2", CommandLate(ticks=2)),
+        ("carried at=3 to=1.5,2,0.7", Carried(at=3, to=(1.5, 2, 0.7))),
     ],
 )
 def test_a_fault_is_read_from_a_line(text, fault):

@@ -1,5 +1,7 @@
 """Proofs: what is called proved is proved, what is called violated is shown, and the rest is neither."""
 
+import math
+
 import pytest
 from typer.testing import CliRunner
 
@@ -124,6 +126,85 @@ FALSE_CLAIMS = {
             when space.left -> b / seen = space.left and space.right
         state b
     """,
+    "what is done again and again": """
+        property p : always n <= 1
+        var n : int = 0
+        state a
+            every 1 s if n < 3 / n += 1
+    """,
+    "a condition that holds for some time": """
+        property p : never in(b)
+        state a
+            when space.left for 1 s -> b
+        state b
+    """,
+    "any event": """
+        property p : never in(b)
+        event go
+        state a
+            on * -> b
+        state b
+    """,
+    "two events on their way": """
+        property p : always n <= 1
+        event go, late
+        var n : int = 0
+        state a
+            on go / raise late after 1 s
+            on late / n += 1
+    """,
+    "a beat that an event does not put off": """
+        property p : after in(b), in(a) within 1.5 s
+        event go
+        state a
+            when space.left -> b
+        state b
+            on go / raise late after 1 s
+            every 2 s -> a
+        event late
+    """,
+    "a time-out of no length": """
+        property p : never in(c)
+        event go
+        var wait : time = 1 s
+        state a
+            on go if ahead >= 0 m -> b / wait = ahead / (1 m/s)
+        state b
+            after wait -> c
+            when true  -> d
+        state c
+        state d
+    """,
+    "an outcome of a state that has begun again": """
+        property p : never in(c)
+        var n : int = 0
+        initial both
+        parallel both
+            on accepted => both / n += 1
+            state one
+                do ring()
+            state two
+                initial turning
+                state turning
+                    do rotate(90 deg)
+                    on done if n == 2 -> c
+                    on blocked        / n = 2
+                state c
+    """,
+    "one of two numbers": """
+        property p : always d <= 1 m
+        event go
+        var d : length = 0 m
+        state a
+            on go / d = ahead if space.left else 0 m
+    """,
+    "one of two durations": """
+        property p : after in(b), not in(b) within 1 s
+        state a
+            when space.left -> b
+        state b
+            after (0.5 s if space.right else 2 s) -> a
+    """,
     "a duration that is a variable": """
         property p : after in(b), not in(b) within 2 s
         var wait : time = 1 s
@@ -200,6 +281,42 @@ TRUE_CLAIMS = {
         state c
             after 1 s -> a
     """,
+    "a beat": """
+        property p : after in(b), not in(b) within 1.2 s
+        property q : never in(b) and n > 3
+        var n : int = 0
+        state a
+            when space.left -> b
+        state b
+            every 0.5 s if n < 3 / n += 1
+            every 1 s            -> c
+        state c
+    """,
+    "a condition that has held long enough": """
+        property p : after in(c), not in(c) within 1.2 s
+        state a
+            when space.left for 1 s -> b
+        state b
+            when not space.left -> c
+        state c
+            when true for 1 s -> a
+    """,
+    "an event that is on its way": """
+        property p : after in(b), in(c) within 1.2 s
+        event go, late
+        state a
+            on go -> b / raise late after 1 s
+        state b
+            on late -> c
+        state c
+    """,
+    "one number or another": """
+        property p : always n <= 3
+        var n : int = 0
+        state a
+            when space.right / n = (n + 1 if n < 3 else 0) if space.left else n - 1
+            after 1 s -> a
+    """,
     "the order of two conditions": """
         property p : after in(a), in(b) before in(c)
         state a
@@ -213,9 +330,98 @@ TRUE_CLAIMS = {
 }
 
 
+HANDLED = {
+    "a float that is not finite": ("var d : length = 0 m", "d = ahead"),
+    "a whole number of more than 63 bits": ("var n : int = 1", "n *= 1000"),
+    "a signal and one more": ("var n : int = 0", "n = steps, n += 1"),
+    "a duration below zero": ("var d : time = 1 s", "d -= 1 s"),
+}
+
+
+@pytest.mark.parametrize(("variable", "action"), HANDLED.values(), ids=HANDLED)
+def test_what_handles_a_failing_action_is_not_taken_to_be_unreachable(status_of, variable, action):
+    text = f"""
+        property p : never in(c)
+        event go
+        {variable}
+        state a
+            on go / {action}
+            when space.left -> b
+            on fault -> c
+        state b
+            after {"d" if "time" in variable else "1 s"} -> a
+            on fault -> c
+        state c
+    """
+    assert status_of(text) is not Status.PROVED
+
+
 @pytest.mark.parametrize("text", TRUE_CLAIMS.values(), ids=TRUE_CLAIMS)
 def test_a_true_claim_is_proved(status_of, text):
     assert status_of(text) is Status.PROVED
+
+
+UNSAFE_CLAIMS = {
+    "an event in the first step": """
+        property p : never in(c)
+        event go
+        state a
+            on go     -> c
+            when true -> b
+        state b
+        state c
+    """,
+    "half a microsecond, which stamps near today's date do not resolve": """
+        property p : never in(s3) and in(early)
+        initial both
+        parallel both
+            state one
+                initial s0
+                state s0
+                    after 1 s -> s1
+                state s1
+                    after 1 s -> s2
+                state s2
+                    after 1 s -> s3
+                state s3
+            state two
+                initial early
+                state early
+                    after 2.9999995 s -> late
+                state late
+    """,
+}
+
+
+@pytest.mark.parametrize("text", UNSAFE_CLAIMS.values(), ids=UNSAFE_CLAIMS)
+def test_what_holds_of_scenarios_alone_is_not_proved(status_of, text):
+    assert status_of(text) is Status.UNDECIDED
+
+
+def test_what_hangs_on_half_a_microsecond_can_be_violated_near_today_s_date(machine_of):
+    machine = scripted_machine(machine_of(next(text for name, text in UNSAFE_CLAIMS.items() if "today" in name)))
+    script = Script({})
+    begin = 1_800_000_000.0
+    early = 2 * math.ulp(begin)
+    run = machine.start(facts=script, time=begin)
+    monitor = Monitor(run)
+    times = [count / 10 - (count // 10) * early for count in range(31)]
+    seen = [one for time in times for one in monitor.look(script, run.step(begin + time, (), script))]
+    assert [one.property.name for one in seen] == ["p"]
+
+
+def test_what_a_verdict_rests_on_is_said(machine_of):
+    model = machine_of("""
+        event go
+        var n : int = 0
+        var m : int = 0
+        state a
+            on go / n += 1, m = 3
+    """).model
+    told = "\n".join(Assumptions().lines(model))
+    assert "fewer than 2^32 changes of n: no overflow" in told
+    assert "stamps below 2^32 s" in told
+    assert "not while it is stopped" in told
 
 
 def test_what_is_assumed_decides(status_of):
@@ -261,7 +467,7 @@ def test_what_is_not_followed_is_named(status_of, machine_of):
 
 
 def test_a_bound_is_called_a_bound(machine_of):
-    machine = machine_of(TRUE_CLAIMS["whatever the events are"])
+    machine = machine_of(TRUE_CLAIMS["the order of two conditions"])
     verdict = verdicts_of(machine, depth=1)["p"]
     assert (verdict.status, verdict.depth) == (Status.BOUNDED, 1)
     assert "no violation to depth 1" in str(verdict)

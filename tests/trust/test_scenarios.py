@@ -108,6 +108,16 @@ def test_a_failure_tells_step_configuration_variables_and_guards(lights, library
         ("after", "the line ends here"),
         ("wehn space.left", "did you mean `when`"),
         ("expect rounds = 3", "here is `= 3`"),
+        ("given pause = nan s", "`nan s` is no finite number"),
+        ("when ahead = 1e400 m", "too large"),
+        ("when ahead = inf s", "with their own unit"),
+        ("when ahead = inf m - 1 m", "`inf m` is no finite number"),
+        ("expect rounds < inf", "`inf` is no finite number"),
+        ("expect open within inf s", "`inf s` is no finite number"),
+        ("expect open within 1e300 s", "more than 1,000,000 steps"),
+        ("after 1e300 s", "more than 1,000,000 steps"),
+        ("after nan", "`nan` is no finite number"),
+        ("after 1e400 s", "too large"),
     ],
 )
 def test_a_line_at_fault_is_told_with_its_place_and_a_way_out(lights, library, line, message):
@@ -159,3 +169,32 @@ def test_what_is_written_reads_back_the_same(lights, library, walker):
 def test_a_report_of_a_failure_is_a_fault(lights, library):
     suite = parse_suite("test m\nscenario s\n    when stop fails\n    expect broken\n", lights.model, library)
     assert suite.scenarios[0].steps[0].reports == {"stop": FAULT}
+
+
+@pytest.mark.parametrize("tick", ["0 s", "-0 s", "5e-324 s", "1e308 s", "1e400 s", "nan", "inf s", "-inf s"])
+def test_steps_are_neither_endless_nor_without_end(lights, library, tick):
+    with pytest.raises(MachineError) as raised:
+        parse_suite(f"test m\ntick {tick}\nscenario s\n    after 1 s\n    expect closed\n", lights.model, library)
+    assert [one.place.line for one in raised.value.diagnostics] == [2]
+
+
+@pytest.mark.parametrize(("value", "opens"), [("nan", False), ("nan m", False), ("inf m", True), ("-inf m", False)])
+def test_a_signal_may_be_no_finite_number(lights, library, value, opens):
+    text = f"test m\nscenario s\n    when light = green, ahead = {value}\n    expect {'open' if opens else 'closed'}\n"
+    (result,) = run(lights, library, text.removeprefix("test m\n"))
+    assert result.failure is None
+    suite = parse_suite(text, lights.model, library)
+    assert Writer(lights.model).suite(suite.scenarios).count("ahead = ") == 1
+    again = parse_suite(Writer(lights.model).suite(suite.scenarios), lights.model, library)
+    assert repr(again.scenarios[0].steps[0].signals) == repr(suite.scenarios[0].steps[0].signals)
+
+
+def test_an_argument_that_is_expected_may_be_no_finite_number(lights, library):
+    (result,) = run(lights, library, "scenario s\n    expect not doing rotate(inf), not doing rotate(nan)\n")
+    assert result.failure is None
+
+
+def test_names_that_begin_as_those_numbers_are_names(machine_of, library):
+    machine = machine_of("var inf : int = 1\ninitial nan\nstate nan\n    do stop()\n")
+    (result,) = run(machine, library, "scenario s\n    expect nan, inf == 1, inf + 1 > 1\n")
+    assert result.failure is None

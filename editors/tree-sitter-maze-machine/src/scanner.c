@@ -260,6 +260,16 @@ static bool at_blank(TSLexer *lexer, bool breaks) {
     return c == ' ' || c == '\t' || (breaks && (c == '\n' || c == '\r'));
 }
 
+// Passes over blanks and line breaks; false where a carriage return stands alone.
+static bool skip_gap(TSLexer *lexer) {
+    while (at_blank(lexer, true)) {
+        bool returned = lexer->lookahead == '\r';
+        skip(lexer);
+        if (returned && lexer->lookahead != '\n') return false;
+    }
+    return true;
+}
+
 // Within a statement: its end, a bracket or a number.
 static bool scan_within_statement(Scanner *scanner, TSLexer *lexer, const bool *valid) {
     if (scanner->levels.size == 0) array_push(&scanner->levels, 0);
@@ -271,7 +281,7 @@ static bool scan_within_statement(Scanner *scanner, TSLexer *lexer, const bool *
             return found(lexer, LINE_END);
         }
         lexer->mark_end(lexer);
-        while (at_blank(lexer, true)) skip(lexer);
+        if (!skip_gap(lexer)) return false;
         if (is_letter(lexer->lookahead)) {
             if (!at_statement(lexer)) return false;
             scanner->brackets = 0;

@@ -16,7 +16,7 @@ from lark import Token
 
 from hsm.dsl.loading import find_import, importable, read_text
 from hsm.dsl.lsp.describe import first_line, holds_text, outcomes_text, signature, type_text
-from hsm.dsl.lsp.occurrences import Occurrence, Role, occurrences
+from hsm.dsl.lsp.occurrences import NameOccurrence, Role, occurrences
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.symbols import HISTORY, SymbolTable, collect_symbols
 from hsm.dsl.semantics.typing import FUNCTIONS
@@ -140,11 +140,11 @@ class Document:
         return self.tree.lines
 
     @cached_property
-    def occurrences(self) -> list[Occurrence]:
+    def occurrences(self) -> list[NameOccurrence]:
         """All names of the file with their roles, in the order of the text."""
         return occurrences(self.tree, self.table, self.library)
 
-    def occurrence(self, line: int, column: int) -> Occurrence | None:
+    def occurrence(self, line: int, column: int) -> NameOccurrence | None:
         """The name at a position."""
         here = (one for one in self.occurrences if one.line == line and one.column <= column <= one.end)
         return next(here, None)

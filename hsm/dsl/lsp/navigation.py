@@ -15,7 +15,7 @@ from typing import Any
 
 from hsm.dsl.loading import find_import
 from hsm.dsl.lsp.editing import Document
-from hsm.dsl.lsp.occurrences import Occurrence, Role
+from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.syntax.lexer import RESERVED, STATEMENTS
 from hsm.model.chart import StateKind
 
@@ -124,7 +124,7 @@ def outline(document: Document) -> list[OutlineSymbol]:
 _TOP = (Role.PARAMETER, Role.VARIABLE, Role.EVENT, Role.PROPERTY)
 
 
-def _declaration(document: Document, one: Occurrence) -> OutlineSymbol:
+def _declaration(document: Document, one: NameOccurrence) -> OutlineSymbol:
     place = span(document, one)
     return OutlineSymbol(one.name, one.role.name.lower(), one.role, place, _whole(document, one.line))
 
@@ -154,7 +154,7 @@ def folds(document: Document) -> Iterator[tuple[int, int, bool]]:
             start = None
 
 
-def span(document: Document, one: Occurrence) -> Span:
+def span(document: Document, one: NameOccurrence) -> Span:
     """Where a name is."""
     return Span(document.file, one.line, one.column, one.line, one.end)
 
@@ -199,8 +199,8 @@ def declaration(document: Document, name: str) -> Span | None:
     return own or _event(document, name) or _python(document, name)
 
 
-def references(document: Document, line: int, column: int) -> list[Occurrence]:
-    """All references in this file to what the name at a position means, including its declaration."""
+def references(document: Document, line: int, column: int) -> list[NameOccurrence]:
+    """All places of this file that mean what the name at a position means, its declaration included."""
     here = document.occurrence(line, column)
     if here is None:
         return []
@@ -213,7 +213,7 @@ def references(document: Document, line: int, column: int) -> list[Occurrence]:
     ]
 
 
-def references_elsewhere(document: Document, here: Occurrence, other: Document) -> list[Occurrence]:
+def references_elsewhere(document: Document, here: NameOccurrence, other: Document) -> list[NameOccurrence]:
     """The places of another file that name something of this one: the machine, its parameters, its outcomes.
 
     Args:
@@ -222,7 +222,7 @@ def references_elsewhere(document: Document, here: Occurrence, other: Document) 
         other: a file that may import it.
     """
     names = [name for name in other.table.imports if _imports(other, name, document)]
-    found: list[Occurrence] = []
+    found: list[NameOccurrence] = []
     for name in names:
         if here.role is Role.MACHINE:
             found += [one for one in other.occurrences if one.role is Role.MACHINE and one.name == name]
@@ -244,8 +244,8 @@ def references_elsewhere(document: Document, here: Occurrence, other: Document) 
 
 def rename(
     document: Document, line: int, column: int, name: str, others: Iterable[Document]
-) -> list[tuple[str, Occurrence]]:
-    """All edits that rename what is at a position, each with its file.
+) -> list[tuple[str, NameOccurrence]]:
+    """All places to change when what is at a position gets a new name, each with its file.
 
     Raises:
         RenameError: no file declares what is there, the new name is invalid, or it is taken.
@@ -262,7 +262,7 @@ def rename(
     return found
 
 
-def renamable(document: Document, line: int, column: int) -> Occurrence:
+def renamable(document: Document, line: int, column: int) -> NameOccurrence:
     """The name at a position, if this file declares it.
 
     Raises:

@@ -37,7 +37,7 @@ class Role(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Occurrence:
+class NameOccurrence:
     """A name at one place.
 
     Attributes:
@@ -91,7 +91,7 @@ _NAMED = {
 _CALLED = {"DoLine": Role.ACTIVITY, "StateBlock": Role.MACHINE, "actions": Role.ACTION, "RaiseSyntax": Role.EVENT}
 
 
-def occurrences(tree: ast.File, table: SymbolTable, library: Library) -> list[Occurrence]:
+def occurrences(tree: ast.File, table: SymbolTable, library: Library) -> list[NameOccurrence]:
     """All names of a file, in the order of its text."""
     walker = _Walker(table, library)
     found = [one for item in tree.items for one in walker.walk(item, "", "")]
@@ -103,7 +103,7 @@ class _Walker:
     table: SymbolTable
     library: Library
 
-    def walk(self, root: object, parent: str, field: str) -> Iterator[Occurrence]:
+    def walk(self, root: object, parent: str, field: str) -> Iterator[NameOccurrence]:
         """The names below a node; an explicit stack, since blocks may be nested deep."""
         pending: list[tuple[object, str, str, str]] = [(root, parent, field, "")]
         while pending:
@@ -130,7 +130,7 @@ class _Walker:
                 inherited = owner if kind == "Named" else ""
                 pending.extend((getattr(node, one.name), kind, one.name, inherited) for one in fields(node))
 
-    def _token(self, token: Token, parent: str, field: str, owner: str) -> Iterator[Occurrence]:
+    def _token(self, token: Token, parent: str, field: str, owner: str) -> Iterator[NameOccurrence]:
         key = (parent, field)
         if key in _DECLARED:
             yield _occurrence(token, _DECLARED[key], declares=True)
@@ -156,7 +156,7 @@ class _Walker:
         declared = self.library.events.get(event)
         return declared is not None and any(field.name == part for field in declared.fields)
 
-    def _call(self, node: ast.CallSyntax, parent: str, field: str) -> Iterator[Occurrence]:
+    def _call(self, node: ast.CallSyntax, parent: str, field: str) -> Iterator[NameOccurrence]:
         role = _CALLED.get(parent) or _CALLED.get(field)
         if role is None:
             name = str(node.name)
@@ -187,17 +187,17 @@ class _Walker:
         return Role.STATE if name in self.table.states else None
 
 
-def _parted(token: Token, first: Role, second: Role) -> Iterator[Occurrence]:
+def _parted(token: Token, first: Role, second: Role) -> Iterator[NameOccurrence]:
     """An event and a part of what it carries, an instance and what it exposes: they are written as one name."""
     owner, _, part = token.rpartition(".")
     line, column = (token.line or 1) - 1, (token.column or 1) - 1
-    yield Occurrence(owner, first, line, column)
-    yield Occurrence(part, second, line, column + len(owner) + 1, owner=owner)
+    yield NameOccurrence(owner, first, line, column)
+    yield NameOccurrence(part, second, line, column + len(owner) + 1, owner=owner)
 
 
-def _occurrence(token: Token, role: Role, *, declares: bool = False, owner: str = "") -> Occurrence:
+def _occurrence(token: Token, role: Role, *, declares: bool = False, owner: str = "") -> NameOccurrence:
     name = str(token)
     if role is Role.STATE:
         stem, _, suffix = name.rpartition(".")
         name = stem if suffix in HISTORY else name
-    return Occurrence(name, role, (token.line or 1) - 1, (token.column or 1) - 1, declares, owner)
+    return NameOccurrence(name, role, (token.line or 1) - 1, (token.column or 1) - 1, declares, owner)

@@ -10,7 +10,7 @@ from pygls import uris
 from hsm.dsl.lsp.actions import Edit, Fix
 from hsm.dsl.lsp.editing import Entry, OpenCall, SymbolKind
 from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
-from hsm.dsl.lsp.occurrences import Occurrence, Role
+from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.lsp.refactoring import Refactoring
 from hsm.model.diagnostics import Diagnostic, Place, Severity
 from hsm.model.unparse import shown_text
@@ -92,7 +92,7 @@ def range_of_place(place: Place, lines: Sequence[str]) -> types.Range:
     )
 
 
-def range_of_name(one: Occurrence, lines: Sequence[str]) -> types.Range:
+def range_of_name(one: NameOccurrence, lines: Sequence[str]) -> types.Range:
     """A name."""
     return types.Range(position(one.line, one.column, lines), position(one.line, one.end, lines))
 

@@ -11,7 +11,7 @@ from hsm.dsl.loading import SUFFIX
 from hsm.dsl.lsp.actions import Edit
 from hsm.dsl.lsp.editing import Document, SymbolKind
 from hsm.dsl.lsp.navigation import OutlineSymbol, block_end, outline
-from hsm.dsl.lsp.occurrences import Occurrence, Role
+from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 
 ADD_STATE = "refactor.rewrite.maze-machine.addState"
 EXTRACT = "refactor.extract.maze-machine.submachine"
@@ -134,7 +134,7 @@ def _extracted(document: Document, state: OutlineSymbol) -> Iterator[Refactoring
 _TRIGGERS = ("on", "when", "after", "every", "else")
 
 
-def _heads(one: Occurrence) -> bool:
+def _heads(one: NameOccurrence) -> bool:
     """Whether a name is that of the machine or of an import."""
     return one.role is Role.MACHINE and one.column <= len("machine ")
 

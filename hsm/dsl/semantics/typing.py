@@ -20,7 +20,7 @@ from hsm.dsl.semantics.values import (
     SIMPLE_TYPES,
     Declared,
     Definition,
-    Visit,
+    DefinitionVisit,
     as_quantity,
     comparable,
     in_words,
@@ -217,6 +217,10 @@ class Scope:
         match node:
             case Token(type="NUMBER"):
                 return self._number(node)
+            case Token(type="NOT_FINITE") if not self._is_named(node, expected):
+                hint = "only a signal and an argument that is expected can have it, with their own unit or none"
+                self.report.add("E0306", self._place(node), f"`{node}` is no finite number", hint)
+                return None
             case Token():
                 return self._name(node, expected)
             case ast.ChainSyntax():
@@ -254,6 +258,11 @@ class Scope:
             self.report.add("E0306", self._place(token), "this number is too large")
             return None
         return Literal(value, kind, self._place(token))
+
+    def _is_named(self, token: Token, expected: Type | None) -> bool:
+        """Whether something has a name that may be read as a number which is not finite."""
+        members = expected.members if isinstance(expected, Enumeration) else ()
+        return any(token.value in known for known in (self.variables, self.library.signals, members))
 
     def _name(self, token: Token, expected: Type | None) -> Expression | None:
         name = token.value
@@ -311,15 +320,15 @@ class Scope:
         """The expression that a name represents, at the place where it is used."""
         definition = self.definitions[token.value]
         self.used.add(token.value)
-        if definition.state is Visit.OPEN:
+        if definition.state is DefinitionVisit.OPEN:
             self.report.add_once("E0202", self._place(token), f"`{token}` is defined by itself", subject=token.value)
             return None
         if definition.state is None:
-            definition.state = Visit.OPEN
-            heard, self.heard = self.heard, ()  # it means the same everywhere
+            definition.state = DefinitionVisit.OPEN
+            heard, self.heard = self.heard, ()  # it means the same wherever it is used
             definition.value = self.expression(definition.node)
             self.heard = heard
-            definition.state = Visit.DONE
+            definition.state = DefinitionVisit.DONE
             if definition.value is not None and size_of(definition.value) > _LARGEST_DEFINITION:
                 message = f"`{token}` expands to an expression with more than {_LARGEST_DEFINITION} parts"
                 self.report.add("E0106", definition.place, message, "move a part of it into a signal of the library")

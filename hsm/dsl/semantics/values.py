@@ -68,11 +68,11 @@ class Definition:
     node: ast.Expression
     place: Place
     value: Expression | None = None
-    state: Visit | None = None
+    state: DefinitionVisit | None = None
 
 
-class Visit(Enum):
-    """How far a definition is analysed."""
+class DefinitionVisit(Enum):
+    """How far a definition was looked at."""
 
     OPEN = "open"
     DONE = "done"

@@ -9,7 +9,19 @@ from math import inf
 from hsm.model.expressions import Active, Binary, Choice, Expression, Literal, SignalValue, Unary, VariableValue
 from hsm.model.types import BOOLEAN, Boolean, Quantity, Type
 from hsm.testing.proofs.diagrams import FALSE
-from hsm.testing.proofs.values import NO, UNKNOWN, YES, Arithmetic, Derived, Exact, Symbols, Truth, Undecided, Value
+from hsm.testing.proofs.values import (
+    NO,
+    UNKNOWN,
+    YES,
+    Arithmetic,
+    Derived,
+    Exact,
+    OneOf,
+    Symbols,
+    Truth,
+    Undecided,
+    Value,
+)
 
 COMPARISONS = frozenset(("==", "!=", "<", "<=", ">", ">="))
 _MIRRORED = {"==": "==", "!=": "!=", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
@@ -78,12 +90,12 @@ class Evaluator:
         raise Undecided(f"an expression of a kind that proofs do not know: {type(expression).__name__}")
 
     def _chosen(self, condition: Truth, then: Expression, otherwise: Expression) -> Value:
-        """One of two values, where it is known which."""
-        if condition.false == FALSE:
-            return self.value(then)
+        """One of two values; what is not chosen is not evaluated."""
         if condition.true == FALSE:
-            return self.value(otherwise)
-        raise Undecided("a choice between two numbers on a condition that is not known")
+            return self.value(otherwise) if condition.false != FALSE else UNKNOWN
+        if condition == YES:
+            return self.value(then)
+        return OneOf(condition, self.value(then), self.value(otherwise))
 
     def _compared(self, operator: str, left: Value, right: Value, first: Expression) -> Value:
         if UNKNOWN in (left, right):
@@ -91,6 +103,12 @@ class Evaluator:
         if isinstance(left, Truth) or isinstance(right, Truth) or isinstance(first.type, Boolean):
             return self._same(operator, self.symbols.truth_of(left), self.symbols.truth_of(right))
         match left, right:
+            case OneOf(condition, then, otherwise), _:
+                ways = (self.symbols.truth_of(self._compared(operator, one, right, first)) for one in (then, otherwise))
+                return self.symbols.chosen(condition, *ways)
+            case _, OneOf(condition, then, otherwise):
+                ways = (self.symbols.truth_of(self._compared(operator, left, one, first)) for one in (then, otherwise))
+                return self.symbols.chosen(condition, *ways)
             case Exact(), Exact():
                 return self._both_known(operator, left, right)
             case Derived(), Exact():

@@ -26,7 +26,7 @@ from hsm.testing.proofs.points import FailingStep, Point, Timer
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
-from hsm.testing.proofs.values import Exact, Region, Symbols, Value
+from hsm.testing.proofs.values import Exact, OneOf, Region, Symbols, Value
 from hsm.testing.proofs.zones import Clock
 
 NEVER = 1 << 60
@@ -68,6 +68,7 @@ class Edge:
         beats: the time-outs that were due in it and go on to their next times.
         among: the signals for which it leads there.
         point: its end, with what the variables are in terms of the signals.
+        heard: whether it is a first step that hears an event from outside.
     """
 
     source: int
@@ -77,6 +78,7 @@ class Edge:
     beats: tuple[Timer, ...]
     among: Diagram
     point: Point
+    heard: bool = False
 
     @property
     def idle(self) -> bool:
@@ -181,7 +183,9 @@ class Graph:
         Raises:
             Undecided: the machine has something that proofs do not follow.
         """
-        self.initial = list(self._edges(-1, frozenset(), self.stepper.start(tuple(self.evaluator.values))))
+        quiet, heard = self.stepper.start(tuple(self.evaluator.values))
+        self.initial = list(self._edges(-1, frozenset(), quiet))
+        self.initial += [replace(one, heard=True) for one in self._edges(-1, frozenset(), heard)]
         self.faults += [(-1, frozenset(), one) for one in self.stepper.faults]
         self.stepper.faults.clear()
         done = 0
@@ -270,6 +274,9 @@ class Graph:
                 yield due
 
     def _duration(self, value: Value) -> tuple[int, int]:
+        if isinstance(value, OneOf):
+            ways = [self._duration(one) for one in (value.then, value.otherwise)]
+            return min(least for least, _ in ways), max(most for _, most in ways)
         if not isinstance(value, Exact):
             return 0, NEVER
         if value.value is None or not 0 <= value.value < seconds(NEVER):

@@ -18,7 +18,7 @@ from hsm.model.types import LARGEST_INTEGER, Integer, Quantity, Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.points import Point, Timer
-from hsm.testing.proofs.values import UNKNOWN, Derived, Exact, Truth, Undecided, Value
+from hsm.testing.proofs.values import UNKNOWN, Derived, Exact, OneOf, Truth, Undecided, Value
 from hsm.testing.proofs.zones import own_clock
 
 _SHORTEST = 0.6e-9
@@ -174,6 +174,9 @@ class Microsteps:
                 return self._between(value, -inf, inf)
             case Derived() if isinstance(kind, Integer) and name not in self._counters:
                 return self._between(value, -LARGEST_INTEGER - 2, LARGEST_INTEGER + 1)
+            case OneOf(condition, then, otherwise):
+                ways = (self._held(one, name, kind) for one in (then, otherwise))
+                return self._evaluator.symbols.where(condition, *ways)
         return TRUE
 
     def _lasting(self, duration: Value, *, again: bool = False) -> Diagram:
@@ -185,6 +188,9 @@ class Microsteps:
             case Derived():
                 least = self._evaluator.symbols.compared(">=", duration, Exact.of(shortest)).true
                 return self._diagrams.both(least, self._between(duration, -inf, inf))
+            case OneOf(condition, then, otherwise):
+                ways = (self._lasting(one, again=again) for one in (then, otherwise))
+                return self._evaluator.symbols.where(condition, *ways)
         return FALSE
 
     def _between(self, value: Derived, low: float, high: float) -> Diagram:
@@ -209,15 +215,21 @@ def _sent(send: Send) -> tuple[str, float, str | None]:
 
 
 def counters(model: Model) -> frozenset[str]:
-    """The variables that only count: set to constants, or changed by a constant of at most 31 bits.
+    """The variables that only count: set to constants, and changed by a constant of at most 31 bits.
 
-    In a run of fewer than 2^32 microsteps none of them leaves the 63 bits that a whole number has.
+    In a run with fewer than 2^32 changes none of them leaves the 63 bits that a whole number has.
     """
-    found = {one.name for one in model.variables if isinstance(one.type, Integer) and _constant(one.initial)}
+    given: dict[str, list[Expression]] = {
+        one.name: [one.initial] for one in model.variables if isinstance(one.type, Integer)
+    }
     for action in actions_of(model):
-        if isinstance(action, Assign) and not _counts(action.variable, action.value):
-            found.discard(action.variable)
-    return frozenset(found)
+        if isinstance(action, Assign) and action.variable in given:
+            given[action.variable].append(action.value)
+    return frozenset(
+        name
+        for name, values in given.items()
+        if all(_counts(name, one) for one in values) and not all(map(_constant, values))
+    )
 
 
 def _counts(name: str, value: Expression) -> bool:

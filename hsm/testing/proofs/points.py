@@ -88,12 +88,14 @@ class Stage:
     Attributes:
         part: of the step.
         reports: the activities that may report something, from this one on.
+        left: those of them whose state was left in this step: what runs there now is another one.
         due: the time-outs that are due and have not been looked at.
         held: the conditions that are watched for some time and have not been looked at, by transition.
     """
 
     part: Part
     reports: tuple[int, ...] = ()
+    left: frozenset[int] = frozenset()
     due: frozenset[int] = frozenset()
     held: tuple[int, ...] = ()
 

@@ -18,13 +18,16 @@ from hsm.model.types import Boolean, Enumeration, Integer, Type
 from hsm.testing.proofs.conditions import COMPARISONS, Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.ordinals import held, ordinal, value_at
-from hsm.testing.proofs.values import Derived, Exact, Region, Symbols, Truth, Undecided, Value
+from hsm.testing.proofs.values import Derived, Exact, OneOf, Region, Symbols, Truth, Undecided, Value
 
 MARGIN = 1
 """So far around the outermost thresholds whole numbers are kept as they are."""
 
 MOST_OPERATIONS = 3
 """At most this many operations on a symbol are followed within one step."""
+
+MOST_CHOICES = 2
+"""At most this many conditions decide within one step what a variable is; beyond that it becomes a region."""
 
 MOST_THRESHOLDS = 40
 """At most this many thresholds of one variable are distinguished."""
@@ -191,20 +194,16 @@ class Regions:
         return [(tuple(chosen), condition) for chosen, condition in ways]
 
     def _grows(self, slot: int, value: Value) -> bool:
-        if isinstance(value, Derived):
-            return len(value.steps) > MOST_OPERATIONS
+        match value:
+            case Derived(_, steps):
+                return len(steps) > MOST_OPERATIONS
+            case OneOf(_, then, otherwise):
+                return value.depth > MOST_CHOICES or self._grows(slot, then) or self._grows(slot, otherwise)
         return isinstance(value, Exact) and not isinstance(self._options(slot, value)[0][0], Exact)
 
     def _spare(self, slot: int, values: Sequence[Value]) -> int:
         """The number of a symbol for a variable that none of the values depends on."""
-        used: set[int] = set()
-        for one in values:
-            match one:
-                case Derived(symbol):
-                    used |= self._symbols.within(symbol)
-                case Truth(true, false):
-                    for each in (true, false):
-                        used.update(*map(self._symbols.within, self._symbols.diagrams.symbols(each)))
+        used = self._symbols.used(values)
         name = self._symbols[self._numbers[slot]].key
         spares = (
             self._symbols.number("variable", (name, count), self._types[slot]) for count in range(len(values) + 1)
@@ -220,6 +219,15 @@ class Regions:
                 return [(self._kept(slot, content), TRUE)]
             case Truth(true, false):
                 return [(_TRUE, true), (_FALSE, false)]
+            case OneOf(condition, then, otherwise):
+                both = self._symbols.diagrams.both
+                ways = ((condition.true, then), (condition.false, otherwise))
+                return [
+                    (kept, further)
+                    for holds, one in ways
+                    for kept, among in self._options(slot, one)
+                    if (further := both(holds, among)) != FALSE
+                ]
             case Derived():
                 if isinstance(kind, Boolean):
                     truth = self._symbols.truth_of(value)

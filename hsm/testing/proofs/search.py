@@ -7,7 +7,7 @@ passes at once.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Generator, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from hsm.engine.machine import Machine
@@ -17,10 +17,7 @@ from hsm.testing.proofs.automata import Automaton, Branch, Memory
 from hsm.testing.proofs.graph import Budget, Edge, Graph
 from hsm.testing.proofs.points import Timer
 from hsm.testing.proofs.values import Truth, Value
-from hsm.testing.proofs.zones import PROMISE, Clock, Zone, at_most, less
-
-ROUNDING = 2
-"""In nanoseconds: the engine takes a deadline as reached one nanosecond early, and times are rounded to one."""
+from hsm.testing.proofs.zones import PROMISE, ROUNDING, Clock, Zone, at_most, less
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,12 +93,26 @@ class Search:
     _automaton: Automaton = field(init=False)
 
     def violations(self) -> Iterator[Visit]:
-        """Places at which the property is violated, near ones first."""
+        """Places at which the property is violated, near ones first.
+
+        Runs whose first step hears an event come last, as no scenario can show them; most of their places are known
+        by then.
+        """
         machine = self.graph.machine
         self._scope = None if self.stated.scope is None else machine.indices[self.stated.scope]
         self._automaton = Automaton(self.stated, self._scope, self.graph.symbols.diagrams, self._truth)
+        depths = []
+        for heard in (False, True):
+            done = len(self.visits)
+            yield from self._begun([one for one in self.graph.initial if one.heard is heard])
+            depths.append((yield from self._followed(done)))
+        self.complete = self.graph.complete and depths == [None, None]
+        self.depth = min((one for one in depths if one is not None), default=self.depth)
+
+    def _begun(self, edges: Iterable[Edge]) -> Iterator[Visit]:
+        """The first steps."""
         begun = self._automaton.begin()
-        for edge in self.graph.initial:
+        for edge in edges:
             for branch in self._branches(begun, edge):
                 zone = Zone.origin(self._clocks(edge.target, branch.memory)) if self.timed else None
                 visit = Visit(edge.target, branch.memory, zone, -1, edge, branch)
@@ -110,16 +121,20 @@ class Search:
                         yield visit
                     continue
                 self._add(visit)
-        done = 0
+
+    def _followed(self, done: int) -> Generator[Visit, None, int | None]:
+        """Go on from all places from one on; returns the depth that was reached, None where nothing is left."""
+        depth = 0
         while done < len(self.visits):
             end = len(self.visits)
             for number in range(done, end):
                 if self.budget.spent or self.visits[number].location >= len(self.graph.edges):
-                    return
+                    return depth
                 yield from self._onward(number)
             done = end
-            self.depth += 1
-        self.complete = self.graph.complete
+            depth += 1
+            self.depth = max(self.depth, depth)
+        return None
 
     def path(self, visit: Visit) -> list[Visit]:
         """The places on the way to one, the first step's first."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 from hsm.engine.configuration import Picked, Plan, Selector
 from hsm.engine.machine import Machine
@@ -21,6 +22,7 @@ from hsm.testing.proofs.possible import Possible
 from hsm.testing.proofs.selections import Path as GuardPath
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.values import TooMany, Value
+from hsm.testing.proofs.zones import ROUNDING
 from hsm.testing.scenarios.script import FAULT
 
 MOST_POINTS = 4_000
@@ -110,20 +112,28 @@ class Stepper:
         self.faults: list[FailingStep] = []
         self.possible = Possible(untold=selections.untold)
 
-    def start(self, parameters: tuple[Value, ...]) -> list[tuple[Point, Diagram]]:
-        """Entering the machine and the first step, which comes at the same time."""
+    def start(self, parameters: tuple[Value, ...]) -> tuple[list[tuple[Point, Diagram]], list[tuple[Point, Diagram]]]:
+        """Entering the machine and the first step, which comes at the same time.
+
+        Returns:
+            All points at its end, and those that it comes to only where it hears an event from outside.
+        """
         nowhere = Point((), (), frozenset(), (), parameters)
         plan = self._machine.planner.start()
         self.possible.take(plan)
         first, queue, possible = self._microsteps.planned(nowhere, plan)
         if possible != TRUE:
             self._fail((SETTLING, nowhere, ()), self._failing(plan, self._diagrams.complement(possible), None), TRUE)
-        begun: dict[Place, Diagram] = {}
+        quiet, hearing = dict[Place, Diagram](), dict[Place, Diagram]()
         for point, among in self._run({(SETTLING, first, queue): possible}):
-            stage = Stage(Part.TIME_OUTS, due=_due(point)) if point.outcome is None else ENDED
-            place = (stage, point, ())
-            begun[place] = self._diagrams.either(begun.get(place, FALSE), among)
-        return self._run(begun)
+            stages = [ENDED] if point.outcome is not None else [Stage(Part.TIME_OUTS, due=one) for one in _due(point)]
+            for begun, begins in ((quiet, stages), (hearing, [Stage(Part.OUTSIDE)])):
+                for place in ((stage, point, ()) for stage in begins):
+                    begun[place] = self._diagrams.either(begun.get(place, FALSE), among)
+        ends = self._run(quiet)
+        known = dict(ends)
+        heard = ((point, self._diagrams.without(among, known.get(point, FALSE))) for point, among in self._run(hearing))
+        return ends, [(point, among) for point, among in heard if among != FALSE]
 
     def step(
         self, point: Point, among: Diagram, parents: dict[Place, tuple[Place, Label]] | None = None
@@ -290,7 +300,7 @@ class Stepper:
         for name in dict.fromkeys(one[0] for one in sends):
             yield from self._heard(found, (stage, point, ()), name, among, ("event", name, ""))
         if not arriving:
-            yield self._way((Stage(Part.REPORTS, stage.reports), point, ()), among)
+            yield self._way((Stage(Part.REPORTS, stage.reports, stage.left), point, ()), among)
 
     def _outside(self, found: _Expansion, point: Point, among: Diagram) -> Iterator[_Way]:
         """One more event from outside, or none."""
@@ -299,7 +309,8 @@ class Stepper:
             if configuration.on(name) is not None:
                 place = (Stage(Part.OUTSIDE), point, ())
                 yield from self._heard(found, place, name, among, ("event", name, ""))
-        yield self._way((Stage(Part.TIME_OUTS, due=_due(point)), point, ()), among)
+        for due in _due(point):
+            yield self._way((Stage(Part.TIME_OUTS, due=due), point, ()), among)
 
     def _reports(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
         """What the activities report, one after the other; what they were doing was begun before this step."""
@@ -307,12 +318,13 @@ class Stepper:
             yield self._way((Stage(Part.OUTSIDE), point, ()), among)
             return
         state, *others = stage.reports
-        following = Stage(Part.REPORTS, tuple(others))
+        following = Stage(Part.REPORTS, tuple(others), stage.left - {state})
         yield self._way((following, point, ()), among)
         declared = self._machine.model.states[state]
         assert declared.activity is not None, "only states with an activity are asked"
         configuration = self._machine.configuration(point.leaves)
-        ended = replace(point, over=point.over | {state}) if state in configuration.active else point
+        runs = state in configuration.active and state not in stage.left
+        ended = replace(point, over=point.over | {state}) if runs else point
         events = {
             outcome: StateEvent((outcome,), state, f"done.invoke.{declared.name}")
             for outcome in declared.activity.activity.outcomes
@@ -412,6 +424,8 @@ class Stepper:
         following, raised, possible = self._microsteps.planned(point, plan)
         further = self._diagrams.both(among, possible)
         found.failing.append(self._failing(plan, self._diagrams.without(among, possible), label))
+        if stage.reports:
+            stage = replace(stage, left=stage.left.union(plan.exited).intersection(stage.reports))
         return self._way((stage, following, (*queue, *raised)), further, label, plan)
 
     def _failing(self, plan: Plan, among: Diagram, label: Label) -> _Failing:
@@ -423,11 +437,13 @@ class Stepper:
         return _Failing(among, label, states, obstacle)
 
 
-def _due(point: Point) -> frozenset[int]:
-    """The time-outs that are due."""
-    return frozenset(
-        one.transition for one in point.timers if one.transition >= 0 and (one.due or (one.fresh and one.most <= 1))
-    )
+def _due(point: Point) -> Iterator[frozenset[int]]:
+    """Which time-outs are due: of those that have just begun and may be as short as nothing, some."""
+    running = [one for one in point.timers if one.transition >= 0]
+    fixed = frozenset(one.transition for one in running if one.due or (one.fresh and one.most <= 1))
+    short = [one.transition for one in running if one.fresh and one.least <= ROUNDING and one.transition not in fixed]
+    for count in range(len(short) + 1):
+        yield from (fixed.union(some) for some in combinations(short, count))
 
 
 def _on_cycles(ways: Ways) -> set[int]:

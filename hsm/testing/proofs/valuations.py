@@ -12,7 +12,7 @@ from hsm.model.types import Boolean, Enumeration, Integer, Type
 from hsm.testing.exploration.domains import written
 from hsm.testing.proofs.diagrams import Diagram, Interval
 from hsm.testing.proofs.ordinals import NOT_A_NUMBER, domain, ordinal, value_at, within
-from hsm.testing.proofs.values import Derived, Exact, Symbols, Truth, Value
+from hsm.testing.proofs.values import Derived, Exact, Symbols, Value
 from hsm.testing.scenarios.script import SignalKey
 
 MOST_BOXES = 60
@@ -183,7 +183,7 @@ class Valuations:
             case Derived(symbol):
                 inner = assigned[symbol] if symbol in assigned else self._computed(symbol, assigned)
                 return value.apply(inner)
-            case Truth():
+            case _:
                 raise KeyError(value)
 
     def _computed(self, number: int, assigned: Assigned) -> Any:

@@ -9,7 +9,7 @@ the floats, with the very operations of the engine.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,7 +48,7 @@ class Region:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class ConstantOperation:
     """One operation with a constant.
 
     Attributes:
@@ -78,7 +78,7 @@ class Derived:
     """
 
     symbol: int
-    steps: tuple[Step, ...] = ()
+    steps: tuple[ConstantOperation, ...] = ()
 
     def apply(self, value: Any) -> Any:
         """The value for a value of the symbol."""
@@ -95,7 +95,27 @@ class Truth:
     false: Diagram
 
 
-Value = Exact | Derived | Truth
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """One of two values, by a condition.
+
+    Attributes:
+        condition: where it is the first, and where the second.
+        then: the first.
+        otherwise: the second.
+    """
+
+    condition: Truth
+    then: Value
+    otherwise: Value
+
+    @property
+    def depth(self) -> int:
+        """How many conditions decide, one after the other."""
+        return 1 + max(one.depth if isinstance(one, OneOf) else 0 for one in (self.then, self.otherwise))
+
+
+Value = Exact | Derived | Truth | OneOf
 
 UNKNOWN = Truth(FALSE, FALSE)
 """What cannot be evaluated."""
@@ -162,6 +182,10 @@ class Symbols:
             found = self._inner[number] = frozenset((number, *self._symbols_in(self._symbols[number].key)))
         return found
 
+    def used(self, values: Sequence[Value]) -> frozenset[int]:
+        """All symbols that some values depend on."""
+        return frozenset(self._symbols_in(tuple(values)))
+
     def _symbols_in(self, key: object) -> Iterator[int]:
         match key:
             case Derived(number):
@@ -169,6 +193,8 @@ class Symbols:
             case Truth(true, false):
                 for one in self.diagrams.symbols(true) | self.diagrams.symbols(false):
                     yield from self.within(one)
+            case OneOf(condition, then, otherwise):
+                yield from self._symbols_in((condition, then, otherwise))
             case tuple():
                 for one in key:
                     yield from self._symbols_in(one)
@@ -211,6 +237,19 @@ class Symbols:
                 return YES if content else NO
             case Derived():
                 return self.compared("!=", value, Exact.of(0))
+            case OneOf(condition, then, otherwise):
+                return self.chosen(condition, self.truth_of(then), self.truth_of(otherwise))
+
+    def chosen(self, condition: Truth, then: Truth, otherwise: Truth) -> Truth:
+        """One of two conditions, by a third."""
+        return Truth(
+            self.where(condition, then.true, otherwise.true), self.where(condition, then.false, otherwise.false)
+        )
+
+    def where(self, condition: Truth, then: Diagram, otherwise: Diagram) -> Diagram:
+        """One set where a condition is true, and another where it is false."""
+        both = self.diagrams.both
+        return self.diagrams.either(both(condition.true, then), both(condition.false, otherwise))
 
     def negated(self, truth: Truth) -> Truth:
         """``not``."""
@@ -326,15 +365,23 @@ class Arithmetic:
             case Exact(value):
                 return UNKNOWN if value is None else Exact.of(UNARY[operator](value))
             case Derived(symbol, steps):
-                return Derived(symbol, (*steps, Step(operator)))
+                return Derived(symbol, (*steps, ConstantOperation(operator)))
             case Truth():
                 return operand
+            case OneOf(condition, then, otherwise):
+                return OneOf(condition, self.unary(operator, then, kind), self.unary(operator, otherwise, kind))
 
     def binary(self, operator: str, left: Value, right: Value, kind: Type) -> Value:
         """The result of an operation on two numbers."""
         if UNKNOWN in (left, right):
             return UNKNOWN
         match left, right:
+            case OneOf(condition, then, otherwise), _:
+                first, second = (self.binary(operator, one, right, kind) for one in (then, otherwise))
+                return OneOf(condition, first, second)
+            case _, OneOf(condition, then, otherwise):
+                first, second = (self.binary(operator, left, one, kind) for one in (then, otherwise))
+                return OneOf(condition, first, second)
             case Exact(first), Exact(second):
                 try:
                     return Exact.of(BINARY[operator](first, second))
@@ -343,9 +390,9 @@ class Arithmetic:
             case (Exact(None), _) | (_, Exact(None)):
                 return UNKNOWN
             case Derived(), Exact(constant) if self._follows(operator, constant, left=False):
-                return Derived(left.symbol, (*left.steps, Step(operator, constant)))
+                return Derived(left.symbol, (*left.steps, ConstantOperation(operator, constant)))
             case Exact(constant), Derived() if self._follows(operator, constant, left=True):
-                return Derived(right.symbol, (*right.steps, Step(operator, constant, left=True)))
+                return Derived(right.symbol, (*right.steps, ConstantOperation(operator, constant, left=True)))
         if operator == "/" and isinstance(right, Exact) and not right.value:
             return UNKNOWN
         if operator == "/" and not isinstance(right, Exact):

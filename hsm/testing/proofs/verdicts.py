@@ -13,6 +13,7 @@ from hsm.model.expressions import VariableValue
 from hsm.model.rewriting import parts_of
 from hsm.model.unparse import shown_text
 from hsm.testing.proofs.graph import FREE
+from hsm.testing.proofs.microsteps import counters
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.scenarios import Scenario
 
@@ -79,13 +80,16 @@ class Assumptions:
             f"any {name}" if value is FREE else f"{name} = {shown_text(value, types[name])}"
             for name, value in self.values(model).items()
         )
+        counting = sorted(counters(model))
+        counted = [f"fewer than 2^32 changes of {', '.join(counting)}: no overflow"] if counting else []
         return [
             f"a step comes at any time, at most {self.longest_tick:g} s after the last; the first with the start",
             "each step: any signals, any outcomes of what runs, any sequence of events, raised ones among them",
             f"signals may {'' if self.not_a_number else 'not '}be NaN; arithmetic on floats as the processor has it",
-            "no signal and no action fails; an activity may fail where the machine handles it",
+            "no signal and no action fails; an activity may where the machine handles it, but not while it is stopped",
             f"parameters: {given}" if given else "no parameters",
-            "a run from its start, neither restored nor reloaded",
+            "a run from its start, neither restored nor reloaded; stamps below 2^32 s",
+            *counted,
         ]
 
 

@@ -25,7 +25,7 @@ from hsm.testing.proofs.valuations import Valuations, readable
 from hsm.testing.proofs.values import Exact
 from hsm.testing.proofs.zones import PROMISE
 from hsm.testing.scenarios.driver import TICK, Driver
-from hsm.testing.scenarios.replaying import Teller
+from hsm.testing.scenarios.replaying import ScenarioRecorder
 from hsm.testing.scenarios.running import run_scenario
 from hsm.testing.scenarios.scenarios import Expectation, Scenario, Stimulus
 from hsm.testing.scenarios.watching import property_watch
@@ -245,12 +245,12 @@ class Replayer:
         steps: list[Stimulus | Expectation] = []
         try:
             driver = Driver(self._machine, parameters, given, tick=self._tick / _NANOSECONDS, watch=note)
-            teller = Teller(self._machine, driver, self._writer, steps)
-            teller.expect()
+            recorder = ScenarioRecorder(self._machine, driver, self._writer, steps)
+            recorder.expect()
             for tick in ticks[1:]:
                 if seen or driver.outcome is not None:
                     break
-                if not self._taken(tick, driver, teller, valuations):
+                if not self._taken(tick, driver, recorder, valuations):
                     return None
         except MachineFault:
             if not failing:
@@ -268,7 +268,7 @@ class Replayer:
         title = f"counterexample to {name}"
         return Scenario(title if period == TICK else f"{title} (tick {period:g} s)", changed, given, shown)
 
-    def _taken(self, tick: PlannedStep, driver: Driver, teller: Teller, valuations: Valuations) -> bool:
+    def _taken(self, tick: PlannedStep, driver: Driver, recorder: ScenarioRecorder, valuations: Valuations) -> bool:
         """Let one step happen; whether there is one as it was planned."""
         chosen = valuations.choose(tick.among, driver.variables, _known(driver))
         if chosen is None:
@@ -279,17 +279,17 @@ class Replayer:
         ended = [one for one in labels if one is not None and one[0] == "report"]
         if any(state not in driver.doing for _, state, _ in ended):
             return False
-        reports = {teller.subject(state): outcome for _, state, outcome in ended}
+        reports = {recorder.subject(state): outcome for _, state, outcome in ended}
         events = tuple(one[1] for one in labels if one is not None and one[0] == "event")
         signals = _spoken(valuations.signals(chosen), driver.signals)
         after = max(0.0, round(tick.time / _NANOSECONDS - driver.time, 9))
-        teller.steps.append(Stimulus(after, signals, reports, events=events))
+        recorder.steps.append(Stimulus(after, signals, reports, events=events))
         try:
             driver.step(signals, reports, events, after=after)
         except LookupError:
             return False
         if not tick.edge.idle:
-            teller.expect()
+            recorder.expect()
         return True
 
     def _labels(self, tick: PlannedStep, cube: Diagram) -> list[Label] | None:

@@ -48,11 +48,18 @@ from hsm.testing.scenarios.scenarios import (
     Suite,
 )
 from hsm.testing.scenarios.script import FAULT, SignalKey
+from hsm.testing.scenarios.unusual import unusual_value
 
 SUFFIX = ".maze-test"
 """What the name of a file with scenarios ends with."""
 
 _DURATION = Quantity(time=1)
+
+SHORTEST_TICK, LONGEST_TICK = 1e-6, 1e6
+"""Seconds from one step to the next: at least and at most."""
+
+MOST_STEPS = 1_000_000
+"""One line lets time pass for at most this many steps."""
 
 
 def read_suite(path: str | Path, model: Model, library: Library) -> Suite:
@@ -158,6 +165,7 @@ class _Reader:
     report: Report
     scope: Scope = field(init=False)
     parameters: dict[str, Parameter] = field(init=False)
+    tick: float = TICK
     states: dict[str, list[str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -190,7 +198,6 @@ class _Reader:
             name = lines[0].parts[0]
             message = f"these scenarios are about machine `{name}`, and this is `{self.model.name}`"
             self.report.add("E0208", place_of(self.report.file, name), message, f"write `test {self.model.name}`")
-        tick = TICK
         scenarios: list[Scenario] = []
         titles: set[str] = set()
         for line in lines[1:]:
@@ -198,7 +205,7 @@ class _Reader:
                 case "heading":
                     self.report.add("E0403", line.place, "a second `test`")
                 case "tick":
-                    tick = self._seconds(line.parts[0], tick)
+                    self.tick = self._tick(line.parts[0])
                 case "scenario":
                     name = str(line.parts[0]).strip()
                     if name in titles:
@@ -212,7 +219,7 @@ class _Reader:
         for one in scenarios:
             if not any(isinstance(step, Expectation) for step in one.steps):
                 self.report.add("E0403", one.place, f"scenario `{one.name}` expects nothing", "add a line `expect ...`")
-        return Suite(self.report.file, self.model.name, tick, tuple(scenarios))
+        return Suite(self.report.file, self.model.name, self.tick, tuple(scenarios))
 
     def _extended(self, scenario: Scenario, line: ScenarioLine) -> Scenario:
         if line.kind == "given":
@@ -227,7 +234,7 @@ class _Reader:
 
     def stimulus(self, line: ScenarioLine) -> Stimulus:
         """What a line lets happen."""
-        after = None if line.kind == "step" else self._seconds(line.parts[1], 0.0)
+        after = None if line.kind == "step" else self._waiting(line.parts[1])
         signals: dict[str | SignalKey, Any] = {}
         reports: dict[str, str] = {}
         failing: set[str] = set()
@@ -279,6 +286,10 @@ class _Reader:
             return Literal(not setting.negated, BOOLEAN)
         if setting.negated:
             self.report.add("E0101", place, "`not` does not go with a value")
+        if isinstance(declared, SignalDeclaration):
+            unusual = unusual_value(setting.value, declared.type, self.scope)
+            if unusual is not None:
+                return unusual
         value = self.scope.value(setting.value, declared.type)
         if value is not None and not isinstance(value, Literal):
             self.report.add("E0303", self._span(setting.value), "a value in a scenario is constant")
@@ -357,16 +368,18 @@ class _Reader:
         parts = [part for part in line.parts if not isinstance(part, tuple)]
         limits = [part[1][0] for part in line.parts if isinstance(part, tuple)]
         claims = [self._claim(part) for part in parts]
-        within = self._seconds(limits[0], 0.0) if limits else None
+        within = self._waiting(limits[0]) if limits else None
         return Expectation(tuple(one for one in claims if one is not None), within, line.place)
 
     def _claim(self, part: Performance | ast.Expression) -> ExpectationClause | None:
         match part:
             case Performance():
                 return self._performs(part)
-            case Token(type="NAME") if str(part) in self.states:
+            case Token(type="NAME" | "NOT_FINITE") if str(part) in self.states:
                 return self._in_state(part, negated=False)
-            case ast.UnarySyntax(operator="not", operand=Token(type="NAME") as name) if str(name) in self.states:
+            case ast.UnarySyntax(operator="not", operand=Token(type="NAME" | "NOT_FINITE") as name) if (
+                str(name) in self.states
+            ):
                 return self._in_state(name, negated=True)
             case Token(type="NAME") if str(part) not in self.scope.variables and str(part) not in self.library.signals:
                 hint = self.report.guess(part, [*self.states, *self.scope.variables, *self.library.signals])
@@ -434,7 +447,8 @@ class _Reader:
                 known = f"its arguments are {', '.join(positions) or 'none'}"
                 self.report.add("E0210", self._span(argument), f"`{call.name}` has no such argument", known)
                 return None
-            value = self.scope.value(node, parameters[index].type)
+            kind = parameters[index].type
+            value = unusual_value(node, kind, self.scope) or self.scope.value(node, kind)
             if not isinstance(value, Literal):
                 if value is not None:
                     self.report.add("E0303", self._span(node), "a value in a scenario is constant")
@@ -442,14 +456,35 @@ class _Reader:
             found[index] = value.value
         return found
 
-    def _seconds(self, node: ast.Expression, otherwise: float) -> float:
+    def _seconds(self, node: ast.Expression) -> float | None:
+        """A time in seconds; None, reported, where it is none."""
         value = self.scope.value(node, _DURATION)
         if value is None:
-            return otherwise
+            return None
         if not isinstance(value, Literal) or value.value < 0:
             self.report.add("E0303", self._span(node), "a duration in a scenario is constant and not negative")
-            return otherwise
+            return None
         return float(value.value)
+
+    def _tick(self, node: ast.Expression) -> float:
+        """The time from one step to the next."""
+        found = self._seconds(node)
+        if found is None or SHORTEST_TICK <= found <= LONGEST_TICK:
+            return found or TICK
+        message = f"the time from one step to the next is {SHORTEST_TICK:g} s to {LONGEST_TICK:g} s"
+        self.report.add("E0306", self._span(node), message, "leave the line out: then it is 100 ms")
+        return TICK
+
+    def _waiting(self, node: ast.Expression) -> float:
+        """A time that passes step by step."""
+        found = self._seconds(node) or 0.0
+        if found <= MOST_STEPS * self.tick:
+            return found
+        message = f"this is more than {MOST_STEPS:,} steps of {self.tick:g} s"
+        self.report.add(
+            "E0306", self._span(node), message, "write a longer `tick` below the first line, or wait for less"
+        )
+        return 0.0
 
     def _span(self, node: ast.Expression | ast.Named) -> Place:
         return place_of(self.report.file, first_token(node), last_token(node))

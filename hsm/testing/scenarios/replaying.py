@@ -60,12 +60,12 @@ def replay(
     fault = None
     try:
         driver = Driver(machine, None, given, tick=tick, watch=watch)
-        teller = Teller(machine, driver, writer, steps)
-        teller.expect()
+        recorder = ScenarioRecorder(machine, driver, writer, steps)
+        recorder.expect()
         for one in inputs[1:]:
             if driver.outcome is not None or stop:
                 break
-            teller.act(one)
+            recorder.act(one)
     except MachineFault as error:
         fault = str(error)
     except _Diverged:
@@ -78,8 +78,8 @@ class _Diverged(Exception):  # noqa: N818 - not an error
 
 
 @dataclass(slots=True)
-class Teller:
-    """Takes a run down as a scenario while it runs.
+class ScenarioRecorder:
+    """Takes a run down as a scenario while it goes on.
 
     Attributes:
         machine: the machine, scripted.

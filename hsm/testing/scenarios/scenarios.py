@@ -149,5 +149,6 @@ class Suite:
 def close(one: Any, other: Any) -> bool:
     """Whether two values are the same except for the last digits of what was computed and what was written."""
     if isinstance(one, float) or isinstance(other, float):
-        return math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
+        both_nan = one != one and other != other  # noqa: PLR0124 - only NaN differs from itself
+        return both_nan or math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
     return bool(one == other)

@@ -14,7 +14,7 @@ from maze_machine.report.run_plot import plotted
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from maze_machine.view.palette import DOOR, EXIT, INKS
 from maze_machine.view.run_figure import Scene, Trail, save_picture
-from maze_machine.view.run_plot import Course, save_plot
+from maze_machine.view.run_plot import RunSeries, save_plot
 from transport.recording import Recorder, read_recording
 from transport.world import LockstepRobot
 
@@ -76,7 +76,9 @@ def test_a_plot_shows_the_path_the_curves_and_the_lanes(tmp_path, suffix):
     file = tmp_path / f"run.{suffix}"
     states = ["drive"] * 25 + ["turn"] * 25
     times = np.linspace(0, 10, 50)
-    course = Course(times, np.full(50, 0.5), np.zeros(50), np.full(50, 0.3), {"solve": states, "watch": ["well"] * 50})
+    course = RunSeries(
+        times, np.full(50, 0.5), np.zeros(50), np.full(50, 0.3), {"solve": states, "watch": ["well"] * 50}
+    )
     save_plot(file, Scene(SQUARE, NONE, NONE), trail(states), course, "out")
     if suffix == "png":
         assert {rgb(ink) for ink in INKS["light"][:2]} <= colours(file)

@@ -12,7 +12,7 @@ from hsm.interchange.scxml.datamodel.expressions import DataError, Environment, 
 from hsm.interchange.scxml.datamodel.tokens import InvalidExpressionError, UnsupportedError
 from hsm.interchange.scxml.elements import Element
 from hsm.model.chart import Cancel, Send
-from hsm.model.messages import STORE, Message, Store
+from hsm.model.messages import STORE, ScxmlEvent, Store
 
 PROCESSOR = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
 _DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
@@ -67,7 +67,7 @@ class BlockContext:
     def fail(self, error: DataError, sendid: str | None = None) -> None:
         """Announce an error to the chart."""
         what = "communication" if isinstance(error, CommunicationError) else "execution"
-        self.queue.append(Message(f"error.{what}", "platform", str(error), sendid))
+        self.queue.append(ScxmlEvent(f"error.{what}", "platform", str(error), sendid))
 
 
 Step = Callable[[BlockContext], None]
@@ -125,7 +125,7 @@ class Builder:
 
     def _raise(self, element: Element) -> Step:
         name = element.attributes.get("event", "")
-        return lambda session: session.queue.append(Message(name, "internal"))
+        return lambda session: session.queue.append(ScxmlEvent(name, "internal"))
 
     def _log(self, element: Element) -> Step | None:
         text = element.attributes.get("expr")
@@ -302,9 +302,9 @@ class Builder:
                 session.fail(error, label)
                 raise ReportedError from None
             if route == _INTERNAL:
-                session.queue.append(Message(name, "internal", data, label))
+                session.queue.append(ScxmlEvent(name, "internal", data, label))
             else:
-                message = Message(name, "external", data, label, f"#_scxml_{own}")
+                message = ScxmlEvent(name, "external", data, label, f"#_scxml_{own}")
                 session.queue.append(Send(name, seconds, label, element.place, message, target=route))
 
         return send

@@ -106,7 +106,7 @@ def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
 
     Raises:
         MachineError: the file cannot be read or describes no valid machine; all diagnostics are in it.
-        TypeError: the path is no path, or the library is no ``Library``.
+        TypeError: the path is not a path, or the library is not a ``Library``.
     """
     _require(path, (str, PathLike), "the path of a machine")
     _require(library, (Library,), "the library of a machine")
@@ -129,7 +129,7 @@ def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F,
 
     Raises:
         MachineError: the text describes no valid machine; all diagnostics are in it.
-        TypeError: the text is no text, or the library is no ``Library``.
+        TypeError: the text is not text, or the library is not a ``Library``.
     """
     _require(text, (str,), "the text of a machine")
     _require(library, (Library,), "the library of a machine")

@@ -31,7 +31,7 @@ def checked_events(model: Model, events: Iterable[str | Occurrence]) -> list[str
         events: their names, with what they carry either as texts such as ``floor(number = 3)`` or as ``Occurrence``.
 
     Raises:
-        TypeError: it is no list or one text, something in the list is no event, or a value is of another type
+        TypeError: it is not a list or one text, something in the list is not an event, or a value is of another type
             than declared.
         ValueError: neither the machine nor its library declares an event of that name, something that it carries is
             missing, unknown or given twice, or a value is infinite, no number or too large.

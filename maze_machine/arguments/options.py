@@ -59,7 +59,7 @@ CellOption = Annotated[
 GreyOption = Annotated[
     Literal["door", "unknown", "split"] | None,
     typer.Option(
-        help="What grey pixels of an image are; `split` takes the darker half for walls. "
+        help="The meaning of grey pixels in an image; `split` counts the darker half as walls. "
         "Default: unknown in maps of mapping tools, doors in other images."
     ),
 ]
@@ -176,8 +176,8 @@ LibraryOption = Annotated[
     str | None,
     typer.Option(
         metavar="MODULE:NAME",
-        help="What machines may name: a Library, or a function that makes one. Default: those of the project, else "
-        "those of the maze robots.",
+        help="The names that machines may use: MODULE:NAME of a Library, or of a function that makes one. Default: that "
+        "of the project, or of the maze robots.",
     ),
 ]
 

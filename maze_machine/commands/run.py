@@ -99,15 +99,15 @@ def run(
             min=1,
             max=2,
             help="How many attempts to make within the maze's time limit. Another one begins at the start, with a "
-            "fresh machine, after one that has failed.",
+            "fresh machine, after a failed one.",
         ),
     ] = 1,
     practice: Annotated[
         bool,
         typer.Option(
             "--practice",
-            help="Make two attempts, the second one after a success too, which the rules do not grant: what the "
-            "first has learned of the maze is known in it.",
+            help="Make a second attempt that uses what the first one learned about the maze, even after a success, "
+            "which the rules do not allow.",
         ),
     ] = False,
     trace: TraceOption = None,
@@ -317,7 +317,7 @@ def _telling(losses: Sequence[str]) -> Callable[..., None]:
 def telling(
     others: Sequence[str], identity: Path | None, mission: Mission, losses: list[str]
 ) -> Iterator[EventForwarder]:
-    """What hands on to other robots' machines what this one sends.
+    """What forwards to other robots' machines what this one sends.
 
     Raises:
         UsageError: one of them is not written as a robot and an endpoint.

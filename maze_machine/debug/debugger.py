@@ -113,7 +113,7 @@ class Debugger:
         self.run.hold()
 
     def move(self, most: int) -> StopReason | None:
-        """Go on; why the debugger stops now, or None where it is still on its way.
+        """Continue; why the debugger stops now, or None where it is still on its way.
 
         Args:
             most: after that many points it is asked again.

@@ -18,7 +18,7 @@ _LONGEST_HEADER = 1000
 
 
 class DapProtocolError(Exception):
-    """What came is no message of the protocol; nothing after it can be understood."""
+    """What came is not a message of the protocol; nothing after it can be understood."""
 
 
 def read_message(stream: BinaryIO) -> Message | None:
@@ -36,7 +36,7 @@ def read_message(stream: BinaryIO) -> Message | None:
         if not line.strip():
             break
         if not colon or name.strip().lower() not in (b"content-length", b"content-type"):
-            raise DapProtocolError(f"`{line[:40]!r}` is no header of the Debug Adapter Protocol")
+            raise DapProtocolError(f"`{line[:40]!r}` is not a header of the Debug Adapter Protocol")
         if name.strip().lower() == b"content-length":
             if not value.strip().isdigit() or not 0 < int(value) <= MOST:
                 raise DapProtocolError(f"a message cannot have a length of {value.strip()[:40]!r}")
@@ -49,9 +49,9 @@ def read_message(stream: BinaryIO) -> Message | None:
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
-        raise DapProtocolError("a message is no JSON") from None
+        raise DapProtocolError("a message is not JSON") from None
     if not isinstance(found, dict):
-        raise DapProtocolError("a message is no JSON object")
+        raise DapProtocolError("a message is not a JSON object")
     return found
 
 

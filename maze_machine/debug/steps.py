@@ -91,7 +91,7 @@ class Step(Protocol):
         ...
 
     def reasons(self, point: int) -> Sequence[TransitionReason]:
-        """What became of the transitions that were looked at between this point and the one before."""
+        """What became of the transitions that were looked at between this point and the previous one."""
         ...
 
     def value(self, point: int, expression: Expression) -> Any:
@@ -178,7 +178,7 @@ class LocalStep:
         return {state.name: activity_text(state.activity) for state in active if state.activity is not None}
 
     def reasons(self, point: int) -> Sequence[TransitionReason]:
-        """What became of the transitions that were looked at between this point and the one before."""
+        """What became of the transitions that were looked at between this point and the previous one."""
         first = self._fired[point - 1] + 1 if point > 0 else 0
         record = self.step.record
         if point < self.count:

@@ -16,7 +16,7 @@ _Count = Annotated[int, Field(ge=0, lt=2**63)]
 
 
 class RunVerdict(BaseModel):
-    """The fields of a verdict that are shown or decided by; lengths in m, times in s. Others are handed on."""
+    """The fields of a verdict that are shown or decided by; lengths in m, times in s. Others are forwarded."""
 
     model_config = ConfigDict(frozen=True, extra="allow", strict=True)
 

@@ -200,7 +200,7 @@ def declaration(document: Document, name: str) -> Span | None:
 
 
 def references(document: Document, line: int, column: int) -> list[NameOccurrence]:
-    """All places of this file that mean what the name at a position means, its declaration included."""
+    """All references in this file to what the name at a position means, including its declaration."""
     here = document.occurrence(line, column)
     if here is None:
         return []
@@ -245,7 +245,7 @@ def references_elsewhere(document: Document, here: NameOccurrence, other: Docume
 def rename(
     document: Document, line: int, column: int, name: str, others: Iterable[Document]
 ) -> list[tuple[str, NameOccurrence]]:
-    """All places to change when what is at a position gets a new name, each with its file.
+    """All edits that rename what is at a position, each with its file.
 
     Raises:
         RenameError: no file declares what is there, the new name is invalid, or it is taken.

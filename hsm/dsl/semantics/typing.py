@@ -219,7 +219,7 @@ class Scope:
                 return self._number(node)
             case Token(type="NOT_FINITE") if not self._is_named(node, expected):
                 hint = "only a signal and an argument that is expected can have it, with their own unit or none"
-                self.report.add("E0306", self._place(node), f"`{node}` is no finite number", hint)
+                self.report.add("E0306", self._place(node), f"`{node}` is not a finite number", hint)
                 return None
             case Token():
                 return self._name(node, expected)
@@ -325,7 +325,7 @@ class Scope:
             return None
         if definition.state is None:
             definition.state = DefinitionVisit.OPEN
-            heard, self.heard = self.heard, ()  # it means the same wherever it is used
+            heard, self.heard = self.heard, ()  # it means the same everywhere
             definition.value = self.expression(definition.node)
             self.heard = heard
             definition.state = DefinitionVisit.DONE

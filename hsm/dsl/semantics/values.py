@@ -72,7 +72,7 @@ class Definition:
 
 
 class DefinitionVisit(Enum):
-    """How far a definition was looked at."""
+    """How far a definition is analysed."""
 
     OPEN = "open"
     DONE = "done"

@@ -123,7 +123,7 @@ class Search:
                 self._add(visit)
 
     def _followed(self, done: int) -> Generator[Visit, None, int | None]:
-        """Go on from all places from one on; returns the depth that was reached, None where nothing is left."""
+        """Continue from all places from one on; returns the depth that was reached, None where nothing is left."""
         depth = 0
         while done < len(self.visits):
             end = len(self.visits)

@@ -79,7 +79,7 @@ class _Diverged(Exception):  # noqa: N818 - not an error
 
 @dataclass(slots=True)
 class ScenarioRecorder:
-    """Takes a run down as a scenario while it goes on.
+    """Takes a run down as a scenario while it runs.
 
     Attributes:
         machine: the machine, scripted.

@@ -153,7 +153,7 @@ def to_transitions(
         A ``HierarchicalMachine`` of that library.
 
     Raises:
-        MachineError: the machine has something that ``transitions`` does not share; all of it is in the error.
+        MachineError: the machine uses features outside the shared subset; the error lists all of them.
         ValueError: a parameter is unknown, or one without a default is missing.
     """
     from hsm.interchange.backend import to_transitions as convert  # noqa: PLC0415 - nobody else needs the library

@@ -21,7 +21,7 @@ VERSION = 2
 MAX_REASON = 200
 """Longest reason of a door's answer, bytes of UTF-8; a longer one is cut."""
 
-# version, flags, two bytes of nothing, CRC-32, then what the class lists
+# version, flags, two unused bytes, CRC-32, then what the class lists
 _COMMAND = struct.Struct("<BBxxIQQq")
 _SIGNATURE = 8
 _OBSERVATION = struct.Struct("<BBxxIIIQQQq")

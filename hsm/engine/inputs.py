@@ -1,4 +1,4 @@
-"""What a run is given from Python: parameters and the time of a step, checked before anything is done."""
+"""Checks of the inputs of a run from Python: parameters and the time of a step."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def follow(formula: Expression, parameter: Parameter, values: Mapping[str, Any])
 
 
 def _no_signal(*_: object) -> Any:
-    raise AssertionError("constants and parameters are made of no signal")
+    raise AssertionError("constants and parameters contain no signal")
 
 
 def _value(model: Model, parameter: Parameter, given: Any) -> Any:

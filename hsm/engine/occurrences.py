@@ -1,7 +1,7 @@
-"""Events from outside: their names and what they carry, checked before anything is done, and as texts.
+"""Events from outside, with their data: checks of their values, and their form as text.
 
-As a text an event is its name, followed by what it carries in parentheses: ``floor(number = 3)``. That is how commands,
-scenarios, recordings and the network hold it.
+As a text an event is its name, followed by its data in parentheses: ``floor(number = 3)``. Commands, scenarios,
+recordings and the network use this form.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def checked_events(model: Model, events: Iterable[str | Occurrence]) -> list[str
 
     Args:
         model: the machine.
-        events: their names, with what they carry either as texts such as ``floor(number = 3)`` or as ``Occurrence``.
+        events: their names, with data either as texts such as ``floor(number = 3)`` or as ``Occurrence``.
 
     Raises:
         TypeError: it is not a list or one text, something in the list is not an event, or a value is of another type
@@ -44,7 +44,7 @@ def checked_events(model: Model, events: Iterable[str | Occurrence]) -> list[str
 
 
 def event_text(model: Model, event: str | Occurrence) -> str:
-    """An event as a text that is read as the same event: the one form in which recordings hold it.
+    """The text form of an event, which reads back as the same event; recordings use it.
 
     Raises:
         TypeError, ValueError: as for ``checked_events``.
@@ -87,11 +87,11 @@ def _checked(model: Model, event: str | Occurrence) -> str | Occurrence:
         return event
     if name not in model.events:
         known = ", ".join(sorted(model.events)) or "none"
-        raise ValueError(f"nobody declares an event `{name}` for machine {model.name}; its events: {known}")
+        raise ValueError(f"no event `{name}` is declared for machine {model.name}; its events: {known}")
     declared = model.data_of(name)
     if declared is None:
         if given:
-            raise ValueError(f"event `{name}` carries nothing; send `{name}` alone")
+            raise ValueError(f"event `{name}` has no data; send `{name}` alone")
         return name
     return Occurrence(name, _data(declared, given))
 

@@ -85,8 +85,9 @@ class Rewriter:
     """Makes a copy of a model; what is not overridden stays as it is.
 
     Args:
-        expression: replaces each node of each expression. action: replaces each action, after its expressions are
-            rewritten. activity: replaces the activity of a state, after its expressions are rewritten.
+        expression: replaces each node of each expression.
+        action: replaces each action, after its expressions are rewritten.
+        activity: replaces the activity of a state, after its expressions are rewritten.
     """
 
     def __init__(

@@ -24,7 +24,7 @@ from maze_machine.debug.chart import Chart
 
 @dataclass(frozen=True, slots=True)
 class TransitionReason:
-    """What became of a transition that was looked at.
+    """The verdict about a considered transition.
 
     Attributes:
         state: the state whose transition it is.

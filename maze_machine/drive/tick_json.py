@@ -26,7 +26,7 @@ class ActivityRecord(TypedDict):
 
 
 class Reason(TypedDict):
-    """What became of a transition that was looked at."""
+    """The verdict about a considered transition."""
 
     transition: Annotated[int, Field(ge=0, description="its index among the transitions of the machine's model")]
     verdict: Literal["taken", "preempted", "false", "earlier", "not_due", "failed", "undone"]

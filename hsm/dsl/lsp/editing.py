@@ -70,7 +70,8 @@ class Entry:
 
     Attributes:
         label: the name.
-        kind: its kind. detail: its type or its arguments, in one line.
+        kind: its kind.
+        detail: its type or its arguments, in one line.
         doc: its documentation.
         snippet: what is inserted instead of the name, with places to fill in, in the notation of editors; or empty.
     """

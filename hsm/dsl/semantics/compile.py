@@ -118,7 +118,7 @@ class _Compiler:
         return CompilationUnit(self.context.tree, None if failed else subject.model, subject, tuple(report.found), own)
 
     def _imported_events(self, symbols: Sequence[StateSymbol]) -> list[str]:
-        """The events of imported machines: those of instances by their names, those of members with the member's."""
+        """The events of imported machines: those of instances by name, those of members with the member as prefix."""
         members = {str(one.instance.name) for one in symbols if one.member and one.instance is not None}
         plain = {str(one.instance.name) for one in symbols if not one.member and one.instance is not None}
         events = [
@@ -139,7 +139,7 @@ class _Compiler:
         return [replace(one, event=f"{symbol.name}.{one.event}") if symbol.member else one for one in data]
 
     def _let_read(self, symbol: StateSymbol) -> None:
-        """What the expressions of this file may read of an instance: what it exposes, and how it has ended."""
+        """The values of an instance that this file may read: its exposed variables, and its outcome."""
         if symbol.model is None or symbol.token is None:
             return
         scope, place = self.context.scope, self.context.place(symbol.token)

@@ -23,7 +23,8 @@ class Context:
         tree: the file as read.
         library: the registry.
         report: where diagnostics go.
-        symbols: the symbol table of the file. scope: the names that its expressions may use.
+        symbols: the symbol table of the file.
+        scope: the names that its expressions may use.
     """
 
     tree: ast.File

@@ -337,7 +337,8 @@ class BadLine:
 
     Attributes:
         names: the names that are on it: they may be declarations.
-        items: what is indented below it. nameless: it declares something without a known name.
+        items: what is indented below it.
+        nameless: it declares something without a known name.
     """
 
     names: frozenset[str]

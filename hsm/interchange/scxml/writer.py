@@ -1,10 +1,9 @@
 """From a model to SCXML text.
 
-States, history, transitions, raised and sent events have their counterpart in SCXML. The rest is written so that
-another tool can read what is meant: conditions and assignments as this language's expressions in ``cond`` and ``expr``,
-time-outs as events that are sent with a delay on entry and cancelled on exit, outcomes as completions under the
-condition that their final state is reached, activities as ``invoke`` and one-shot actions as elements of a namespace of
-their own.
+States, history, transitions, raised and sent events have their counterpart in SCXML. The rest is written so that other
+tools can understand it: conditions and assignments as this language's expressions in ``cond`` and ``expr``, time-outs
+as events that are sent with a delay on entry and cancelled on exit, outcomes as completions under the condition that
+their final state is reached, activities as ``invoke`` and one-shot actions as elements of a namespace of their own.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ from hsm.model.topology import HISTORY
 from hsm.model.unparse import activity_text, call_text, expression_text
 
 OWN = "urn:maze-machine"
-"""The namespace of what SCXML has no word for."""
+"""The namespace for features that SCXML lacks."""
 
 _IN = re.compile(r"\bin\(([\w.-]+)\)")
 
@@ -68,7 +67,7 @@ def write_text(model: Model) -> str:
     if model.store is not None:
         place = model.states[0].place
         raise MachineError(
-            [finding("E0905", place, "a chart with a data model is not written again", "keep its document")]
+            [finding("E0905", place, "a chart with a data model cannot be exported", "keep its document")]
         )
     root = ElementTree.Element("scxml", {"xmlns": NAMESPACE, "xmlns:maze": OWN, "version": "1.0", "name": model.name})
     root.set("datamodel", "maze-machine" if model.variables or model.parameters or model.event_data else "null")
@@ -82,7 +81,7 @@ def write_text(model: Model) -> str:
 
 
 def _lines(root: ElementTree.Element) -> Iterator[str]:
-    """An element and what is in it, one tag a line; the library's own writer goes no deeper than Python's stack."""
+    """An element with its contents, one tag per line; Python's stack limits the depth of the library's own writer."""
     pending: list[tuple[int, ElementTree.Element | str]] = [(0, root)]
     while pending:
         depth, element = pending.pop()
@@ -210,13 +209,13 @@ def _condition(text: str) -> str:
 
 
 def _may_report(model: Model, state: State, outcome: str) -> bool:
-    """Whether an activity of a state, or of one inside it, can end so."""
+    """Whether an activity of a state, or of one inside it, can have this outcome."""
     inside = model.states[state.index : state.last + 1]
     return any(one.activity is not None and outcome in one.activity.activity.outcomes for one in inside)
 
 
 def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, list[str]]]:
-    """What SCXML calls the outcomes that a trigger waits for: the state's completion, in one of its final states."""
+    """SCXML's form of the outcomes that a trigger waits for: the state's completion, in one of its final states."""
     if trigger.prefix:
         return  # it was read from SCXML and has its names already
     if "done" in trigger.names and (_finals(model, state) or state.kind is StateKind.PARALLEL):

@@ -26,7 +26,7 @@ NO_WAIT = Wait()
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """What happens in one step.
+    """The inputs of one step.
 
     Attributes:
         wait: how long after the step before.

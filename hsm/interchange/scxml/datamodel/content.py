@@ -26,12 +26,12 @@ _SYSTEM = ("_event", "_sessionid", "_name", "_ioprocessors", "_x")
 
 
 class CommunicationError(DataError):
-    """Something that cannot be reached: SCXML's ``error.communication``."""
+    """An unreachable target: SCXML's ``error.communication``."""
 
 
 @dataclass(slots=True)
 class BlockContext:
-    """What a block runs in.
+    """The context of a block.
 
     Attributes:
         memo: holds the data, under ``STORE``.
@@ -79,7 +79,7 @@ class Builder:
     """Makes steps from elements.
 
     Attributes:
-        refuse: takes an element, what it has that is not supported, and a way out.
+        refuse: reports an element, its unsupported feature, and a suggestion.
         prefix: of the identifiers that are made.
     """
 
@@ -88,7 +88,7 @@ class Builder:
     _made: int = field(default=0)
 
     def expression(self, element: Element, text: str) -> Evaluate:
-        """The function of an expression; one that is none at all fails when it is evaluated."""
+        """The function of an expression; an invalid expression fails when it is evaluated."""
         try:
             return compile_expression(text)
         except UnsupportedError as error:
@@ -238,7 +238,7 @@ class Builder:
         return each
 
     def payload(self, element: Element, *, content: bool = True) -> Callable[[BlockContext], Any]:
-        """What the parameters, the name list and, where that counts, the content of an element carry."""
+        """The values of the parameters, the name list and, where allowed, the content of an element."""
         inner = next(iter(element.of("content")), None)
         if content and inner is not None:
             value = self.value(inner)
@@ -294,7 +294,7 @@ class Builder:
                 seconds = _seconds(delay(session))
                 data = payload(session)
                 if not isinstance(name, str) or not name:
-                    raise DataError("an event that is sent has a name")
+                    raise DataError("an event that is sent needs a name")
                 _check_processor(processor)
                 own = session.store.session or session.system["_sessionid"]
                 route = _route(where, own, session.store.reachable)

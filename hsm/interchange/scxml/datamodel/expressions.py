@@ -21,7 +21,7 @@ class DataError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """What an expression may see.
+    """The names that an expression can use.
 
     Attributes:
         store: the data.

@@ -23,7 +23,7 @@ from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
 
 SUFFIX = ".maze-machine"
-"""What the name of a machine's file ends with."""
+"""The suffix of machine files."""
 
 _LARGEST = 2**25
 _DEEPEST = 100  # files, each imported by the previous one

@@ -1,4 +1,4 @@
-"""Properties as automata over the steps of a graph: what a monitor remembers, for all signals at once."""
+"""Properties as automata over the steps of a graph: the memory of a monitor, for all signals at once."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from hsm.testing.proofs.values import Truth
 
 
 class Memory(Enum):
-    """What is remembered of a property."""
+    """The memory of a property."""
 
     OUTSIDE = "its instance does not run"
     NOTHING = "nothing"
-    ARMED = "what comes first has not been seen"
+    ARMED = "the first condition has not held yet"
     WAITING = "a time runs"
 
 
@@ -27,8 +27,8 @@ class Branch:
     """One way for a property to continue in a step.
 
     Attributes:
-        memory: what is remembered then.
-        among: the signals for which it goes so.
+        memory: the memory afterwards.
+        among: the signals for which it continues so.
         violated: whether the property is violated.
         least: the time of the property is at least that many nanoseconds; None where that does not matter.
         most: at most.
@@ -67,7 +67,7 @@ class Automaton:
         self.timed = isinstance(stated.claim, Recurrence | Response)
 
     def begin(self) -> Memory:
-        """What is remembered at the start."""
+        """The memory at the start."""
         return Memory.OUTSIDE if self._scope is not None else self._begun()
 
     def _begun(self) -> Memory:
@@ -77,7 +77,7 @@ class Automaton:
         """All ways to continue in a step.
 
         Args:
-            memory: what was remembered before.
+            memory: the memory before.
             edge: the step.
             active: whether the instance that the property is about runs after it.
         """

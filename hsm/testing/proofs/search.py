@@ -1,8 +1,8 @@
-"""The search for a violation of one property in the graph of a machine, near the start first.
+"""A breadth-first search for a violation of one property in the graph of a machine.
 
 Without time, any time-out may come due at any step. With time, each place has a zone of its clocks; between two steps
-at most the longest tick passes. Steps in which nothing changes are not taken one by one: any time that they can take
-passes at once.
+at most the longest tick passes. Steps in which nothing changes are accelerated: any time that they can take passes at
+once.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from hsm.testing.proofs.zones import PROMISE, ROUNDING, Clock, Zone, at_most, le
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """A place that the search has come to.
+    """A visited place of the search.
 
     Attributes:
         location: number of the location.
-        memory: what is remembered of the property.
-        zone: what the clocks can be; None without time.
-        before: number of the visit before; -1 for none.
+        memory: the memory of the property.
+        zone: the possible clock values; None without time.
+        before: number of the previous visit; -1 for none.
         edge: the step that led here.
         branch: how the property continued in it.
-        idle: a step in which nothing changes, for the time that passes here; None where there is none.
+        idle: a step in which nothing changes, for the time that passes here; None if there is none.
         repeated: whether the step was taken any number of times, one after the other.
     """
 
@@ -71,7 +71,7 @@ class Search:
         stated: the property.
         timed: whether time counts.
         longest_tick: in nanoseconds.
-        rounding: in nanoseconds: so far around a deadline it is left open on which side of it a time falls.
+        rounding: in nanoseconds: within this distance of a deadline, both sides are considered.
         visits: all places, in the order in which they were found.
         depth: after that many steps no violation was found.
         complete: whether all places were looked at.
@@ -95,8 +95,8 @@ class Search:
     def violations(self) -> Iterator[Visit]:
         """Places at which the property is violated, near ones first.
 
-        Runs whose first step hears an event come last, as no scenario can show them; most of their places are known
-        by then.
+        Runs whose first step receives an event come last, because no scenario can show them; most of their places are
+        known by then.
         """
         machine = self.graph.machine
         self._scope = None if self.stated.scope is None else machine.indices[self.stated.scope]
@@ -212,7 +212,7 @@ class Search:
         """A step in which only the time of the property begins again, any number of times."""
         assert visit.zone is not None, "only what is timed begins again"
         later = self._at(visit.zone.later(), visit.location, frozenset())
-        assert later is not None, "no time at all is some time"
+        assert later is not None, "zero is a possible time"
         zone = later.reset({PROMISE}, move.clocks)
         return Visit(move.edge.target, move.branch.memory, zone, number, move.edge, move.branch, repeated=True)
 

@@ -18,14 +18,14 @@ PROMISE = -1
 """The clock of a property."""
 
 ROUNDING = 1_200
-"""In nanoseconds: so far from a deadline it is open on which side of it a time falls.
+"""In nanoseconds: within this distance of a deadline, both sides are possible.
 
 The engine takes a deadline as reached up to two spacings of floats early (``hsm.engine.clock``), and the deadline of a
 property is rounded to one: with stamps below 2^32 seconds, which are 477 ns apart, that comes to 1,193 ns.
 """
 
 _NOW = -2
-"""A clock that is of use for a moment only."""
+"""A temporary clock."""
 
 _FREE = 1 << 80
 """No bound."""
@@ -88,7 +88,7 @@ class Zone:
         """After some time, at most this many nanoseconds."""
         extended = self._with(_NOW).later()
         limited = extended.limited(_NOW, None, at_most(most))
-        assert limited is not None, "no time at all is some time"
+        assert limited is not None, "zero is a possible time"
         return limited.only(self.clocks)
 
     def limited(self, clock: Clock, least: int | None, most: int | None) -> Zone | None:

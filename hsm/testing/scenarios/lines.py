@@ -1,4 +1,4 @@
-"""The lines of a .maze-test file: what is there, before any name has a meaning.
+"""The lines of a .maze-test file, before names are resolved.
 
 The file is read line by line, so that one invalid line hides no other.
 """
@@ -118,7 +118,7 @@ def _parser() -> Lark:
 
 
 def read_lines(text: str, report: Report) -> Iterator[ScenarioLine]:
-    """The lines that can be read; of the others is said what is wrong. A comma at the end joins the next line."""
+    """The valid lines; the others are reported. A comma at the end joins the next line."""
     pending, begin = "", 0
     for number, raw in enumerate(text.split("\n"), 1):
         content = raw.partition("#")[0].rstrip()

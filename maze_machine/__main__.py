@@ -8,7 +8,7 @@ from maze_machine.installation import HiddenPackageError, require_packages
 
 
 def main() -> None:
-    """Run the command line, if Python finds the packages that it is made of."""
+    """Run the command line, if Python finds its packages."""
     try:
         require_packages()
     except HiddenPackageError as error:

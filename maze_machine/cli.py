@@ -19,7 +19,7 @@ from maze_machine.errors import reported
 
 
 class Subcommands(Mapping[str, Any]):
-    """The subcommands by name, as click commands; each is imported when somebody asks for it.
+    """The subcommands by name, as click commands; each is imported on first use.
 
     (The type of a command is private to typer, therefore Any.)
     """
@@ -57,7 +57,7 @@ class Commands(TyperGroup):
         self.commands = subcommands
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help text without rich, which takes longer to import than all else."""
+        """Write the help text without rich, whose import takes longer than everything else."""
         self.format_usage(ctx, formatter)
         self.format_help_text(ctx, formatter)
         self.format_options(ctx, formatter)

@@ -14,13 +14,13 @@ GROUPS = (DRIVE, WRITE, WORLD, LINK)
 
 @dataclass(frozen=True, slots=True)
 class Subcommand:
-    """A subcommand that is imported when somebody asks for it.
+    """A subcommand that is imported on first use.
 
     Attributes:
         name: what the user types.
         group: the heading that it is listed under.
         place: ``MODULE:NAME`` within `maze_machine.commands`; a function, or an app with subcommands of its own.
-        summary: the first line of its help text; a test holds it equal to the function's docstring.
+        summary: the first line of its help text; a test compares it with the function's docstring.
     """
 
     name: str
@@ -52,7 +52,7 @@ _SUBCOMMANDS = (
         "view",
         DRIVE,
         "view:view",
-        "Show a run on a page: the plan, the machine, why it does what it does, variables and time.",
+        "Show a run on a page: the plan, the machine, the reasons of its decisions, variables and time.",
     ),
     Subcommand(
         "plot",

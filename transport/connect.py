@@ -39,7 +39,7 @@ def listening(endpoint: str, *, security: Mapping[str, object] | None = None) ->
         security: settings for TLS and access control, as :mod:`transport.security` makes them.
 
     Raises:
-        EndpointError: the endpoint is not written as one.
+        EndpointError: the endpoint is malformed.
         LinkError: it is taken.
     """
     bus = ZenohBus(session_settings("peer", listen=endpoint, security=security))
@@ -58,7 +58,7 @@ def routing(endpoint: str, *, security: Mapping[str, object] | None = None) -> I
         security: settings for TLS and access control, as :mod:`transport.security` makes them.
 
     Raises:
-        EndpointError: the endpoint is not written as one.
+        EndpointError: the endpoint is malformed.
         LinkError: it is taken.
     """
     bus = ZenohBus(session_settings("router", listen=endpoint, security=security))
@@ -80,7 +80,7 @@ def dialling(
         security: settings for TLS, as :mod:`transport.security` makes them.
 
     Raises:
-        EndpointError: the endpoint is not written as one.
+        EndpointError: the endpoint is malformed.
         LinkError: nobody answers there within the time.
     """
     bus = ZenohBus(session_settings("client", connect=endpoint, security=security, wait=wait))

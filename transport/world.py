@@ -13,7 +13,7 @@ class World(Protocol):
 
     @property
     def observation(self) -> Observation:
-        """What the robot senses now."""
+        """The current sensor data of the robot."""
         ...
 
     @property

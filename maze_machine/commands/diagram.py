@@ -73,7 +73,7 @@ def load_chart(file: str, library: str | None = None) -> Machine:
 
     Args:
         file: the file or name.
-        library: what the machine may name, as ``MODULE:NAME``; by default what its project says.
+        library: what the machine may name, as ``MODULE:NAME``; by default that of its project.
     """
     import hsm
     from maze_machine.catalogue.library import chosen_library

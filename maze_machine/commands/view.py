@@ -56,7 +56,7 @@ def view(
     host: HostOption = "127.0.0.1",
     port: PortOption = 0,
 ) -> None:
-    """Show a run on a page: the plan, the machine, why it does what it does, variables and time.
+    """Show a run on a page: the plan, the machine, the reasons of its decisions, variables and time.
 
     A recording becomes one file that any browser opens, without a network. For a machine in another process, the page
     shows it while it runs and can operate it.
@@ -113,7 +113,7 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
     """Show a machine that runs elsewhere until the page is closed.
 
     Raises:
-        LinkError: nobody can be reached there.
+        LinkError: no program can be reached there.
         NoMachineError: no machine answers.
         UsageError: the page's port is taken.
     """

@@ -1,4 +1,4 @@
-"""What a person sees on a terminal while a command thinks: what it does and for how long."""
+"""The progress line on a terminal while a command computes: its task and the elapsed time."""
 
 from __future__ import annotations
 

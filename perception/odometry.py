@@ -55,7 +55,7 @@ def is_restart(step: Displacement, settings: OdometrySettings) -> bool:
 
 
 def corrected(heading: float, compass: Compass, world_angle: float, settings: OdometrySettings) -> float:
-    """A heading moved towards what the compass says of it.
+    """A heading corrected towards the compass.
 
     The walls run along multiples of the world angle, so the compass knows the heading except for such a multiple, which
     the old heading settles.

@@ -17,7 +17,7 @@ from transport.arithmetic import cos_sin, tan
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """What is known of the way to one side or ahead.
+    """The knowledge about the way to one side or ahead.
 
     Lengths are in the frame turned along the walls, measured from the robot's origin: along the corridor for a way to a
     side, to the left for the way ahead.
@@ -76,7 +76,7 @@ class WallSpan(NamedTuple):
 
     @property
     def is_end(self) -> bool:
-        """Whether it is but the end of a wall across."""
+        """Whether it is only the end of a wall across."""
         return self.high == self.low
 
 
@@ -292,7 +292,7 @@ class View(NamedTuple):
 
 
 def _fifth(values: Floats) -> float:
-    """The value that a fifth of the values do not exceed."""
+    """The 20th percentile of the values."""
     values, index = values.copy(), len(values) // 5
     values.partition(index)
     return values.item(index)

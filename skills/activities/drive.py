@@ -16,7 +16,7 @@ from transport.messages import Command
 class Drive(Skill):
     """Drive straight on along the walls, in the middle of a corridor, off the walls of a wider space.
 
-    Outcomes: `blocked` when the robot gets no farther.
+    Outcomes: `blocked` when the robot makes no progress.
     """
 
     def __init__(self, speed: Speed = 0.5) -> None:

@@ -113,7 +113,7 @@ def compiled() -> Kernel | None:
 
 
 class Adaptive:
-    """Plain numpy at first, machine code after enough scans to make loading it pay; the bits are equal."""
+    """Plain numpy at first, machine code once enough scans justify loading it; the bits are equal."""
 
     def __init__(self, patience: int = 4000) -> None:
         """Args: after this many scans the machine code is loaded."""

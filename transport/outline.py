@@ -1,4 +1,4 @@
-"""Whether an outline is one of a body: enough corners, an area, and no side that crosses another."""
+"""Checks an outline: enough corners, an area, and no crossing sides."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Corner = tuple[float, float]
 MOST = 100
 """No outline has more corners."""
 LEAST_AREA = 1e-4
-"""A smaller one is none, m^2: a square of a centimetre."""
+"""The least area, m^2: a square centimetre."""
 
 
 def outline_fault(corners: Sequence[Corner]) -> str:

@@ -1,4 +1,4 @@
-"""Whether what a robot's sensors say can be trusted, before anything drives by it."""
+"""Checks whether sensor data can be trusted, before it is used."""
 
 from __future__ import annotations
 

@@ -14,9 +14,9 @@ DRIFT = 500e-6
 
 
 class Freshness:
-    """How old a sensor's newest message is, without the robot's clock and this one's agreeing.
+    """The age of a sensor's newest message, without synchronised clocks.
 
-    The quickest message so far is taken to have come at once; what another took longer is its delay.
+    The fastest message so far counts as having no delay; the extra time of another one is its delay.
     """
 
     def __init__(self) -> None:
@@ -27,7 +27,7 @@ class Freshness:
     def arrived(self, stamp: int, now: float) -> None:
         """A message with this stamp (ns) was taken at ``now`` (s).
 
-        One that has the stamp of the last one, unless that is zero, is the last one once more, and no younger.
+        A message with the stamp of the last one, unless that is zero, is the same message again, and no newer.
         """
         if self._at is not None and stamp == self._stamp != 0:
             return
@@ -51,7 +51,7 @@ class Freshness:
 
 
 class Senses:
-    """Takes in what a robot's driver sends.
+    """Receives the data of a robot's driver.
 
     Attributes:
         scan: the newest scan that can be trusted, as the profile's laser gives it.
@@ -68,7 +68,7 @@ class Senses:
         self._scan_fault = self._odometry_fault = ""
 
     def take(self, sensed: Sensed, now: float) -> None:
-        """Take in what came, at ``now`` (s, monotonic)."""
+        """Process data that arrived at ``now`` (s, monotonic)."""
         if sensed.scan is not None:
             try:
                 self.scan = conformed(sensed.scan, self._laser)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 LARGEST = 2**20
-"""No file that is read has more bytes."""
+"""The largest file, bytes."""
 
 
 class TomlError(ValueError):
@@ -28,7 +28,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     with path.open("rb") as file:  # not to the end: a device may have none
         content = file.read(LARGEST + 1)
     if len(content) > LARGEST:
-        raise TomlError("it is larger than 1 MiB, which no settings are")
+        raise TomlError("it is larger than 1 MiB, the limit for settings")
     try:
         return parse_toml(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:

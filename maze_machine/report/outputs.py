@@ -114,7 +114,7 @@ class TextStream:
         self.failure: OSError | None = None
 
     def write(self, text: str) -> None:
-        """Write on."""
+        """Write more."""
         if self.failure is not None:
             return
         try:

@@ -125,7 +125,7 @@ def test_a_malformed_endpoint_is_one_line_and_status_2(arguments: list[str]) -> 
     ended = CliRunner().invoke(app, arguments)
     assert ended.exit_code == 2
     assert ended.stderr.splitlines() == [
-        "maze-machine: `foo` is not an endpoint: it reads tcp/HOST:PORT, such as tcp/127.0.0.1:7447"
+        "maze-machine: `foo` is not an endpoint: write tcp/HOST:PORT, such as tcp/127.0.0.1:7447"
     ]
 
 

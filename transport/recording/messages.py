@@ -1,4 +1,4 @@
-"""The messages in a file that anybody may have written: MCAP, or a rosbag2 folder or database, within bounds.
+"""The messages in an untrusted file: MCAP, or a rosbag2 folder or database, within bounds.
 
 Nothing in a file is trusted: a length that it declares only bounds what is read, and what is decompressed is
 counted as it comes out. Sources: the MCAP specification, version 0; the schema of rosbag2_storage_sqlite3.
@@ -199,7 +199,7 @@ class _McapFile:
                 whole = _unpacked(record)
                 left -= len(whole.data)
                 if left < 0:
-                    raise RecordingError(f"holds more than {LARGEST // 1024**3} GB, the most that is read")
+                    raise RecordingError(f"holds more than the limit of {LARGEST // 1024**3} GB")
                 yield from breakup_chunk(whole, validate_crc=True)
         except BROKEN as error:
             if not self._topics and not self.run:
@@ -256,7 +256,7 @@ class _Database:
                     database.set_progress_handler(lambda: 1, STEPS)
                     left -= len(data)
                     if left < 0:
-                        raise RecordingError(f"holds more than {LARGEST // 1024**3} GB, the most that is read")
+                        raise RecordingError(f"holds more than the limit of {LARGEST // 1024**3} GB")
                     packed = data.startswith(ZSTD)
                     content = _decompressed(data, LARGEST_RECORD) if packed else data
                     yield RecordedMessage(
@@ -301,7 +301,7 @@ class _Compressed:
             for part in unpacker.read_to_iter(packed):
                 left -= len(part)
                 if left < 0:
-                    raise RecordingError(f"holds more than {LARGEST // 1024**3} GB, the most that is read")
+                    raise RecordingError(f"holds more than the limit of {LARGEST // 1024**3} GB")
                 file.write(part)
         except zstandard.ZstdError as error:
             raise RecordingError(f"cannot be decompressed: {error}") from None

@@ -10,7 +10,7 @@ from transport.robot import LinkError
 
 
 class ReplayRobot:
-    """A robot that shows a recorded run again, whatever it gets.
+    """A robot that replays a recorded run, independent of its commands.
 
     Attributes:
         finished: the last observation has been answered.

@@ -1,4 +1,4 @@
-"""What a recording holds, once it is read."""
+"""The contents of a recording."""
 
 from __future__ import annotations
 

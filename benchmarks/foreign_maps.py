@@ -36,7 +36,7 @@ KNOWN = (
 
 @dataclass(frozen=True)
 class Read:
-    """What became of a file: its goal, or why it was refused, and how long that took, s."""
+    """The result for a file: its goal, or why it was refused, and the elapsed time, s."""
 
     name: str
     result: str

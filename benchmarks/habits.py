@@ -152,7 +152,7 @@ HABITS = (
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one robot.
+    """The result for one robot.
 
     Attributes:
         habit: its name.

@@ -53,7 +53,7 @@ PING, STEP = bytes(TWIST), b"\1" + bytes(TWIST - 1)
 MAZE, SEED = "final_2015", 1
 STEPS, ENDLESS = 600, 10**6
 TICKS, WARM = 30, 100
-"""Ticks a round, short enough that a busy moment of the computer spoils one round only; ticks that do not count."""
+"""Ticks a round, short enough that a busy moment of the computer affects one round only; ticks that do not count."""
 
 
 def free_endpoint() -> str:
@@ -228,7 +228,7 @@ def in_rounds(times: list[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Figures:
-    """What became of one fault: until the robot stopped, if it did, and until it continued or somebody knew, s."""
+    """The result of one fault: the time until the robot stopped, and until it continued or a message appeared, s."""
 
     stopped: float | None
     resumed: float

@@ -163,7 +163,7 @@ class BeamEnds(NamedTuple):
 
 _NOTHING = np.empty(0)
 NOTHING_SEEN = BeamEnds(_NOTHING, _NOTHING, np.empty((2, 0)), np.empty(0, np.bool_), (0.0, 0.0), [])
-"""Surroundings of which nothing is known."""
+"""Unknown surroundings."""
 
 
 def _flanks(lines: Lines, cosine: float, sine: float) -> list[WallSpan]:

@@ -177,7 +177,7 @@ class LinkStatus:
     """The state of the link.
 
     Attributes:
-        scan_age: age of the newest scan when it was handed out, s; zero in lockstep.
+        scan_age: age of the newest scan when it was delivered, s; zero in lockstep.
         odometry_age: the same for odometry, s.
         reconnects: how often the link was lost and found again in this run.
         stopped: the robot's command time-out has stopped it and waits for a new lease.

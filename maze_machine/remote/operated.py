@@ -90,7 +90,7 @@ class OperatedRun:
     # The operators' side.
 
     def answer(self, payload: bytes) -> bytes:
-        """Do what a question asks for, and say what became of it; both are JSON (``docs/reference/link.md``)."""
+        """Execute a question, and return the answer; both are JSON (``docs/reference/link.md``)."""
         try:
             answer = self._done(payload)
         except (OperationError, UsageError) as error:

@@ -1,4 +1,4 @@
-// Why: for the chosen state and the states around it each transition, its line, what became of it, and on what grounds.
+// Why: for the chosen state and the states around it each transition, its line, its verdict, and the reasons.
 const why = (() => {
   const body = element("reasons").tBodies[0], choice = element("chosen"), facts = element("facts");
   const VERDICTS = { taken: "✔ taken", preempted: "⇥ preempted", false: "✘ not so", earlier: "• another came first",

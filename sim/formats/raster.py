@@ -73,7 +73,7 @@ class Raster:
     Attributes:
         wall: walls.
         door: doors, one for each connected piece.
-        unknown: pixels of which nothing is known.
+        unknown: unknown pixels.
         frame: where they are.
     """
 

@@ -1,4 +1,4 @@
-"""Reads every map in some folders and says, by folder, how many were read and why the others were refused.
+"""Reads every map in some folders and reports, by folder, how many were read and why the others were refused.
 
     python benchmarks/foreign_maps.py FOLDER... [--start-anywhere] [--markdown]
 

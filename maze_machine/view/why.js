@@ -62,7 +62,7 @@ const why = (() => {
       for (const [index, row] of rows) {
         const one = found.get(index);
         row.className = one ? one.verdict : "";
-        cells(row, [row.cells[0].textContent, row.cells[1].textContent, one ? VERDICTS[one.verdict] || one.verdict : "", one ? one.reason : "not looked at in this tick"]);
+        cells(row, [row.cells[0].textContent, row.cells[1].textContent, one ? VERDICTS[one.verdict] || one.verdict : "", one ? one.reason : "not considered in this tick"]);
       }
     }
     now(frame);

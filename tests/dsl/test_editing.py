@@ -116,7 +116,7 @@ def at(word, nth=0):
 def test_hovering_shows_the_registry(document):
     found = document().hover(*at("drive("))
     assert (found.kind, found.doc) == (SymbolKind.ACTIVITY, "Drive straight on.")
-    assert found.detail == "drive(speed : speed = 0.5 m/s) -> blocked; holds base"
+    assert found.detail == "drive(speed : speed = 0.5 m/s) -> blocked; uses base"
     assert document().hover(*at("space.front")).detail == "space.front : bool"
     assert document().hover(*at("cruise", 1)).detail == "speed = 0.5 m/s"
     assert document().hover(999, 0) is None

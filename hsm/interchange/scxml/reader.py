@@ -501,7 +501,7 @@ class _Reader:
         found = _DELAY.fullmatch(text)
         seconds = float(found[1]) * _SECONDS[found[2]] if found else -1.0
         if found is None or not isfinite(seconds):
-            what = "a delay without a unit" if text.strip().replace(".", "", 1).isdecimal() else "no delay"
+            what = "a delay without a unit" if text.strip().replace(".", "", 1).isdecimal() else "not a delay"
             self.find("E0910", f"`{text}` is {what}", place, "write it as in `1.5s` or `200ms`")
         return seconds
 

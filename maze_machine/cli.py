@@ -12,10 +12,11 @@ from importlib import import_module
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from maze_machine.command_table import GROUPS, PLACES, Subcommand
 from maze_machine.errors import reported
+from maze_machine.unconverted import spare_conversions
 
 
 class Subcommands(Mapping[str, Any]):
@@ -37,6 +38,19 @@ class Subcommands(Mapping[str, Any]):
         return len(PLACES)
 
 
+class OneCommand(TyperCommand):
+    """A subcommand; pydantic is imported for values that need it."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Its arguments and options, `--help` among them."""
+        return _spared(super().get_params(ctx))
+
+
+def _spared(parameters: list[Any]) -> list[Any]:
+    spare_conversions(parameters)
+    return parameters
+
+
 @cache
 def _loaded(one: Subcommand) -> Any:
     found = getattr(import_module(one.module), one.attribute)
@@ -44,7 +58,7 @@ def _loaded(one: Subcommand) -> Any:
         app = found
     else:
         app = typer.Typer(rich_markup_mode="markdown", add_completion=False)
-        app.command(one.name)(found)
+        app.command(one.name, cls=OneCommand)(found)
     return typer.main.get_command(app)
 
 
@@ -55,6 +69,10 @@ class Commands(TyperGroup):
         super().__init__(**settings)
         subcommands: Any = Subcommands()
         self.commands = subcommands
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The options of all subcommands."""
+        return _spared(super().get_params(ctx))
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help text without rich, whose import takes longer than everything else."""

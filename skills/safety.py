@@ -44,8 +44,9 @@ class CollisionGuard:
     the robot backs away from.
 
     A round robot turns on the spot anywhere, for a turn brings it nearer to nothing. One that cannot move
-    sideways gets away from a wall beside it only by a turn, in which its rear corner comes nearer to that wall; nor can
-    it first make room for a turn on the spot. So it may spend a little of its margin on these two, and on nothing else.
+    sideways gets away from a wall beside it only by driving on while it turns, in which its rear corner, if it has one,
+    comes nearer to that wall; nor can it first make room for a turn on the spot. So it may spend a little of its margin
+    on these two, and on nothing else; once only, where it has no corners.
     """
 
     def __init__(self, robot: RobotDescription, settings: SafetySettings) -> None:
@@ -101,9 +102,10 @@ class CollisionGuard:
             away: how much of the direction away from what is nearest is to the left.
         """
         settings = self._settings
-        if not self._sideways and abs(away) > BESIDE and twist.turn * away > 0 and twist.forward >= 0:
+        turns_away = not self._sideways and abs(away) > BESIDE and twist.turn * away > 0 and twist.forward >= 0
+        if turns_away and not self._outline.is_round:
             return min(keep, max(keep - settings.turn_away, settings.least_margin / 2))
-        if not self._sideways and not twist.forward:
+        if turns_away or (not self._sideways and not twist.forward):
             return min(keep, max(margin - settings.turn_away, settings.least_margin)) - SAME
         return keep - SAME
 

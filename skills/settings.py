@@ -20,6 +20,10 @@ class MotionSettings(Settings):
     """Largest sideways velocity of a correction, m/s."""
     settle: Positive = 1.2
     """A base that cannot move sideways slants so that it would be where it should be after this time, s."""
+    to_spot_gain: Positive = 4.0
+    """Velocity of a base on two wheels for the way that is left to where it turns, 1/s."""
+    to_spot_speed: Speed = 0.4
+    """Its largest velocity there, m/s."""
     dead_zone: Positive = 0.02
     """Errors of the position below this are left alone, m."""
     look_ahead: Length = 0.5

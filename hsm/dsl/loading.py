@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from pathlib import Path
 
 from lark import Token
@@ -17,15 +16,11 @@ from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
 from hsm.dsl.syntax.layout import without_doubtful
 from hsm.dsl.syntax.parser import parse
+from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.chart import Model
-from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
 
-SUFFIX = ".maze-machine"
-"""The suffix of machine files."""
-
-_LARGEST = 2**25
 _DEEPEST = 100  # files, each imported by the previous one
 
 
@@ -76,26 +71,6 @@ def check_file(path: str | Path, library: Library, *, remarks: bool = True) -> C
     except MachineError as error:
         return Checked(None, error.diagnostics)
     return check_text(text, library, str(path), remarks=remarks)
-
-
-def read_text(path: str | Path) -> str:
-    """The text of a file.
-
-    Raises:
-        MachineError: it cannot be read, or is not text.
-    """
-    try:
-        with Path(path).open("rb") as file:  # not to the end: a device may have none
-            content = file.read(_LARGEST + 1)
-        if len(content) > _LARGEST:
-            raise _unreadable(path, "it is larger than 32 MiB", "move parts of it into machines that it imports")
-        return content.decode("utf-8-sig")
-    except FileNotFoundError as error:
-        raise _unreadable(path, _reason(error), _beside(Path(path))) from None
-    except UnicodeDecodeError as error:
-        raise _unreadable(path, f"byte {error.start + 1} is not UTF-8", "save it as UTF-8") from None
-    except (OSError, ValueError) as error:
-        raise _unreadable(path, _reason(error), "give the path of a file that you may read") from None
 
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
@@ -179,21 +154,6 @@ def _model(checked: Checked) -> Model:
     if checked.model is None:
         raise MachineError(checked.diagnostics)
     return checked.model
-
-
-def _unreadable(path: str | Path, reason: str, suggestion: str) -> MachineError:
-    return MachineError([finding("E0107", None, f"{path} cannot be read: {reason}", suggestion)])
-
-
-def _beside(path: Path) -> str:
-    """The file that was probably meant instead of one that does not exist."""
-    suffix = path.suffix or SUFFIX
-    close = get_close_matches(path.stem, sorted(other.stem for other in path.parent.glob(f"*{suffix}")), n=1)
-    return f"did you mean `{path.with_name(close[0] + suffix)}`?" if close else "give the path of an existing file"
-
-
-def _reason(error: OSError | ValueError) -> str:
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def _position(found: Diagnostic) -> tuple[int, int, str]:

@@ -1,12 +1,14 @@
 """Which projects may run their own Python code here: a project file names code, and opening a folder must not run it.
 
 A person trusts a folder once, with ``maze-machine trust``; the decision is stored in the user's configuration folder. A
-library that is named on the command line needs no trust, since the user names it.
+library that is named on the command line needs no trust, since the user names it. A program that has asked the person
+itself, such as an editor with its trusted workspaces, says so in ``MAZE_MACHINE_TRUSTED`` for what it starts.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +18,9 @@ import typer
 from maze_machine.catalogue.project import Project
 from maze_machine.errors import FileError, UsageError
 from transport.files import write_text
+
+VOUCHED = "MAZE_MACHINE_TRUSTED"
+"""The variable of the environment with folders that the caller vouches for, with all in them; separated as in PATH."""
 
 
 def trust_file() -> Path:
@@ -63,7 +68,10 @@ def distrust(folder: Path) -> None:
 
 def is_trusted(project: Project) -> bool:
     """Whether a project's code may run."""
-    return project.library is None or project.folder in trusted_folders()
+    if project.library is None:
+        return True
+    vouched = [Path(one).resolve() for one in os.environ.get(VOUCHED, "").split(os.pathsep) if Path(one).is_absolute()]
+    return any(project.folder.is_relative_to(one) for one in vouched) or project.folder in trusted_folders()
 
 
 def require_trust(project: Project, ask: Callable[[str], bool] | None = None) -> None:

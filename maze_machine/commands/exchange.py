@@ -34,7 +34,7 @@ def import_chart(
     Example: `maze-machine import lift.scxml -o lift.maze-machine`
     """
     from hsm.dsl.format.formatter import format_text
-    from hsm.dsl.loading import SUFFIX
+    from hsm.dsl.syntax.sources import SUFFIX
     from hsm.interchange.scxml import read_file
     from hsm.interchange.scxml.translation import to_machine_text
 

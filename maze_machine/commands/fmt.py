@@ -28,8 +28,8 @@ def fmt(
     from pathlib import Path
 
     from hsm.dsl.format.formatter import format_text
-    from hsm.dsl.loading import read_text
     from hsm.dsl.reporting import render
+    from hsm.dsl.syntax.sources import read_text
     from hsm.model.diagnostics import MachineError
     from transport.files import write_text
 

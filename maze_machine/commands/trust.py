@@ -22,7 +22,8 @@ def trust(
     """Trust a project's own library: its settings name Python code, which no command runs without your consent.
 
     Read the code first. The decision applies to this user and this folder, and is stored in the user's configuration
-    folder.
+    folder. A program that has asked the user itself, as an editor does, names the folders of that decision in the
+    environment, in MAZE_MACHINE_TRUSTED.
 
     Example: `maze-machine trust ~/robots/vacuum`
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hsm.dsl.loading import SUFFIX
+from hsm.dsl.syntax.sources import SUFFIX
 from hsm.engine.coverage import Coverage
 from hsm.model.diagnostics import MachineError
 from hsm.model.registry import Library

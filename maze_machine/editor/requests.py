@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types
 
-from hsm.dsl.loading import SUFFIX
-from hsm.dsl.lsp.server import MachineServer
+from hsm.dsl.lsp.machine_server import MachineServer
+from hsm.dsl.syntax.sources import SUFFIX
 from maze_machine.editor.libraries import EditorLibraries
 from maze_machine.editor.pages import code_pages
 from maze_machine.editor.settings import SECTION, read_settings, too_old
@@ -55,15 +55,8 @@ def add_requests(server: MachineServer, libraries: EditorLibraries, version: str
 
         return LiveRun(partial(reaching, identity=None), notify)
 
-    def scenarios(file: str, text: str, opened: Mapping[str, str]) -> ScenarioDocument | None:
-        if not file.endswith(TESTS):
-            return None
-        from maze_machine.editor.scenarios import ScenarioDocument  # noqa: PLC0415 - nor does it wait for tests
-
-        return ScenarioDocument(text, file, libraries(file), opened)
-
     server.forget_libraries = libraries.refresh
-    server.other_language = scenarios
+    server.other_language = _Scenarios(libraries)
     server.ignored = libraries.ignored
     server.pages = code_pages()
 
@@ -109,6 +102,20 @@ def add_requests(server: MachineServer, libraries: EditorLibraries, version: str
     def shutdown(_params: None) -> None:
         if live.cache_info().currsize:
             live().stop()
+
+
+@dataclass(frozen=True, slots=True)
+class _Scenarios:
+    """The language of scenarios."""
+
+    libraries: EditorLibraries
+    suffix = TESTS
+
+    def file(self, name: str, text: str, opened: Mapping[str, str]) -> ScenarioDocument:
+        """A file of scenarios as it is in the editor."""
+        from maze_machine.editor.scenarios import ScenarioDocument  # noqa: PLC0415 - nor does it wait for tests
+
+        return ScenarioDocument(text, name, self.libraries(name), opened)
 
 
 @dataclass(slots=True)

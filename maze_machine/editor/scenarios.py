@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 
 from hsm.dsl.format.formatter import indented_lines
-from hsm.dsl.loading import SUFFIX, check_text, read_text
-from hsm.dsl.lsp import navigation
-from hsm.dsl.lsp.editing import Document, Entry, SymbolKind, fitting
-from hsm.dsl.lsp.navigation import OutlineSymbol, Span
-from hsm.dsl.lsp.occurrences import Role
+from hsm.dsl.loading import check_text
+from hsm.dsl.lsp import hovering, navigation, vocabulary
+from hsm.dsl.lsp.document import Document
+from hsm.dsl.lsp.entries import Entry, SymbolKind, fitting
+from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
+from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax.lexer import RESERVED
+from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.chart import Model, On, Raise, Send
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place
@@ -22,6 +25,7 @@ from hsm.model.rewriting import actions_of
 from hsm.model.types import Enumeration
 from hsm.testing.scenarios.lines import read_lines
 from hsm.testing.scenarios.reading import parse_suite
+from maze_machine.editor.scenario_names import scenario_names
 
 _OUTER = {"test": "test ${1:machine}", "tick": "tick ${1:0.1 s}", "scenario": "scenario ${1:what happens}\n    ${0}"}
 _INNER = {
@@ -30,6 +34,7 @@ _INNER = {
     "after": "after ${1:1 s}",
     "expect": "expect ${0:state}",
 }
+_KEYWORDS = RESERVED | {"within", "event", "reports", "fails", "doing", "called", "raised", "sent"}
 _WORD = re.compile(r"[A-Za-z_][\w.]*")
 _LAST_WORD = re.compile(r"[A-Za-z_][\w.]*$")
 
@@ -113,7 +118,7 @@ class ScenarioDocument:
     def hover(self, line: int, column: int) -> Entry | None:
         """What is at a position."""
         word = self._word(line, column)
-        return self.machine.named(word) if word and self.machine is not None else None
+        return hovering.named(self.machine, word) if word and self.machine is not None else None
 
     def definition(self, line: int, column: int) -> Span | None:
         """Where a name is declared: in the machine, or in Python."""
@@ -136,6 +141,35 @@ class ScenarioDocument:
             place = Span(self.file, begin, len("scenario "), begin, len(self.lines[begin]))
             whole = Span(self.file, begin, 0, last, len(self.lines[last]))
             found.append(OutlineSymbol(name, "scenario", Role.PROPERTY, place, whole))
+        return found
+
+    @cached_property
+    def occurrences(self) -> Sequence[NameOccurrence]:
+        """The names in it."""
+        return [] if self.machine is None else scenario_names(self.text, self.file, self.machine)
+
+    def folds(self) -> Iterator[tuple[int, int, bool]]:
+        """The scenarios."""
+        for one in self.outline():
+            if one.whole.end_line > one.whole.line:
+                yield one.whole.line, one.whole.end_line, False
+
+    def colours(self) -> Sequence[Coloured]:
+        """What is coloured, in the order of the text."""
+        # The words of a scenario's title are not keywords.
+        titles = {number for number, line in enumerate(self.lines) if line.startswith("scenario ")}
+        found = navigation.colours(self.lines, self.occurrences, self._keywords())
+        return [one for one in found if one.line not in titles or one.column == 0 or one.kind is Colour.COMMENT]
+
+    def _keywords(self) -> set[tuple[int, int]]:
+        """Line and column of each keyword: a line's first word, and words within lines."""
+        found: set[tuple[int, int]] = set()
+        for number, text in enumerate(self.lines):
+            words = list(_WORD.finditer(text.partition("#")[0]))
+            known = [one for one in words if one.group() in _KEYWORDS]
+            found |= {(number, one.start()) for one in known}
+            if words and words[0].group() in (*_OUTER, *_INNER):
+                found.add((number, words[0].start()))
         return found
 
     def formatted(self) -> str | None:
@@ -163,7 +197,7 @@ class ScenarioDocument:
         part = before.rpartition(",")[2] if "," in before else before.partition(words[0])[2]
         first, given = words[0], part.split()
         if re.search(r"\d\s*$", before):
-            yield from Document("", self.file, self._library).units()
+            yield from vocabulary.units()
         elif first == "test" and len(words) == 1:
             paths = sorted(Path(self.file).parent.glob(f"*{SUFFIX}"))
             yield from (Entry(path.name.removesuffix(SUFFIX), SymbolKind.MACHINE) for path in paths)
@@ -193,7 +227,7 @@ class ScenarioDocument:
     def _beginnings(self, first: str, *, negated: bool) -> Iterator[Entry]:
         """The words that begin a part of a line."""
         assert self.machine is not None, "without a machine there are no completions"
-        everything = list(self.machine.everything())
+        everything = list(vocabulary.everything(self.machine))
         kinds = {SymbolKind.SIGNAL}
         if first in ("given", "expect"):
             kinds |= {SymbolKind.PARAMETER}
@@ -216,7 +250,7 @@ class ScenarioDocument:
             yield from (Entry(one, SymbolKind.EVENT, "event") for one in sorted(raised))
             return
         kind = SymbolKind.ACTIVITY if word == "doing" else SymbolKind.ACTION
-        yield from (one for one in self.machine.everything() if one.kind is kind)
+        yield from (one for one in vocabulary.everything(self.machine) if one.kind is kind)
 
     def _values_of(self, name: str) -> Iterator[Entry]:
         """The values that a signal, a parameter or a variable of an enumeration can have."""

@@ -96,12 +96,23 @@ class RemoteMachine:
             yield step
 
     def newest_step(self) -> Callable[[], dict[str, Any] | None]:
-        """A function that returns the newest published tick, or None if there is none since the last call."""
+        """A function that gives the newest tick, or None where there is none since the last call.
+
+        The first is the one that was there before, which a run that stands still publishes no more.
+        """
         newest = self._bus.newest(self._keys.step)
+        answer = ask_until(self._bus, self._keys.step, b"", self._patience, self._clock)
+        before = None if answer is None else _object(answer)
+        last: dict[str, Any] | None = None
 
         def take() -> dict[str, Any] | None:
+            nonlocal before, last
             message = newest.take()
-            return None if message is None else _object(message.payload)
+            found, before = (before if message is None else _object(message.payload)), None
+            if not found or found == last:  # it may come as an answer, and then be published
+                return None
+            last = found
+            return found
 
         return take
 

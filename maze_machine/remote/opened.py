@@ -42,6 +42,7 @@ class OpenRun:
         self._change = Condition()
         self._publisher = bus.publisher(keys.step)
         bus.serve(keys.model, lambda request: request.reply(model))
+        bus.serve(keys.step, lambda request: request.reply(self._described()))
         bus.serve(keys.why, self._say_why)
         bus.serve(keys.operate, lambda request: request.reply(operated.answer(request.payload)))
         self._thread = Thread(target=self._publish, name="open run", daemon=True)
@@ -79,12 +80,18 @@ class OpenRun:
                 tick, self._unsent = self._newest if self._unsent else None, False
                 closed = self._closed
             if tick is not None:
-                ended = {} if self._ended is None else {"ended": self._ended.as_json()}
-                ranges = shown_ranges(tick.observation.scan)
-                self._publisher.put(encoded({**tick.json, "ranges": ranges, **ended}))
+                self._publisher.put(self._described())
             if closed:
                 return
             time.sleep(_RATE)
+
+    def _described(self) -> bytes:
+        """The newest tick, with how the run ended where it has; an empty object before the first."""
+        tick = self._newest
+        if tick is None:
+            return encoded({})
+        ended = {} if self._ended is None else {"ended": self._ended.as_json()}
+        return encoded({**tick.json, "ranges": shown_ranges(tick.observation.scan), **ended})
 
     def _say_why(self, request: Request) -> None:
         state = request.payload[:1000].decode(errors="replace")

@@ -402,9 +402,9 @@ def test_mutants_read_another_part_and_choose_the_other_value():
 def test_scxml_has_params_for_what_an_event_carries():
     model = checked(LIFT)
     text = write_text(model)
-    assert 'cond="_event.data.number &gt; target or _event.data.express"' in text
+    assert 'cond="_event.data.number &gt; target || _event.data.express"' in text
     assert '<send event="moved" target="#_internal">' in text
-    assert '<param name="by" expr="_event.data.number * 3 m" />' in text
+    assert '<param name="by" expr="_event.data.number * 3.0" />' in text
     assert differences(model) == []
 
 
@@ -416,6 +416,15 @@ def test_what_proofs_do_not_follow_is_looked_for():
     assert found["low"].violated
     assert "event floor(number = -" in Writer(machine.model).suite([found["low"].counterexample])
     assert "no violation found in" in found["high"].reason
+
+
+def test_what_a_machine_raises_may_come_from_outside_too():
+    text = (
+        "machine m\nevent go, late\nproperty quiet : never in(b)\ninitial a\nstate a\n    defer late\n    on go -> b\n"
+        "state b\n    stay\nstate c\n    on late -> a / raise go\n"
+    )
+    quiet = next(one for one in check(hsm.build(checked(text)), seconds=5) if one.name == "quiet")
+    assert quiet.violated
 
 
 def test_expressions_tell_what_they_are():

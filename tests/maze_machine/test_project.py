@@ -1,6 +1,7 @@
 """Projects: their settings, the library of one's own in every command, and whose code may run."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -125,6 +126,16 @@ def test_trust_of_a_folder_is_none_of_the_folders_in_it(stranger):
     project = find_project(inner)
     assert project is not None
     assert not is_trusted(project)
+
+
+def test_an_editor_vouches_for_its_workspace(stranger, monkeypatch):
+    for folders in ("", ".", str(stranger / "inner"), f"{stranger}_not"):
+        monkeypatch.setenv("MAZE_MACHINE_TRUSTED", folders)
+        assert run("check", stranger / "m.maze-machine")[0] == 2
+    assert not (stranger / "ran").exists()
+    monkeypatch.setenv("MAZE_MACHINE_TRUSTED", os.pathsep.join(["/elsewhere", str(stranger.parent)]))
+    assert run("check", stranger / "m.maze-machine")[0] == 0
+    assert trusted_folders() == set()
 
 
 def test_a_person_who_is_asked_may_say_yes_or_no(stranger):

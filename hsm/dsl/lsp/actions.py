@@ -1,4 +1,4 @@
-"""Actions that an editor offers: quick fixes for diagnostics, inlay hints, code lenses."""
+"""What an editor offers to do: quick fixes for diagnostics, hints between the words, lenses above machines."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.occurrences import Role
+from hsm.dsl.semantics.values import SIMPLE_TYPES
 from hsm.dsl.syntax import ast
 from hsm.model.diagnostics import Diagnostic, Severity
 from hsm.model.registry import Library
+from hsm.model.types import NUMBER, Quantity
 from hsm.model.unparse import value_text
 
 _MEANT = re.compile(r"did you mean `([^`]+)`\?")
@@ -145,13 +147,29 @@ def all_fixes(document: Document, found: Iterable[Diagnostic]) -> tuple[Edit, ..
 
 
 def hints(document: Document, first: int, last: int) -> Iterator[Hint]:
-    """The defaults of the arguments that calls on some lines leave out, at the closing brackets.
+    """What some lines leave unsaid: the defaults of arguments, and the units that quantities are passed in.
 
     Args:
         document: the file.
         first: the first line.
         last: the last line.
     """
+    yield from _defaults(document, first, last)
+    yield from _units(document, first, last)
+
+
+def _units(document: Document, first: int, last: int) -> Iterator[Hint]:
+    """The SI unit of a declared quantity, after its type, where the line does not show it."""
+    for one in document.occurrences:
+        kind = SIMPLE_TYPES.get(one.name) if one.role is Role.TYPE else None
+        if isinstance(kind, Quantity) and kind != NUMBER and first <= one.line <= last:
+            written = document.lines[one.line].partition("#")[0][one.end :]
+            if not re.search(rf"(?<![\w/]){re.escape(kind.si_unit)}(?![\w/^])", written):
+                yield Hint(one.line, one.end, f" in {kind.si_unit}")
+
+
+def _defaults(document: Document, first: int, last: int) -> Iterator[Hint]:
+    """The defaults of the arguments that calls on some lines leave out, at the closing brackets."""
     for call in _calls(document.tree.items):
         line = (call.closing.line or 1) - 1
         if not first <= line <= last:

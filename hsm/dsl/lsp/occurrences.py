@@ -98,6 +98,20 @@ def occurrences(tree: ast.File, table: SymbolTable, library: Library) -> list[Na
     return sorted(found, key=lambda one: (one.line, one.column))
 
 
+def names_in(node: object, table: SymbolTable, library: Library, within: str = "") -> Iterator[NameOccurrence]:
+    """The names of a part of a syntax tree, for a text that is not a machine's file but names what one declares.
+
+    Args:
+        node: the part.
+        table: the machine's states and imports.
+        library: what the machine may name.
+        within: the statement that a call is part of: ``DoLine`` for an activity, ``actions`` for an action,
+            ``RaiseSyntax`` for an event; empty for an expression.
+    """
+    field = {"RaiseSyntax": "event"}.get(within, "")
+    yield from _Walker(table, library).walk(node, within, field)
+
+
 @dataclass(frozen=True, slots=True)
 class _Walker:
     table: SymbolTable

@@ -8,7 +8,7 @@ from lsprotocol import types
 from pygls import uris
 
 from hsm.dsl.lsp.actions import Edit, Fix
-from hsm.dsl.lsp.editing import Entry, OpenCall, SymbolKind
+from hsm.dsl.lsp.entries import Entry, OpenCall, SymbolKind
 from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.lsp.refactoring import Refactoring

@@ -7,11 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from hsm.dsl.loading import SUFFIX
+from hsm.dsl.lsp import completion
 from hsm.dsl.lsp.actions import Edit
-from hsm.dsl.lsp.editing import Document, SymbolKind
+from hsm.dsl.lsp.document import Document
+from hsm.dsl.lsp.entries import SymbolKind
 from hsm.dsl.lsp.navigation import OutlineSymbol, block_end, outline
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
+from hsm.dsl.syntax.sources import SUFFIX
 
 ADD_STATE = "refactor.rewrite.maze-machine.addState"
 EXTRACT = "refactor.extract.maze-machine.submachine"
@@ -86,7 +88,7 @@ def _targets(document: Document, line: int) -> Iterator[Refactoring]:
     if match is None:
         return
     begin, end = match.span(1)
-    for entry in document.completions(line, begin):
+    for entry in completion.completions(document, line, begin):
         if entry.kind is SymbolKind.STATE and entry.label != match[1]:
             edit = Edit(line, begin, line, end, entry.label)
             yield Refactoring(f"Change the target to `{entry.label}`", RETARGET, (edit,))

@@ -113,7 +113,7 @@ class Behaviour:
 
     def transition(self, symbol: StateSymbol, line: ast.TransitionLine) -> Transition:
         """The next transition in document order; an invalid trigger waits for nothing."""
-        uncertain = line.keyword == "else" and None in self._tables.get(symbol.index, ())
+        uncertain = False
         trigger = self._trigger(symbol, line)
         scope = self.context.scope
         scope.heard = line.names
@@ -178,6 +178,8 @@ class Behaviour:
     def _else(self, symbol: StateSymbol, keyword: Token) -> Else | None:
         """The condition that none of the state's conditions so far holds."""
         rows = self._tables.get(symbol.index, [])
+        if not rows and symbol.awaited.unknown:
+            return None  # a `when` may be among what could not be read
         if not rows:
             hint = "`else` is the remaining case of the `when` lines before it"
             self.context.add("E0402", keyword, "there is no `when` in this state before this `else`", hint)

@@ -1,7 +1,8 @@
 """From text to tokens: the grammar's terminals, matched by one expression, and blocks from indentation.
 
 The words that begin lines are keywords only there, so a state may be called ``exit`` or ``event``. A line
-within brackets continues the previous one, unless it begins like a statement: then the bracket was never closed.
+within brackets continues the previous one, unless it begins like a statement: then the bracket was never closed. With
+``else`` begins a statement if an arrow, a slash or nothing follows.
 """
 
 from __future__ import annotations
@@ -24,14 +25,24 @@ STATEMENTS = frozenset(
 RESERVED = frozenset({"and", "if", "not", "or", "raise"})
 """The words that are keywords anywhere after the beginning of a line."""
 
-_INNER = {
-    "stay": RESERVED | {"when"},
-    "property": RESERVED | {"after", "always", "before", "eventually", "never", "within"},
-}
-_IN_PLACE = frozenset({"after", "cancel", "else", "for", "send"})
+_ACTIONS = frozenset({"cancel", "send"})
+
+IN_PLACE = _ACTIONS | {"after", "always", "before", "else", "eventually", "for", "never", "when", "within"}
 """Words that are keywords only where no name fits."""
 
-_OPENERS = frozenset(map(str.upper, STATEMENTS))
+_ACTING = frozenset({"on", "when", "else", "after", "every", "entry", "exit", "initial"})
+"""The beginnings of lines with actions, for which a slash outside brackets is the beginning of these."""
+
+_DEEPER = {"LPAR": 1, "RPAR": -1}
+_BEFORE_ACTIONS = frozenset({"SLASH", "COMMA"})
+
+_ENDS = frozenset({"NAME", "NUMBER", "RPAR"})
+"""The tokens that an expression can end with."""
+
+_FOLLOWED = re.compile(r" +[A-Za-z_]")
+_LINE = re.compile(r" *(?:[-=]>|[/#\n])")
+"""What follows an ``else`` that is not within an expression."""
+
 _new = str.__new__
 
 
@@ -73,6 +84,7 @@ class Lexer:
     unclosed: dict[int, Token] = field(default_factory=dict)
     misfits: list[Token] = field(default_factory=list)
     _misfit: int = -1
+    _opener: Token | None = None
 
     def tokens(self, text: str, first: int = 1) -> Iterator[Token]:
         """All tokens of a text that ends with a line break, with where blocks begin and end; called once.
@@ -96,7 +108,7 @@ class Lexer:
                 yield from self._indentation(token, levels)
                 continue
             if held is not None:
-                if kind in _OPENERS:
+                if token is self._opener:
                     yield from self._give_up(opened, held, levels)
                 held = None
             if kind == "LPAR":
@@ -114,6 +126,8 @@ class Lexer:
         symbols = self.terminals.symbols
         line, line_start = first, 0
         opening = ""
+        depth = 0  # open brackets
+        acting = False  # whether the actions of the line have begun
         earlier, previous = "_NL", "_NL"  # the first line begins as if after a line break
         for match in self.terminals.pattern.finditer(text):
             kind = match.lastgroup or "UNKNOWN"
@@ -121,12 +135,20 @@ class Lexer:
             word = text[start:end]
             token = _token(kind, word, line, start - line_start + 1)
             if kind == "NAME":
-                if previous == "_NL" and word in STATEMENTS:
-                    opening = word
-                    token.type = kind = word.upper()
-                elif word in _INNER.get(opening, RESERVED) or (
-                    word in _IN_PLACE and _in_place(word, opening, earlier, previous, text[end : end + 2])
+                if (
+                    previous == "_NL"
+                    and word in STATEMENTS
+                    and not (depth and word == "else" and _LINE.match(text, end) is None)
                 ):
+                    opening, depth, acting = word, 0, False
+                    self._opener = token
+                    token.type = kind = word.upper()
+                elif word in RESERVED:
+                    token.type = kind = word.upper()
+                elif word in _ACTIONS:
+                    if acting and not depth and previous in _BEFORE_ACTIONS and _FOLLOWED.match(text, end):
+                        token.type = kind = word.upper()
+                elif word in IN_PLACE and _in_place(word, opening, depth, earlier, previous):
                     token.type = kind = word.upper()
             elif kind == "_NL":
                 if end == len(text):
@@ -136,6 +158,8 @@ class Lexer:
                 token.end_line = line
             elif kind == "_MARK":
                 token.type = kind = symbols[word]
+                depth = max(0, depth + _DEEPER.get(kind, 0))
+                acting = acting or (kind == "SLASH" and not depth and opening in _ACTING)
             earlier, previous = previous, kind
             yield token
 
@@ -186,14 +210,28 @@ def _block_token(kind: str, newline: Token) -> Token:
     return token
 
 
-def _in_place(word: str, opening: str, earlier: str, previous: str, following: str) -> bool:
-    """Whether a word is a keyword after these two tokens on a line with this beginning."""
+def _in_place(word: str, opening: str, depth: int, earlier: str, previous: str) -> bool:
+    """Whether a word is a keyword where it is.
+
+    Args:
+        word: one of ``IN_PLACE``, but none that begins an action.
+        opening: the word that the line begins with.
+        depth: how many brackets are open.
+        earlier: the kind of the last token but one.
+        previous: the kind of the last token.
+    """
     match word:
-        case "for":
-            return opening == "when" and previous in ("NAME", "NUMBER", "RPAR")
-        case "after":
-            return (earlier == "RAISE" and previous == "NAME") or previous == "RPAR"
         case "else":
-            return previous in ("NAME", "NUMBER", "RPAR")
-        case _:
-            return previous in ("SLASH", "COMMA") and following[:1] == " " and following[1:].isidentifier()
+            return previous in _ENDS or previous == "_NL"
+        case "after" if opening != "property":
+            return (earlier == "RAISE" and previous == "NAME") or previous == "RPAR"
+        case "for":
+            return opening == "when" and not depth and previous in _ENDS
+        case "when":
+            return previous == "STAY"
+        case "eventually":
+            return previous == "ALWAYS"
+        case "before" | "within":
+            return opening == "property" and not depth and previous in _ENDS
+        case _:  # what a claim begins with
+            return opening == "property" and previous == "COLON"

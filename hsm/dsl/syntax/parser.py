@@ -19,6 +19,7 @@ from hsm.dsl.syntax.lark_table import ParseTable, TableParser
 from hsm.dsl.syntax.layout import LAYOUT
 from hsm.dsl.syntax.lexer import Lexer, Terminals
 from hsm.dsl.syntax.syntax_errors import report_line
+from hsm.dsl.syntax.table_cache import analysed
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Diagnostic, Place
 
@@ -233,14 +234,19 @@ class Grammar:
 
 def read_grammar() -> Lark:
     """The grammar, read by lark."""
-    grammar = files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
     builder: Any = TreeBuilder()
-    return Lark(grammar, parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False)
+    return Lark(
+        _grammar_text(), parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False
+    )
+
+
+def _grammar_text() -> str:
+    return files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
 
 
 @cache
 def _grammar() -> Grammar:
-    return Grammar.of(read_grammar())
+    return Grammar.of(analysed(_grammar_text(), TreeBuilder(), read_grammar))
 
 
 def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.File, list[Diagnostic]]:

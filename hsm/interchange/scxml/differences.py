@@ -35,7 +35,7 @@ _ORDER = "SCXML handles the inputs of one tick in order of time; here events com
 
 def differences(model: Model) -> list[Diagnostic]:
     """The parts of a machine whose meaning changes in SCXML; empty if there are none."""
-    return [*_transitions(model), *_names(model), *_same_tick(model), *_sent(model)]
+    return [*_transitions(model), *_names(model), *_same_tick(model), *_sent(model), *_parameters(model)]
 
 
 def _transitions(model: Model) -> Iterator[Diagnostic]:
@@ -125,6 +125,14 @@ def _sent(model: Model) -> Iterator[Diagnostic]:
         if isinstance(action, Emit):
             reason = f"SCXML sends `{action.event}` to a session with an address; here every other machine receives it"
             yield finding("W0923", action.place, reason, "let the program that runs the sessions forward it")
+
+
+def _parameters(model: Model) -> Iterator[Diagnostic]:
+    """Parameters without a value: a chart is not given any when it starts."""
+    for parameter in model.parameters:
+        if parameter.required:
+            reason = f"parameter `{parameter.name}` has no value: in SCXML it is undefined"
+            yield finding("W0923", model.states[0].place, reason, "write a value after its type")
 
 
 def _same_tick(model: Model) -> Iterator[Diagnostic]:

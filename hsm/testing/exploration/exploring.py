@@ -22,7 +22,7 @@ from hsm.engine.machine import Machine
 from hsm.engine.occurrences import checked_events, event_text
 from hsm.engine.record import Selection
 from hsm.engine.run_state import PendingFault, RunState, fault_event
-from hsm.model.chart import Assign, Emit, Model, On, Raise, Send, State, StateKind, Transition
+from hsm.model.chart import Assign, Emit, Model, On, State, StateKind, Transition
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Binary, EventValue, Expression, SignalValue, VariableValue
 from hsm.model.faults import MachineFault
@@ -458,19 +458,19 @@ def _by_way_of_variables(model: Model) -> Iterator[Expression]:
 
 
 def _events(machine: Machine) -> dict[int, tuple[str, ...]]:
-    """The events from outside that each transition waits for, without those that the machine raises or reports.
+    """The events from outside that each transition waits for.
 
-    An event with data is declared by the machine, and may come from outside even if the machine also raises it.
+    What is declared may come from outside although the machine raises it, too; not what one member sends to another.
+    Where nothing is declared, the outcomes and completions of the machine's own states are left out.
     """
     model = machine.model
-    own = {"done", "fault"}
-    for state in model.states:
-        if state.activity is not None:
-            own.update(state.activity.activity.outcomes)
-        own.update(model.states[child].name.rpartition(".")[2] for child in state.children)
-    raised = {one.event for one in actions_of(model) if isinstance(one, Raise | Send)}
-    own.update(one for one in raised if model.data_of(one) is None)
-    own.update(name for one in actions_of(model) if isinstance(one, Emit) for name in one.receivers)
+    own = {name for one in actions_of(model) if isinstance(one, Emit) for name in one.receivers}
+    if model.events is None:
+        own |= {"done", "fault"}
+        for state in model.states:
+            if state.activity is not None:
+                own.update(state.activity.activity.outcomes)
+            own.update(model.states[child].own_name for child in state.children)
 
     def names(transition: Transition) -> tuple[str, ...]:
         if not isinstance(transition.trigger, On) or transition.trigger.prefix:

@@ -10,12 +10,12 @@ from typing import Any
 
 from lark import Token
 
-from hsm.dsl.loading import read_text
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.typing import Scope
 from hsm.dsl.semantics.values import Declared
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
+from hsm.dsl.syntax.sources import read_text
 from hsm.engine.occurrences import event_text
 from hsm.model.chart import Emit, Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place

@@ -241,6 +241,9 @@ class _Parser:
     def _named(self, name: str, depth: int) -> Evaluate:
         if name in _CONSTANTS:
             return lambda _: _CONSTANTS[name]
+        if name == "Math":
+            self._expect(".")
+            name = f"Math.{self.left.pop(0).value}" if self.left else name
         if name in _WORDS:
             raise InvalidExpressionError(f"`{name}` is not a value")
         if not self._take("("):
@@ -406,6 +409,10 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "int": lambda value: int(_number(value)),
     "Number": _number,
     "abs": lambda value: abs(_number(value)),
+    "Math.abs": lambda value: abs(_number(value)),
+    "Math.floor": lambda value: math.floor(_number(value)),
+    **dict.fromkeys(("min", "Math.min"), lambda *values: min(map(_number, values))),
+    **dict.fromkeys(("max", "Math.max"), lambda *values: max(map(_number, values))),
     "bool": truth,
     "Boolean": truth,
 }

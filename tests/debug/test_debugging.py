@@ -171,7 +171,7 @@ def test_a_tick_after_tick_run_can_be_paused(editor, tmp_path):
     )
     editor.launch(path)
     editor.ask("continue", threadId=1)
-    assert "goes; pause it first" in editor.refused("stepIn", threadId=1)
+    assert "is not paused; pause it first" in editor.refused("stepIn", threadId=1)
     editor.ask("pause", threadId=1)
     assert editor.event("stopped")["reason"] == "pause"
 

@@ -140,7 +140,7 @@ def test_a_fault_is_read_from_a_line(text, fault):
     ("text", "told"),
     [
         ("", "there are laser_blinded, laser_frozen"),
-        ("laser", "no fault `laser`"),
+        ("laser", "there is no fault `laser`"),
         ("laser_blinded when=3", "`when` is not known"),
         ("laser_blinded at=-1", "`at` must be at least 0, not '-1'"),
         ("laser_blinded at=soon", "`at` must be a number, not 'soon'"),

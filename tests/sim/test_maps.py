@@ -203,8 +203,8 @@ class TestTheCoursesObjects:
     @pytest.mark.parametrize(
         ("content", "reason"),
         [
-            ("{", "no JSON"),
-            ("[" * 100_000, "no JSON"),
+            ("{", "not JSON"),
+            ("[" * 100_000, "not JSON"),
             ("[]", "must be"),
             ({"objects": [{"length": 1}]}, "is missing"),
             ({"objects": [{**CONFIG["objects"][0], "velocity": 1e300}]}, "velocity"),

@@ -263,7 +263,7 @@ def test_foreign_messages_are_counted_and_change_nothing() -> None:
 
 
 def test_nobody_at_the_address_is_one_message_within_the_limit(endpoint: str) -> None:
-    with pytest.raises(LinkError, match=f"nobody can be reached at {endpoint}"):
+    with pytest.raises(LinkError, match=f"nothing answers at {endpoint}"):
         reach(endpoint, connect=0.3)
 
 

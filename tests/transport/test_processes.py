@@ -61,7 +61,7 @@ def test_no_simulator_at_the_address_is_one_line_and_status_4(endpoint: str) -> 
     with command("run", "pledge", "--connect", endpoint, "--set", "link.connect=0.5", "--no-picture") as run:
         assert run.end() == 4
         assert run.errors().splitlines() == [
-            f"maze-machine: nobody can be reached at {endpoint}: is the simulator, gate or router running there?"
+            f"maze-machine: nothing answers at {endpoint}: is the simulator, gate or router running there?"
         ]
 
 
@@ -346,7 +346,7 @@ def test_a_gate_stops_a_driver_that_would_drive_on_for_ever(endpoint: str, other
 def test_a_gate_without_a_driver_says_so(endpoint: str) -> None:
     with command("gate", endpoint, "--set", "link.connect=0.3") as gate:
         assert gate.end() == 4
-        assert f"nobody can be reached at {endpoint}" in gate.errors()
+        assert f"nothing answers at {endpoint}" in gate.errors()
 
 
 # Real time: what a controller does whose robot is gone

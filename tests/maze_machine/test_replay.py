@@ -171,7 +171,7 @@ class TestSomebodyElsesRecording:
     @pytest.mark.parametrize(
         ("arguments", "status", "words"),
         [
-            (["replay", "BAG"], 3, "does not say which machine ran; give a machine before the recording"),
+            (["replay", "BAG"], 3, "does not name its machine; give a machine before the recording"),
             (["replay", "pledge", "BAG", "--machine", "pledge"], 2, "two machines"),
             (["replay", "pledge", "BAG", "--scan", "/none"], 3, "has no sensor_msgs/msg/LaserScan on `/none`"),
             (["replay", "none", "BAG"], 3, "there is no machine `none`"),
@@ -193,7 +193,7 @@ class TestWhatARecordingNames:
             ({"machine": "SECRET"}, "which is not a machine's file"),
             ({"machine": "\x1b[2J"}, "which is not a machine's file"),
             ({"machine": "/dev/zero"}, "which is not a machine's file"),
-            ({"profile": "[" * 100_000}, "recorded profile cannot be used|which robot ran"),
+            ({"profile": "[" * 100_000}, "recorded profile cannot be used|not name its robot"),
             ({"profile": "{}{"}, "recorded profile cannot be used"),
             ({"profile": '{"robot": {"period": -1}}'}, "recorded profile cannot be used: .*period"),
             ({"parameters": "[1]"}, "parameters"),

@@ -240,7 +240,7 @@ def test_damaged_repeated_and_foreign_messages_are_dropped_and_counted(rig: Rig)
 
 def test_an_insane_sensor_is_refused_before_anything_drives(rig: Rig) -> None:
     other = RobotDescription(name="toy", laser={"beams": 500})
-    with pytest.raises(LinkError, match="will not drive 'toy': the scan has 1000 beams, the profile says 500"):
+    with pytest.raises(LinkError, match="cannot drive 'toy': the scan has 1000 beams, the profile says 500"):
         open_robot(rig.network.bus(), other, rig.settings, clock=rig.clock)
     rig.clock.wait(PERIOD)
     assert rig.driven[-1] == STOP

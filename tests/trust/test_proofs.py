@@ -627,7 +627,7 @@ def test_a_caller_says_what_it_relies_on(run_test):
     assert run_test(claim, None, "--require", "proved")[0] == 0
     status, told = run_test(claim, None, "--require", "proved", "--depth", 1)
     assert status == 1
-    assert "required: proved; it is not so of" in told
+    assert "required: proved; not met by" in told
     status, told = run_test(claim, None, "--require", "bounded", "--depth", 1)
     assert status == 0
     assert "passed  p" not in told

@@ -44,7 +44,7 @@ def _transitions(model: Model) -> Iterator[Diagnostic]:
         source = model.states[transition.source]
         match transition.trigger:
             case Defer():
-                reason = "SCXML cannot defer an event: it is written as a transition that drops it"
+                reason = "SCXML has no deferred events: this one is written as a transition that drops it"
                 yield _difference(transition, reason, "send the event again, or keep it in a variable")
             case On(prefix=True):
                 continue  # read from SCXML

@@ -105,7 +105,7 @@ def test_code_of_an_untrusted_folder_never_runs(stranger, command):
     name, *rest = command
     status, _, told = run(name, stranger / "m.maze-machine", *rest)
     assert status == 2
-    assert "is not trusted; look at the code, then run `maze-machine trust" in told
+    assert "is not trusted; read the code, then run `maze-machine trust" in told
     assert not (stranger / "ran").exists()
 
 

@@ -186,7 +186,7 @@ ROOM = "start 1 1 0\nwall 0 0 2 0 2 2 0 2 0 1.5\nwall 0 0 0 0.5\nexit 0 0.5 0 1.
     [
         ("wall 0 0 1 1\n", (None, None), "no start"),
         (ROOM.replace("start 1 1 0", "start 1 1 0 spread 0.7 0.7 0"), (1, None), "nearer than 1.21 m"),
-        (ROOM + "wal 0 0 1 1\n", (5, 1), "`wal` is not known"),
+        (ROOM + "wal 0 0 1 1\n", (5, 1), "the word `wal` is unknown"),
         (ROOM + "wall 0 0 1\n", (5, 11), "a y in metres is missing"),
         (ROOM + "wall 0 0 1 x\n", (5, 12), "should be a number, not `x`"),
         (ROOM + "wall 0 0 1 nan\n", (5, 12), "should be a number|finite"),
@@ -218,7 +218,7 @@ CELLS = (MAZES / "cells.txt").read_text()
 @pytest.mark.parametrize(
     ("content", "place", "reason"),
     [
-        (CELLS.replace("G", "x"), (4, 11), "`x` is not known here"),
+        (CELLS.replace("G", "x"), (4, 11), "`x` is not allowed here"),
         (CELLS.replace("o   o   o---o   o", "o   x   o---o   o", 1), (3, 5), "a post `o` is missing"),
         (CELLS.replace("o---o   o   o   o", "o-- o   o   o   o", 1), (5, 2), "here is `-- ` between two posts"),
         (CELLS + "|   \n", (10, None), "2H.1 lines"),

@@ -374,7 +374,7 @@ def test_a_run_whose_robot_is_gone_ends_with_one_line_and_status_4(endpoint: str
             robot.send(number)
             assert run.end() == 4
             *stopped, last = run.errors().splitlines()
-            assert last == "maze-machine: 'toy' has not been heard for 1 s"
+            assert last == "maze-machine: 'toy' has sent no data for 1 s"
             assert all("the base was stopped: no scan for 0." in line for line in stopped)
 
 

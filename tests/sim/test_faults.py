@@ -139,7 +139,7 @@ def test_a_fault_is_read_from_a_line(text, fault):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("", "there are laser_blinded, laser_frozen"),
+        ("", "the faults are laser_blinded, laser_frozen"),
         ("laser", "there is no fault `laser`"),
         ("laser_blinded when=3", "`when` is not known"),
         ("laser_blinded at=-1", "`at` must be at least 0, not '-1'"),

@@ -579,8 +579,7 @@ class Scope:
             units = [f"`{unit.name}`" for unit in UNITS.values() if unit.quantity == expected]
             hint = f"write a unit after the number: {' or '.join(units) or f'`{expected.si_unit}`'}"
         actual = "this number has no unit" if hint and isinstance(found, Literal) else f"this is {in_words(found.type)}"
-        message = f"expected {in_words(expected)} here, but {actual}"
-        self.report.add("E0301", place, message, hint)
+        self.report.add("E0301", place, f"expected {in_words(expected)} here, but {actual}", hint)
         return None
 
     def _mismatch(

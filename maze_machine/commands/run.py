@@ -160,6 +160,7 @@ def run(
 
     Example: `maze-machine run crosser --open tcp/127.0.0.1:7448 --tell blue@tcp/127.0.0.1:7449`
     """
+    import gc
     from contextlib import ExitStack, closing
 
     from maze_machine.arguments.files import check_outputs
@@ -191,6 +192,7 @@ def run(
         [robot or "", maze or "", objects or "", *mission.machine.model.files],
     )
     files, losses = dict[str, Path](), list[str]()
+    gc.freeze()  # what is loaded stays: a tick does not wait for a search through it for garbage
     with ExitStack() as stack:
         stack.push(_telling(losses))
         link = None

@@ -66,6 +66,7 @@ class Ending:
         ticks: number of ticks.
         duration: time on the robot's clock, s.
         elapsed: time on the wall clock, s.
+        longest_tick: how long the slowest tick took on the wall clock, without what waits for the robot, s.
         report: the referee's verdict, of JSON values; empty where there is no referee.
         limited: whether the mission's time limit ended it.
         violations: properties of the machine that did not hold, in words, with time and place.
@@ -77,6 +78,7 @@ class Ending:
     ticks: int
     duration: float
     elapsed: float
+    longest_tick: float
     report: Mapping[str, Any]
     limited: bool = False
     violations: tuple[str, ...] = ()
@@ -186,10 +188,12 @@ def drive(
     first = last = None
     violations: list[str] = []
     limited = False
+    longest_tick = 0.0
     reason = "the machine ended"
     with closing(robot):
         for tick in mission_ticks(mission, robot, perception, operator=operator, truth=truth):
             first, last = first or tick, tick
+            longest_tick = max(longest_tick, tick.phases.thinking)
             violations.extend(map(str, tick.violations))
             for watch in watchers:
                 watch(tick)
@@ -208,7 +212,18 @@ def drive(
     assert last is not None
     elapsed = perf_counter() - began
     duration = last.time - first.time
-    ending = Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations), unread)
+    ending = Ending(
+        last.outcome,
+        reason,
+        last.index + 1,
+        duration,
+        elapsed,
+        longest_tick,
+        report,
+        limited,
+        tuple(violations),
+        unread,
+    )
     for watch in watchers:
         if isinstance(watch, EndWatcher):
             watch.end(ending)

@@ -32,6 +32,11 @@ class Phases(NamedTuple):
     act: float
     command: float
 
+    @property
+    def thinking(self) -> float:
+        """What the controller itself took: all but waiting for the robot, s."""
+        return self.prepare + self.coordinate + self.act
+
 
 @dataclass(frozen=True)
 class Tick:

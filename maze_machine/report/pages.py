@@ -147,7 +147,7 @@ def recorded_verdict(recording: Recording) -> dict[str, Any] | None:
         return None
     report, violations = _kept(said.get("report")) or {}, _kept(said.get("violations")) or []
     outcome, reason = said.get("outcome") or None, said.get("reason", "")
-    return Ending(outcome, reason, 0, 0.0, 0.0, report, violations=tuple(map(str, violations))).as_json()
+    return Ending(outcome, reason, 0, 0.0, 0.0, 0.0, report, violations=tuple(map(str, violations))).as_json()
 
 
 def _kept(text: str | None) -> Any:

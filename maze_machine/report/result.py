@@ -47,6 +47,7 @@ class Result:
             "ended_by": ending.reason,
             "ticks": ending.ticks,
             "duration": ending.duration,
+            "longest_tick": ending.longest_tick,
             "verdict": dict(ending.report) or None,
             "attempts": readable(self.attempts),
             "violations": list(ending.violations),
@@ -81,6 +82,8 @@ class Result:
             }
         if self.ending.unread:
             told["verdict"] = f"cannot be read: {self.ending.unread}"
+        if self.link.get("overruns"):
+            told["longest tick"] = f"{self.ending.longest_tick:.3f} s"
         counted = {name: count for name, count in self.link.items() if count}
         told |= counted | dict(self.files)
         return [self.line, *(f"  {name:<28} {value}" for name, value in told.items()), *self.ending.violations]

@@ -5,7 +5,7 @@ Lines and columns count from 0, columns in characters; ``hsm.dsl.lsp.protocol`` 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -79,7 +79,10 @@ class Document:
         return self.tree.lines[line][:column] if line < len(self.tree.lines) else ""
 
     def parameters_of(self, called: str) -> tuple[Parameter, ...]:
-        """What a signal, an activity or an action takes, or an event carries."""
+        """What a signal, an activity, an action or an imported machine takes, or an event carries."""
+        inner = self.imported(called)
+        if inner is not None:
+            return inner._typed(one for one in inner.table.root.lines if isinstance(one, ast.ParameterLine))
         tables = (self.library.signals, self.library.activities, self.library.actions)
         return next((table[called].parameters for table in tables if called in table), self.fields(called))
 
@@ -88,14 +91,18 @@ class Document:
         for line in self.table.root.lines:
             for declared in line.events if isinstance(line, ast.EventLine) else ():
                 if declared.name == event and declared.fields:
-                    types = [(str(one.name), self._type_named(str(one.type))) for one in declared.fields]
-                    return tuple(Parameter(name, kind) for name, kind in types if kind is not None)
+                    return self._typed(declared.fields)
         for name in self.table.imports:
             inner = self.imported(name)
             if inner is not None and (found := inner.fields(event)):
                 return found
         known = self.library.events.get(event)
         return () if known is None else tuple(Parameter(one.name, one.type) for one in known.fields)
+
+    def _typed(self, declared: Iterable[ast.FieldSyntax | ast.ParameterLine]) -> tuple[Parameter, ...]:
+        """Declared names with those types that are known."""
+        types = [(str(one.name), self._type_named(str(one.type))) for one in declared]
+        return tuple(Parameter(name, kind) for name, kind in types if kind is not None)
 
     def _type_named(self, name: str) -> Type | None:
         for line in self.table.root.lines:

@@ -37,6 +37,11 @@ def hover(document: Document, line: int, column: int) -> Entry | None:
         word = _word(document, line, column)
         unit = UNITS.get(word)
         return None if unit is None else Entry(word, SymbolKind.UNIT, str(unit.quantity))
+    if here.owner in document.table.states and here.role is not Role.ARGUMENT:
+        exposed = (one for one in vocabulary.everything(document) if one.label == f"{here.owner}.{here.name}")
+        call = document.table.states[here.owner].instance
+        inner = None if call is None else document.imported(str(call.name))
+        return next(exposed, None) or (None if inner is None else named(inner, here.name))
     if here.role is Role.STATE:
         return state_entry(document, here.name)
     if here.role is Role.ARGUMENT:
@@ -45,8 +50,7 @@ def hover(document: Document, line: int, column: int) -> Entry | None:
     if here.role is Role.MACHINE:
         return _machine_entry(document, here.name)
     kinds = _KINDS_OF[here.role]
-    name = f"{here.owner}.{here.name}" if here.owner in document.table.states else here.name
-    return next((one for one in vocabulary.everything(document) if one.label == name and one.kind in kinds), None)
+    return next((one for one in vocabulary.everything(document) if one.label == here.name and one.kind in kinds), None)
 
 
 def open_call(document: Document, line: int, column: int) -> OpenCall | None:

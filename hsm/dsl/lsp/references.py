@@ -16,11 +16,12 @@ from hsm.dsl.loading import find_import
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.navigation import block_end, instance_of, same_roles
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
+from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.lexer import RESERVED
 from hsm.model.chart import StateKind
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_IN_FILE = {Role.STATE, Role.VARIABLE, Role.PARAMETER, Role.EVENT, Role.ARGUMENT, Role.PROPERTY}
+_IN_FILE = {*Role} - {Role.MACHINE, Role.SIGNAL, Role.ACTIVITY, Role.ACTION, Role.FUNCTION}
 """What a file declares, and can rename."""
 
 
@@ -215,15 +216,24 @@ def _of_import(
         case Role.PARAMETER:
             return one.role is Role.ARGUMENT and one.owner == imported
         case Role.STATE:
-            return (one.role is Role.EVENT and (lines is None or one.line in lines)) or (
-                one.role is Role.STATE and inside
-            )
+            outcome = one.role is Role.VALUE and _may_be_outcome(machine, imported, one.name)
+            heard = one.role is Role.EVENT and (lines is None or one.line in lines or inside)
+            return heard or outcome or (one.role is Role.STATE and inside)
         case Role.VARIABLE:
             return inside and one.role is Role.VARIABLE
         case Role.EVENT:
             return one.role is Role.EVENT
         case _:
             return False
+
+
+def _may_be_outcome(machine: Document, imported: str, name: str) -> bool:
+    """Whether a bare name can only be how an instance of an imported machine has ended."""
+    calls = [one.instance for one in machine.table.all_states() if one.instance is not None]
+    own = [line for line in machine.table.root.lines if isinstance(line, ast.EnumerationLine)]
+    taken = {str(member) for line in own for member in line.members}
+    taken |= {member.value for kind in machine.library.enumerations.values() for member in kind}
+    return name not in taken and any(str(one.name) == imported for one in calls)
 
 
 def _means_the_same(one: NameOccurrence, here: NameOccurrence) -> bool:

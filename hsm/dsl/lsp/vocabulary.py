@@ -34,6 +34,24 @@ def everything(document: Document) -> Iterator[Entry]:
     yield from events(document)
     yield from types(document)
     yield from _properties(document)
+    yield from _only_compared(document)
+
+
+def _only_compared(document: Document) -> Iterator[Entry]:
+    """What is written in special places only: how instances end, and what properties ask of activities."""
+    finals = {
+        final: name
+        for name, symbol in document.table.states.items()
+        if symbol.instance is not None and (inner := document.imported(str(symbol.instance.name))) is not None
+        for final in _finals(inner)
+    }
+    yield from (Entry(final, SymbolKind.VALUE, f"outcome of {name}") for final, name in finals.items())
+    yield from (Entry(one, SymbolKind.VALUE, "bool") for one in ("true", "false"))
+    yield Entry("none", SymbolKind.VALUE, "the outcome of an instance that has not ended")
+    yield Entry("doing", SymbolKind.FUNCTION, "doing(ACTIVITY)", "Whether some active state runs an activity.")
+    yield Entry("holding", SymbolKind.FUNCTION, "holding(THING)", "Whether the activity of an active state holds it.")
+    held = dict.fromkeys(thing for one in document.library.activities.values() for thing in one.holds)
+    yield from (Entry(thing, SymbolKind.VALUE, "held by activities") for thing in held)
 
 
 def values(document: Document) -> Iterator[Entry]:
@@ -130,6 +148,18 @@ def events(document: Document) -> Iterator[Entry]:
     yield from (_event(document, one.name, one.doc) for one in document.library.events.values())
     for name in dict.fromkeys((*_outcomes(document), *_finals(document), "done", "fault")):
         yield Entry(name, SymbolKind.EVENT, "outcome")
+    yield from (Entry(name, SymbolKind.EVENT, "raised event") for name in dict.fromkeys(_raised(document)))
+
+
+def _raised(document: Document) -> Iterator[str]:
+    """The events that the file raises and does not declare."""
+    lines = [line for line in document.table.root.lines if isinstance(line, ast.EventLine)]
+    declared = {str(event.name) for line in lines for event in line.events} | set(document.library.events)
+    for symbol in document.table.all_states():
+        for line in (*symbol.lines, *(() if symbol.initial is None else (symbol.initial,))):
+            if isinstance(line, ast.TransitionLine | ast.EntryLine | ast.ExitLine | ast.InitialLine):
+                raised = (str(one.event) for one in line.actions if isinstance(one, ast.RaiseSyntax))
+                yield from (name for name in raised if name not in declared)
 
 
 def _event(document: Document, name: str, doc: str) -> Entry:

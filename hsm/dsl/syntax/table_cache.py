@@ -37,10 +37,9 @@ def analysed(grammar: str, transformer: object, analyse: Callable[[], Lark], fol
     try:
         file = _file(grammar, folder)
         return _restored(_read(file), transformer)
-    except Exception:
-        pass
-    found = analyse()
-    with suppress(Exception):  # nor does a cache that cannot be written cost a run
+    except Exception:  # whatever is wrong with a kept file, the grammar itself is there
+        found = analyse()
+    with suppress(Exception):  # and what cannot be kept is analysed again the next time
         _write(_file(grammar, folder), _kept(found))
     return found
 

@@ -353,12 +353,14 @@ class Explorer:
             yield declared.name, FAULT
 
     def _waits(self, moment: ExploredMoment) -> list[Wait]:
-        """At once, a tick before the next deadline, at the next deadline."""
+        """At once, a tick before the next deadline, at the next deadline; a tick later where an event is on its way."""
         deadlines = [seconds(due) for due in (*moment.state.timers.values(), *(due for due, _ in moment.state.sent))]
         ahead = [due - moment.time for due in deadlines if due > moment.time + 1e-9]
         if not ahead:
             return [NO_WAIT]
         soonest = min(ahead)
+        if soonest > self._tick and any(due <= nanoseconds(moment.time) for due, _ in moment.state.sent):
+            return [NO_WAIT, Wait(self._tick)]
         before = round(soonest - self._tick, 9)
         early = [Wait(before, early=True)] if before > 0 else []
         return [NO_WAIT, *early, Wait(round(soonest, 9))]

@@ -283,7 +283,7 @@ class _Search:
         """How certain it is that a goal cannot be reached."""
         if self.proved:
             return "it cannot be: proved for all runs"
-        return f"not found in {self.steps} steps from {len(self.parents)}states"
+        return f"not found in {self.steps} steps from {len(self.parents)} states"
 
     def _possible(self) -> Possible | None:
         """The goals that steps may reach, if all steps are known."""

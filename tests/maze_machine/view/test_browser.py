@@ -201,7 +201,7 @@ def test_stop_is_always_there_and_is_confirmed_only_when_the_base_stands(opened,
         stop.click()
         page.wait_for_function("document.getElementById('status').textContent.startsWith('Stopping')")
         assert asked == [b'{"kind":"end"}']
-        served.end(Ending(None, "an operator ended the run", 40, 4.0, 1.0, {}).as_json())
+        served.end(Ending(None, "an operator ended the run", 40, 4.0, 1.0, 0.01, {}).as_json())
         page.wait_for_function("document.getElementById('status').textContent.includes('The base has stopped.')")
         assert stop.is_hidden()
 

@@ -1,13 +1,8 @@
-"""Settings of all tests: hypothesis times none of them, and an interrupt reaches the programs that they start."""
-
-import signal
+"""What holds for all tests."""
 
 from hypothesis import settings
 
-settings.register_profile("untimed", deadline=None)
-settings.load_profile("untimed")
-
-if (
-    signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-):  # a shell starts programs in the background so, and children inherit it
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+# A computer that is busy with other tests takes long over any example; speed is measured in benchmarks. What the
+# environment chose before, as repeatable examples in CI, stays.
+settings.register_profile("patient", deadline=None)
+settings.load_profile("patient")

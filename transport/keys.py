@@ -100,6 +100,11 @@ class MachineKeys:
         return f"{self.robot}/machine/why"
 
     @property
+    def sights(self) -> str:
+        """A question with any text: what perception found in the newest tick."""
+        return f"{self.robot}/machine/sights"
+
+    @property
     def operate(self) -> str:
         """The requests of an operator: an event, a pause, the end."""
         return f"{self.robot}/machine/operate"

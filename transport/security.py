@@ -138,7 +138,7 @@ def access_control(access: Access, settings: LinkSettings) -> dict[str, object]:
                 name,
                 "ingress",
                 ["declare_queryable", "reply"],
-                [machine.model, machine.step, machine.why, machine.operate],
+                [machine.model, machine.step, machine.why, machine.sights, machine.operate],
             )
             _look_on(rules, name, keys)
     for name, robots in access.watchers.items():
@@ -157,7 +157,7 @@ _ALL = ("put", "reply", "query", "declare_subscriber", "declare_queryable")
 def _look_on(rules: _Rules, name: str, keys: RobotKeys) -> None:
     machine = MachineKeys(keys.namespace)
     rules.allow(name, "ingress", ["declare_subscriber"], [keys.scan, keys.odometry, keys.clock, machine.step])
-    rules.allow(name, "ingress", ["query"], [machine.model, machine.step, machine.why])
+    rules.allow(name, "ingress", ["query"], [machine.model, machine.step, machine.why, machine.sights])
     rules.allow(name, "egress", _ALL, [f"{keys.namespace}/**"])
 
 

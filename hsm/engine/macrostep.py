@@ -76,6 +76,22 @@ class Macrostep:
         model = self._model
         return tuple(_microstep(model, one.trigger, one.plan) for one in self.selections if one.plan is not None)
 
+    def begun(self, count: int) -> Macrostep:
+        """The same step as far as its first microsteps: what they did, and the states after them.
+
+        Args:
+            count: how many microsteps.
+        """
+        fired = [number for number, one in enumerate(self.selections) if one.plan is not None]
+        if count >= len(fired):
+            return self
+        upcoming = self.selections[fired[count]]
+        step = Macrostep()
+        step.raw = self.record._replace(
+            selections=self.selections[: fired[count]], values=None, timers={}, after=upcoming.configuration
+        )
+        return step
+
     @property
     def transitions(self) -> tuple[Transition, ...]:
         """All transitions taken, in order."""

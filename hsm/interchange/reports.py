@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from hsm.engine.compiled import CompiledChart
+from hsm.engine.evaluation import all_signals
 from hsm.engine.explanation import Considered
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.monitoring import Violation
@@ -21,8 +22,10 @@ from hsm.engine.occurrences import sent_text
 from hsm.model.chart import Model, State, StateKind, Transition
 from hsm.model.diagnostics import Place
 from hsm.model.events import StateEvent
+from hsm.model.expressions import SignalValue
+from hsm.model.rewriting import expressions_of
 from hsm.model.topology import HISTORY
-from hsm.model.unparse import action_text, activity_text, trigger_text, value_text
+from hsm.model.unparse import action_text, activity_text, call_text, trigger_text, value_text
 
 
 @dataclass(frozen=True)
@@ -130,6 +133,15 @@ def transition_text(model: Model, transition: Transition) -> str:
     arrow = f" -> {targets}" if targets else ""
     place = f" (line {transition.place.line})" if transition.place else ""
     return f"{model.states[transition.source].name}{arrow}{place}"
+
+
+def signals_of(model: Model) -> dict[str, SignalValue]:
+    """The signals that a machine asks for, each as it is written."""
+    found: dict[str, SignalValue] = {}
+    for expression in expressions_of(model):
+        for call in all_signals(expression):
+            found.setdefault(call_text(call.signal.name, call.signal.parameters, call.arguments), call)
+    return found
 
 
 def json_value(value: Any) -> Any:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SCHEMES = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")
 """What an endpoint begins with."""
 SILENCE = 10.0
-"""A remote machine that has been silent for this long has ended, s."""
+"""A machine elsewhere of which nothing has come for that long is asked whether it is still there, s."""
 
 
 def view(
@@ -120,6 +120,7 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
     from functools import partial
 
     from maze_machine.commands.opened_run import announce, linger, served
+    from maze_machine.remote.looking import looked_on
     from maze_machine.remote.reaching import reaching
     from maze_machine.report.pages import remote_head
 
@@ -129,8 +130,8 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
         page = served(host, port, head, operate=machine.ask, pausable=lambda: True)
         with page:
             announce(page)
-            ending = {"line": f"nothing has come for {SILENCE:g} s: the run is over, or the link is", "stands": False}
-            for step in machine.steps(SILENCE):
+            ending = {"line": "the machine does not answer any more: the run is over, or the link is", "stands": False}
+            for step in looked_on(machine, SILENCE):
                 page.publish(partial(dict, step))
                 if "ended" in step:
                     ending = {**step["ended"], "stands": True}

@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from hsm import Machine
-from hsm.engine.evaluation import all_signals
+from hsm.interchange.reports import signals_of
 from hsm.model.chart import Model, StateKind
 from hsm.model.diagnostics import Place
-from hsm.model.expressions import SignalValue
 from hsm.model.registry import Library
-from hsm.model.rewriting import expressions_of
 from hsm.model.types import Type
-from hsm.model.unparse import call_text, trigger_text, value_text
+from hsm.model.unparse import trigger_text, value_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +43,7 @@ class Chart:
     def __init__(self, machine: Machine[Any, Any], library: Library[Any, Any]) -> None:
         self.machine = machine
         self.library = library
-        self.signals: dict[str, SignalValue] = {}
-        for expression in expressions_of(machine.model):
-            for call in all_signals(expression):
-                text = call_text(call.signal.name, call.signal.parameters, call.arguments)
-                self.signals.setdefault(text, call)
+        self.signals = signals_of(machine.model)
         self._types: dict[str, Type] = {one.name: one.type for one in self.model.parameters}
         self._types.update((one.name, one.type) for one in self.model.variables)
         self._spots = _spots(self.model)

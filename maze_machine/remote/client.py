@@ -56,6 +56,11 @@ class RemoteMachine:
         """
         return self._asked(self._keys.why, state.encode())
 
+    def sights(self) -> dict[str, Any]:
+        """What perception found in the newest tick; empty where the machine does not say."""
+        answer = self._bus.ask(self._keys.sights, b"", self._patience)
+        return {} if answer is None else _object(answer) or {}
+
     def operate(self, operation: Operation) -> Answer:
         """Execute an operation.
 

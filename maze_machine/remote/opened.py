@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import Any
 
 from maze_machine.drive.mission import Ending, Mission
+from maze_machine.drive.sights import sights
 from maze_machine.drive.tick import Tick, shown_ranges
 from maze_machine.remote.messages import encoded, why_json
 from maze_machine.remote.operated import OperatedRun
@@ -44,6 +45,7 @@ class OpenRun:
         bus.serve(keys.model, lambda request: request.reply(model))
         bus.serve(keys.step, lambda request: request.reply(self._described()))
         bus.serve(keys.why, self._say_why)
+        bus.serve(keys.sights, lambda request: request.reply(self._seen()))
         bus.serve(keys.operate, lambda request: request.reply(operated.answer(request.payload)))
         self._thread = Thread(target=self._publish, name="open run", daemon=True)
 
@@ -92,6 +94,14 @@ class OpenRun:
             return encoded({})
         ended = {} if self._ended is None else {"ended": self._ended.as_json()}
         return encoded({**tick.json, "ranges": shown_ranges(tick.observation.scan), **ended})
+
+    def _seen(self) -> bytes:
+        """What perception found in the newest tick, and where the robot was; made only where somebody asks."""
+        tick = self._newest
+        if tick is None or tick.facts is None:
+            return encoded({})
+        shown = tick.truth or tick.pose
+        return encoded({**sights(tick.facts), "at": [shown.x, shown.y, shown.heading]})
 
     def _say_why(self, request: Request) -> None:
         state = request.payload[:1000].decode(errors="replace")

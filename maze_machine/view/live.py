@@ -105,6 +105,7 @@ class LivePage:
         operate: Operate | None = None,
         drawn: Callable[[str], str] | None = None,
         pausable: Callable[[], bool] = lambda: False,
+        feed: Feed | None = None,
     ) -> None:
         """Begin to listen.
 
@@ -112,12 +113,13 @@ class LivePage:
             head: what does not change.
             port: 0 for any that is free.
             host: an address of this computer.
-            operate: executes an operator's request; None for a read-only page.
-            drawn: returns the picture of the machine around a compound state.
-            pausable: whether the run may be paused; may be known only once it continues.
+            operate: does what an operator wants; None for a page that only shows.
+            drawn: gives the picture of the machine around a compound state.
+            pausable: whether the run may be paused; may be known only once it goes on.
+            feed: frames that have come before; None where none have.
         """
         self.watched, self.seen = Event(), Event()
-        self._feed, self._operate, self._drawn, self._pausable = Feed(), operate, drawn, pausable
+        self._feed, self._operate, self._drawn, self._pausable = feed or Feed(), operate, drawn, pausable
         self._ending: Mapping[str, Any] | None = None
         self._browsers = 0
         self._token = secrets.token_urlsafe(16)

@@ -7,7 +7,7 @@ leaves out values that did not change since the previous frame.
 The head has ``title``, ``period`` (s), ``footprint`` (m), ``laser``, ``scene`` (``walls``, ``doors`` and ``exits`` as
 x1, y1, x2, y2 in m; null if they are unknown), ``model`` (the machine; null where there is none), ``sources`` (the
 text of its files by name), ``drawings`` (SVG by the compound state that is opened), ``undrawn`` (why there are none)
-and ``operable``.
+, ``operable``, and ``trial``: the ``signals`` of a machine that is tried without a robot, or null.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from maze_machine.view.palette import DASHES, INKS
 from transport.description import RobotDescription
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("data", "plan", "machine", "lanes", "why", "controls", "app")
-"""The page's own scripts, in order; each uses the previous ones."""
+SCRIPTS = ("data", "plan", "machine", "lanes", "why", "controls", "trial", "app")
+"""The page's own scripts, in order; each reads the ones before."""
 LIBRARIES = (
     "d3-dispatch", "d3-selection", "d3-timer", "d3-ease", "d3-color", "d3-interpolate", "d3-transition", "d3-drag",
     "d3-zoom", "uPlot.iife",
@@ -73,7 +73,36 @@ def head(
         "drawings": {},
         "undrawn": "",
         "operable": False,
+        "trial": None,
     }
+
+
+def trial_head(
+    title: str,
+    period: float,
+    model: Mapping[str, Any],
+    sources: Mapping[str, str],
+    signals: Sequence[Mapping[str, Any]],
+) -> dict[str, Any]:
+    """What does not change while a machine is tried without a robot.
+
+    Args:
+        title: what the page is called.
+        period: from one tick to the next, s.
+        model: the machine, as for ``head``.
+        sources: the text of the machine's files, by name.
+        signals: ``name`` as it is written, ``type`` and, of an enumeration, ``members`` of each signal.
+    """
+    still: dict[str, Any] = {
+        "footprint": [],
+        "laser": None,
+        "scene": None,
+        "drawings": {},
+        "undrawn": "",
+        "operable": True,
+    }
+    told = {"title": title, "period": period, "model": model, "sources": dict(sources)}
+    return {**still, **told, "trial": {"signals": list(signals)}}
 
 
 class FrameEncoder:

@@ -31,6 +31,7 @@ class Client(LanguageClient):
         self.published = {}
         self.messages = []
         self.progress = []
+        self.refreshed = 0
         self.errors = []
 
         @self.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
@@ -44,6 +45,10 @@ class Client(LanguageClient):
         @self.feature(types.WINDOW_WORK_DONE_PROGRESS_CREATE)
         def created(params):
             self.progress.append((params.token, "created"))
+
+        @self.feature(types.WORKSPACE_DIAGNOSTIC_REFRESH)
+        def asked_again(_params):
+            self.refreshed += 1
 
         @self.feature(types.PROGRESS)
         def progressed(params):
@@ -66,7 +71,11 @@ async def serving(folder, *, pulls=True, options=None, command=None):
     await client.initialize_async(
         types.InitializeParams(
             types.ClientCapabilities(
-                text_document=text, window=types.WindowClientCapabilities(work_done_progress=True)
+                text_document=text,
+                workspace=types.WorkspaceClientCapabilities(
+                    diagnostics=types.DiagnosticWorkspaceClientCapabilities(refresh_support=True)
+                ),
+                window=types.WindowClientCapabilities(work_done_progress=True),
             ),
             root_uri=folder.as_uri(),
             initialization_options=options,
@@ -222,6 +231,7 @@ def test_an_import_that_is_edited_elsewhere_is_read_again(tmp_path):
             part.write_text("machine part\n\ninitial b\n\nfinal b\n", encoding="utf-8")
             change = types.FileEvent(part.as_uri(), types.FileChangeType.Changed)
             client.workspace_did_change_watched_files(types.DidChangeWatchedFilesParams([change]))
+            await until(lambda: client.refreshed)
             report = await client.text_document_diagnostic_async(types.DocumentDiagnosticParams(document))
             assert report.items
 

@@ -185,6 +185,19 @@ class MachineServer(LanguageServer):
         self._others.clear()
         for uri in list(self.workspace.text_documents):
             self.publish_soon(uri)
+        self._have_asked_again()
+
+    def _have_asked_again(self) -> None:
+        """Have an editor that asks for diagnostics, hints and colours ask again."""
+        able = self.client_capabilities.workspace
+        if able is None:
+            return
+        if able.diagnostics is not None and able.diagnostics.refresh_support:
+            self.workspace_diagnostic_refresh(None)
+        if able.inlay_hint is not None and able.inlay_hint.refresh_support:
+            self.workspace_inlay_hint_refresh(None)
+        if able.semantic_tokens is not None and able.semantic_tokens.refresh_support:
+            self.workspace_semantic_tokens_refresh(None)
 
     def publish(self, uri: str) -> None:
         """Send the editor the diagnostics of a document, unless it asks for them."""

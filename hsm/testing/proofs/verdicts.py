@@ -104,8 +104,9 @@ class PropertyVerdict:
         method: how it was proved; None where it was not.
         reason: what prevents a decision; empty if nothing does.
         counterexample: a shortest run to a violation, which was replayed on the engine; None where there is none.
-        depth: no run of that many steps violates it.
-        states: how many places between two steps were visited.
+        depth: in no run of that many steps it is violated.
+        states: how many places between two steps were looked at; with times, those that no property can distinguish
+            count once.
     """
 
     name: str

@@ -158,6 +158,23 @@ class Driver:
             return (name,)
         return tuple(state for state, performed in self.doing.items() if performed.name == name)
 
+    def stimulated(self, reports: Mapping[str, str]) -> Script:
+        """What a step would be given in which activities end so, by the full names of their states; nothing is done."""
+        script = self._script()
+        script.reports = reports
+        return script
+
+    def microsteps(self) -> list[tuple[Macrostep, Mapping[str, Any]]]:
+        """The last step as far as each of its microsteps, with the variables after that one."""
+        fired = [one for one in self.last.selections if one.plan is not None]
+        names = self.machine.generator.variables
+        between = [
+            {name: value for name, value in zip(names, one.values, strict=True) if value is not None}
+            for one in fired[1:]
+        ]
+        after = [*between, dict(self.variables)] if fired else []
+        return [(self.last.begun(count), values) for count, values in enumerate(after, 1)]
+
     def _report(self, reports: Mapping[str, str]) -> None:
         named: dict[str, str] = {}
         for name, outcome in reports.items():
@@ -166,9 +183,7 @@ class Driver:
                 known = ", ".join(f"`{one.name}`" for one in self.doing.values()) or "nothing"
                 raise LookupError(f"`{name}` does not run; what runs: {known}")
             named.update(dict.fromkeys(states, outcome))
-        script = self._script()
-        script.reports = named
-        self.supervisor.act(script)
+        self.supervisor.act(self.stimulated(named))
 
     def _script(self) -> Script:
         return Script(dict(self._signals), failing=self._failing)

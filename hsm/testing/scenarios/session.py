@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,12 +11,14 @@ from typing import Any
 
 from hsm.engine.machine import Machine
 from hsm.engine.snapshots import SnapshotError
+from hsm.interchange.reports import transition_text
 from hsm.model.diagnostics import MachineError
 from hsm.model.faults import MachineFault
 from hsm.model.registry import Library
 from hsm.model.types import Type
 from hsm.model.unparse import trigger_text, value_text
 from hsm.testing.scenarios.driver import TICK, Driver
+from hsm.testing.scenarios.prospects import Prospect, prospects
 from hsm.testing.scenarios.reading import parse_assignment, parse_expectation, parse_suite
 from hsm.testing.scenarios.running import await_claims, performed_text, unmet_claims
 from hsm.testing.scenarios.scenarios import Expectation, Scenario, Stimulus
@@ -24,7 +27,9 @@ from hsm.testing.scenarios.script import scripted_machine
 _LINES = ("given", "when", "after", "expect")
 """The words that begin the lines of a scenario."""
 _SET = "set"
-"""The word that begins a line that sets a variable, which no scenario can do."""
+"""What a line begins with that gives a variable a value, which no scenario can."""
+_LINE = re.compile(r"line\s+(\d{1,7})")
+"""A break at the transitions of a line."""
 _SAME = 1e-9
 """Times that are so near to each other are the same, s."""
 _TICK = f"after {TICK} s"
@@ -109,7 +114,7 @@ class Session:
         self._types: dict[str, Type] = {one.name: one.type for one in self._model.parameters}
         self._types.update((one.name, one.type) for one in self._model.variables)
         self.lines: list[str] = []
-        self._break: tuple[str, Expectation] | None = None
+        self._break: Callable[[Driver], bool] | None = None
         self._seen = _Seen()
         self._watching = watch
         self._ends: list[float] = []  # when each line was done
@@ -196,15 +201,31 @@ class Session:
         """Stop waits when a condition holds.
 
         Args:
-            condition: what an ``expect`` line may say, such as ``in_door`` or ``turns == 2``; None to take it back.
+            condition: what an ``expect`` line may say, such as ``in_door`` or ``turns == 2``; or ``line 12`` for the
+                transitions that are written there; None to take it back.
 
         Raises:
-            SessionError: it cannot be read.
+            SessionError: it cannot be read, or there is no transition in that line.
         """
         if condition is None:
             self._break = None
-            return
-        self._break = (condition, self.condition(condition))
+        elif (found := _LINE.fullmatch(condition)) is not None:
+            self._break = self._takes(int(found[1]))
+        else:
+            expected = self.condition(condition)
+            self._break = lambda driver: not unmet_claims(driver, expected.claims)
+
+    def _takes(self, line: int) -> Callable[[Driver], bool]:
+        """Whether a step has taken a transition of a line of the machine's own file."""
+        file = next(iter(self._model.files), None)
+        there = {
+            one.index
+            for one in self._model.transitions
+            if one.place is not None and one.place.line == line and file in (None, one.place.file)
+        }
+        if not there:
+            raise SessionError(f"there is no transition in line {line}")
+        return lambda driver: any(one.index in there for one in driver.last.transitions)
 
     def condition(self, text: str) -> Expectation:
         """What an ``expect`` line says.
@@ -242,6 +263,30 @@ class Session:
             f"{trigger_text(one.transition.trigger, one.transition.guard)}: {one.reason}"
             for one in looked
         ]
+
+    def prospects(self) -> list[Prospect]:
+        """For each transition of the active states: what makes it fire next, or why nothing does.
+
+        Raises:
+            SessionError: it cannot be tried.
+        """
+        try:
+            return prospects(self.driver)
+        except SnapshotError as error:
+            raise SessionError(str(error)) from None
+
+    def microsteps(self) -> list[Moment]:
+        """The run after each microstep of the last step."""
+        seen, moments = self._seen, list[Moment]()
+        for step, variables in self.driver.microsteps():
+            taken = step.microsteps[-1].transitions
+            states = sorted(step.configuration, key=self.driver.machine.indices.__getitem__)
+            texts = {name: value_text(value, self._types.get(name)) for name, value in variables.items()}
+            lines = tuple(transition_text(self._model, one) for one in taken)
+            moments.append(replace(self.moment, states=tuple(states), variables=texts, taken=lines, doing=()))
+        if moments:
+            moments[-1] = replace(self.moment, taken=moments[-1].taken, called=tuple(seen.called))
+        return moments
 
     def scenario(self, name: str) -> str:
         """The session as a scenario: what was done and, at the end, where that led.
@@ -344,15 +389,11 @@ class Session:
 
     def _watch(self, driver: Driver) -> None:
         """After each step: remember what was done, and stop a wait at the break."""
-        states = driver.machine.model.states
-        for one in driver.last.transitions:
-            targets = ", ".join(states[target].name for target in one.targets)
-            line = f" (line {one.place.line})" if one.place else ""
-            self._seen.taken.append(f"{states[one.source].name}{f' -> {targets}' if targets else ''}{line}")
+        self._seen.taken += [transition_text(self._model, one) for one in driver.last.transitions]
         self._seen.called += [one.name for one in driver.calls]
         self._seen.raised += driver.raised
         self._watching(driver)
-        if self._break is not None and driver.time > 0 and not unmet_claims(driver, self._break[1].claims):
+        if self._break is not None and driver.time > 0 and self._break(driver):
             raise _Break
 
 

@@ -14,7 +14,7 @@ Seven families, each with its promise, which is checked after every fault:
   line, and a file that was there before is as it was or whole and new.
 
 The scale multiplies the number of faults; 1 makes some 1,200. With ``--out`` each fault is a line of that file, and a
-campaign that was interrupted goes on where it was. The table is printed in any case, of all that was done. The exit
+campaign that was interrupted continues where it was. The table is printed in any case, of all that was done. The exit
 status is 1 if any promise was broken, and 3 if the campaign was interrupted.
 """
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SCHEMES = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")
 """What an endpoint begins with."""
 SILENCE = 10.0
-"""A machine elsewhere of which nothing has come for that long is asked whether it is still there, s."""
+"""A remote machine that has been silent for that long is asked whether it is still there, s."""
 
 
 def view(

@@ -25,8 +25,8 @@ and commands of this program:
   enabled             what makes each transition of the active states fire next, or why nothing does
   break [CONDITION]   stop a wait in a state (break moving), at a transition (break line 12) or where something comes to
                       hold (break turns == 2); alone: do not
-  back [N]            take the last N lines back
-  lines               what was done so far
+  back [N]            undo the last N lines
+  lines               the lines so far
   save FILE [NAME]    add the session to a file of scenarios
   help, quit"""
 

@@ -113,9 +113,9 @@ class LivePage:
             head: what does not change.
             port: 0 for any that is free.
             host: an address of this computer.
-            operate: does what an operator wants; None for a page that only shows.
-            drawn: gives the picture of the machine around a compound state.
-            pausable: whether the run may be paused; may be known only once it goes on.
+            operate: executes an operator's request; None for a read-only page.
+            drawn: returns the picture of the machine around a compound state.
+            pausable: whether the run may be paused; may be known only once it continues.
             feed: frames that have come before; None where none have.
         """
         self.watched, self.seen = Event(), Event()

@@ -24,7 +24,7 @@ from transport.description import RobotDescription
 
 FOLDER = Path(__file__).parent
 SCRIPTS = ("data", "plan", "machine", "lanes", "why", "controls", "trial", "app")
-"""The page's own scripts, in order; each reads the ones before."""
+"""The page's own scripts, in order; each uses the previous ones."""
 LIBRARIES = (
     "d3-dispatch", "d3-selection", "d3-timer", "d3-ease", "d3-color", "d3-interpolate", "d3-transition", "d3-drag",
     "d3-zoom", "uPlot.iife",

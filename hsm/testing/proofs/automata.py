@@ -16,7 +16,7 @@ from hsm.testing.proofs.values import Truth, Value
 
 
 class Memory(IntEnum):
-    """What is remembered of a property: no instance runs; nothing; what comes first has not been seen; a time runs."""
+    """The memory of a property: no instance runs; nothing; the first condition has not held; a deadline runs."""
 
     OUTSIDE = 0
     NOTHING = 1
@@ -70,7 +70,7 @@ class Automaton:
         return Memory.WAITING if isinstance(self.stated.claim, Recurrence) else Memory.NOTHING
 
     def branches(self, memory: Memory, edge: Edge) -> Sequence[Branch]:
-        """All ways to go on in a step.
+        """All ways to continue in a step.
 
         Args:
             memory: the memory before.

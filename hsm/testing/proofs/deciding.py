@@ -35,7 +35,7 @@ class Decider:
         longest_tick: in nanoseconds.
         budget: for all properties together.
         stated: all properties of the machine.
-        asked: whether the graph was to be of a certain depth only.
+        asked: whether the graph was limited to a depth on request.
         quotients: smaller graphs, each by the names of the properties that it is for.
     """
 

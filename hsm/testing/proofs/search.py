@@ -176,7 +176,7 @@ class Search:
                 self._add(self._again(visit, number, move))
 
     def _moves(self, location: int, memory: Memory) -> _Moves:
-        """The steps from a location, each with a way for the property to go on; of those to the same effect one."""
+        """The steps from a location, each with a way for the property to continue; of those to the same effect one."""
         key = (location, memory)
         found = self._known_moves.get(key)
         if found is None:

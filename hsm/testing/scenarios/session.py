@@ -27,7 +27,7 @@ from hsm.testing.scenarios.script import scripted_machine
 _LINES = ("given", "when", "after", "expect")
 """The words that begin the lines of a scenario."""
 _SET = "set"
-"""What a line begins with that gives a variable a value, which no scenario can."""
+"""The word that begins a line that sets a variable, which no scenario can do."""
 _LINE = re.compile(r"line\s+(\d{1,7})")
 """A break at the transitions of a line."""
 _SAME = 1e-9

@@ -37,4 +37,5 @@ def new(
         print(dumps([str(path) for path in written]))
         return
     print("\n".join(str(path) for path in written))
-    print(f"\nNow: cd {quote(str(place))} && maze-machine check {name}.maze-machine && maze-machine test {name}.maze-machine")
+    machine = f"{name}.maze-machine"
+    print(f"\nNow: cd {quote(str(place))} && maze-machine check {machine} && maze-machine test {machine}")

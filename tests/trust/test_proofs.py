@@ -85,7 +85,7 @@ FALSE_CLAIMS = {
         state b
         state c
     """,
-    "floats are no real numbers": """
+    "floats are not real numbers": """
         property p : always d <= 1.05 m
         event go
         var d : length = 0 m
@@ -327,6 +327,13 @@ TRUE_CLAIMS = {
             when space.left -> b
         state b
             every t if n < 4 / n += 1, t = 0.5 s if t == 1.5 s else t + 0.5 s
+    """,
+    "an event for other machines": """
+        property p : always n <= 1
+        event go, told
+        var n : int = 0
+        state a
+            on go if n < 1 / n += 1, send told
     """,
     "one number or another": """
         property p : always n <= 3
@@ -634,7 +641,7 @@ def test_gates_do_not_pass_by_accident(run_test):
     assert "there are none beside the machine" in told
     status, told = run_test(DEAD_END, "scenario wrong\n    expect c\n", "--mutate")
     assert status != 0
-    assert "on the machine itself fails" in told
+    assert "these fail on the machine itself" in told
 
 
 def test_a_caller_says_what_it_relies_on(run_test):
@@ -645,7 +652,7 @@ def test_a_caller_says_what_it_relies_on(run_test):
     assert run_test(claim, None, "--require", "proved")[0] == 0
     status, told = run_test(claim, None, "--require", "proved", "--depth", 1)
     assert status == 1
-    assert "required: proved; it is not so of" in told
+    assert "required: proved; not met by" in told
     status, told = run_test(claim, None, "--require", "bounded", "--depth", 1)
     assert status == 0
     assert "passed  p" not in told

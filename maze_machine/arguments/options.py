@@ -143,6 +143,10 @@ ViewOption = Annotated[
     bool,
     typer.Option("--view", help="Show the run on a page, and begin when a browser does. A simulation keeps real time."),
 ]
+TuiOption = Annotated[
+    bool,
+    typer.Option("--tui", help="Show the run in this terminal: states, why, a small plan. Needs the extra `tui`."),
+]
 HostOption = Annotated[
     str,
     typer.Option(metavar="ADDRESS", help="Where the page is served. Anything but the loopback is open to the network."),

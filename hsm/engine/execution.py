@@ -13,7 +13,7 @@ from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Picked, Plan, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.invocations import Invocations
-from hsm.engine.limits import duration
+from hsm.engine.limits import duration, reason_of
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
 from hsm.engine.run_state import PendingFault, RunState, Work, event_of, fault_event
@@ -528,7 +528,7 @@ class MacrostepExecution:
     def _report(self, transition: int, error: Exception) -> None:
         """Announce a failed guard, once for each state and cause in a step."""
         declared = self.chart.model.transitions[transition]
-        place, cause, reason = declared.place, error, f"the guard failed: {error!r}"
+        place, cause, reason = declared.place, error, f"the guard failed: {reason_of(error)}"
         known: Any = (declared.source, transition)
         if isinstance(error, SignalFault):
             known = (declared.source, self.chart.generator.key(error.call, self.state.values), None)
@@ -542,7 +542,7 @@ class MacrostepExecution:
 
     def _action_failed(self, block: Block, error: Exception) -> PendingFault:
         place = block.place_of(error) or self.chart.model.states[block.state].place
-        return PendingFault(fault_event(block.state), f"an action failed: {error!r}", place, error)
+        return PendingFault(fault_event(block.state), f"an action failed: {reason_of(error)}", place, error)
 
 
 def endless(model: Model, selections: Sequence[Selection]) -> Spin:

@@ -12,6 +12,7 @@ from hsm.dsl.semantics.declarations import Declarations
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import HISTORY, StateSymbol
 from hsm.dsl.syntax import ast
+from hsm.engine.clock import nanoseconds
 from hsm.model.chart import (
     Action,
     ActivityCall,
@@ -169,9 +170,9 @@ class Behaviour:
             return None
         if line.keyword == "after":
             return After(duration)
-        if isinstance(duration, Literal) and duration.value == 0:
+        if isinstance(duration, Literal) and nanoseconds(duration.value) == 0:
             hint = "write the time from one repetition to the next"
-            self.context.report.add("E0307", duration.place, "`every` needs a duration above 0 s", hint)
+            self.context.report.add("E0307", duration.place, "`every` needs a duration of a nanosecond or more", hint)
             return None
         return Every(duration)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -14,9 +12,9 @@ from lark import Token
 
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.names import Names
+from hsm.dsl.semantics.numbers import number
 from hsm.dsl.semantics.values import (
     OTHER_TYPES,
-    OTHER_UNITS,
     SIMPLE_TYPES,
     Declared,
     Definition,
@@ -55,7 +53,6 @@ from hsm.model.types import (
     Integer,
     Quantity,
     Type,
-    si_value,
 )
 from hsm.model.unparse import value_text
 
@@ -73,10 +70,8 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 
 
 _DURATION = Quantity(time=1)
-_LONGEST_INTEGER = 18
 _LARGEST_DEFINITION = 500
 _LARGEST = 1e300
-_NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?) *(.*)")
 
 
 @dataclass(slots=True)
@@ -216,7 +211,7 @@ class Scope:
     def _expression(self, node: ast.Expression | ast.Named, expected: Type | None) -> Expression | None:
         match node:
             case Token(type="NUMBER"):
-                return self._number(node)
+                return number(node, self._place(node), self.report)
             case Token(type="NOT_FINITE") if not self._is_named(node, expected):
                 hint = "only a signal and an argument that is expected can have it, with their own unit or none"
                 self.report.add("E0306", self._place(node), f"`{node}` is no finite number", hint)
@@ -236,28 +231,6 @@ class Scope:
             case ast.Named():
                 self.report.add("E0101", self._place(node.name), "a named argument is allowed only in a call")
                 return None
-
-    def _number(self, token: Token) -> Literal | None:
-        written = _NUMBER.fullmatch(token)
-        assert written is not None
-        digits, unit_name = written.groups()
-        if not unit_name:
-            if digits.isdecimal() and len(digits) <= _LONGEST_INTEGER:
-                return Literal(int(digits), INTEGER, self._place(token))
-            return self._finite(float(digits), NUMBER, token)
-        unit = UNITS.get(unit_name)
-        if unit is None:
-            hint = meant(unit_name, OTHER_UNITS) or self.report.guess(unit_name, UNITS).text
-            hint = hint or listed("the units are", UNITS)
-            self.report.add_once("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
-            return None
-        return self._finite(si_value(digits, unit), unit.quantity, token)
-
-    def _finite(self, value: float, kind: Type, token: Token) -> Literal | None:
-        if math.isinf(value):
-            self.report.add("E0306", self._place(token), "this number is too large")
-            return None
-        return Literal(value, kind, self._place(token))
 
     def _is_named(self, token: Token, expected: Type | None) -> bool:
         """Whether something has a name that may be read as a number which is not finite."""

@@ -36,6 +36,8 @@ _NAMES = {
     "import": "the name of a machine",
 }
 _WORD = re.compile(r"[A-Za-z_][\w.]*|[-=<>!+*/&|]+|\d[\d.]*|[^ ]")
+_RUN = re.compile(r"[^ #]*")
+"""What is written without a blank: a strange character in it is the mistake, wherever it is noticed."""
 _FOREIGN = {
     "&&": "write `and`",
     "&": "write `and`",
@@ -77,9 +79,11 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
         line: the line that it is on.
     """
     number, column = token.line or 1, token.column or 1
-    if column <= len(line) and is_strange(line[column - 1]):
-        character = line[column - 1]
-        place = Place(report.file, number, column, number, column + 1)
+    run = _RUN.match(line, column - 1)
+    strange = next((at for at in range(column - 1, run.end() if run else 0) if is_strange(line[at])), None)
+    if strange is not None and token.type != "_NL":
+        character = line[strange]
+        place = Place(report.file, number, strange + 1, number, strange + 2)
         report.add("E0101", place, f"here is {described(character)}", advice(character))
         return
     before = line[: column - 1]

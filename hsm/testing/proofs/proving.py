@@ -137,7 +137,7 @@ class _Proof:
         """Decide some properties; what was known of them stays where no more is found out."""
         replayer = Replayer(graph, self._parameters, self._conditions, self._longest)
         budget = Budget(self._seconds / 2, LOCATIONS)
-        decider = Decider(graph, replayer, self._longest, budget, asked=self._depth is not None)
+        decider = Decider(graph, replayer, self._longest, budget, self._stated, asked=self._depth is not None)
         stated = {one.name: one for one in self._stated}
         for name in names:
             verdict = decider.without_fault() if name == NO_FAULT else decider.decided(stated[name])

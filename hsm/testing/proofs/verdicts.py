@@ -105,7 +105,8 @@ class PropertyVerdict:
         reason: what is in the way of a decision; empty where nothing does.
         counterexample: a shortest run to a violation, which was replayed on the engine; None where there is none.
         depth: in no run of that many steps it is violated.
-        states: how many places between two steps were looked at.
+        states: how many places between two steps were looked at; with times, those that no property can distinguish
+            count once.
     """
 
     name: str

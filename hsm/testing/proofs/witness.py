@@ -167,9 +167,11 @@ class Replayer:
                 branch = Branch(visit.memory, FALSE) if visit.repeated else visit.branch
                 self._bound(schedule, since, moment, (way[number - 1].location, visit.edge, branch))
             since.update(dict.fromkeys(visit.edge.fresh, (moment, 0)))
-            for timer in visit.edge.beats:
-                begun, offset = since.get(timer.clock, (moment, 0))
-                since[timer.clock] = begun, offset + timer.least
+            if visit.edge.beats:
+                lasted = {one.transition: one.least for one in self._graph.locations[visit.edge.source].timers}
+                for timer in visit.edge.beats:
+                    begun, offset = since.get(timer.clock, (moment, 0))
+                    since[timer.clock] = begun, offset + lasted[timer.transition]
             if visit.branch.restarts or not number:
                 since[PROMISE] = moment, 0
             idle = None

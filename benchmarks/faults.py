@@ -5,7 +5,7 @@ Seven families, each with its promise, which is checked after every fault:
 - in real time, behind the gate, on a clock turned by hand: the base moves only by whole answers of the lease's holder
   to fresh observations, and stops within the command time-out after the last one; after the fault it is driven again;
 - in lockstep, over a bad network, with threads and real timers: the run is the undisturbed one, bit for bit;
-- the recorder on a bad disk: the run goes on, what the recording holds is as it was, what was there before is kept;
+- the recorder on a bad disk: the run continues, what the recording holds is as it was, what was there before is kept;
 - a campaign with workers that are killed, stopped or cut off: its results file is the undisturbed one, byte for byte;
 - the same on a dask cluster whose scheduler and workers are killed and come again;
 - in lockstep through a router that is killed, stopped or started again: the run is the undisturbed one, or it ends with
@@ -14,7 +14,7 @@ Seven families, each with its promise, which is checked after every fault:
   line, and a file that was there before is as it was or whole and new.
 
 The scale multiplies the number of faults; 1 makes some 1,200. With ``--out`` each fault is a line of that file, and a
-campaign that was interrupted goes on where it was. The table is printed in any case, of all that was done. The exit
+campaign that was interrupted continues where it was. The table is printed in any case, of all that was done. The exit
 status is 1 if any promise was broken, and 3 if the campaign was interrupted.
 """
 
@@ -333,7 +333,7 @@ def lockstep_fault(seed: int) -> tuple[str, str, str]:
             robot.close()
     where = {"restart": "simulator", "kill": "controller"}.get(kind, "network")
     if kind == "restart":
-        return where, kind, "went on with a simulator that was gone"
+        return where, kind, "continued with a simulator that was gone"
     return where, f"{kind} (lockstep)", "good" if rows == expected else "another run"
 
 

@@ -9,7 +9,7 @@ from maze_machine.memory import look_before_loading
 
 
 def main() -> None:
-    """Run the command line, if Python finds the packages that it is made of."""
+    """Run the command line, if Python finds its packages."""
     look_before_loading()
     try:
         require_packages()

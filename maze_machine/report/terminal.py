@@ -70,10 +70,11 @@ class RunTerminal(App[None]):
 
     CSS = """
     #now { height: 1; text-style: bold; } #status { height: auto; max-height: 4; }
-    #plan { width: 1fr; border: round $primary; } #side { width: 1fr; }
+    #plan { width: 1fr; height: 100%; border: round $primary; } #side { width: 1fr; height: 100%; }
     #states { height: auto; max-height: 40%; border: round $primary; }
     #why { height: 1fr; border: round $primary; } #facts { height: auto; max-height: 30%; border: round $primary; }
     """
+    ENABLE_COMMAND_PALETTE = False
     BINDINGS = [  # noqa: RUF012 - textual's own form
         Binding("space", "hold", "Pause"),
         Binding("full_stop", "advance", "One tick"),
@@ -130,7 +131,7 @@ class RunTerminal(App[None]):
             self._put("plan", "\n".join(drawn))
             self._put("states", "\n".join(tick.configuration))
             self._put("why", "\n".join(why_lines(tick)))
-            self._put("facts", "\n".join(f"{name} = {value_text(value)}" for name, value in tick.variables.items()))
+            self._put("facts", "\n".join(variable_lines(tick)))
         self._put("status", self._status(tick))
 
     def _put(self, name: str, text: str) -> None:
@@ -185,6 +186,13 @@ def now_line(name: str, tick: Tick) -> str:
     twist = tick.command.twist
     speed = math.hypot(twist.forward, twist.left)
     return f"{name[:20]}  {tick.time:.1f} s  {tick.doing[-30:]}  {speed:.2f} m/s  {twist.turn:.2f} rad/s"
+
+
+def variable_lines(tick: Tick) -> list[str]:
+    """Variables and parameters with their units."""
+    model = tick.report.machine.model
+    types = {one.name: one.type for one in (*model.parameters, *model.variables)}
+    return [f"{name} = {value_text(value, types.get(name))}" for name, value in tick.variables.items()]
 
 
 def why_lines(tick: Tick) -> list[str]:

@@ -70,7 +70,8 @@ def test_a_run_is_seen_paused_stepped_and_stopped(terminal, size):
             assert own
             assert all(f"{one.place.line}: on " in text("why") for one in own)
             assert any(arrow in text("plan") for arrow in "→↗↑↖←↙↓↘")
-            assert "cruise" in text("facts")
+            assert "cruise = 0.5 m/s" in text("facts")
+            assert len(text("plan").splitlines()) > size[1] / 2
             await pilot.press("space")
             await pilot.press("full_stop")
             await until(pilot, lambda: shown.tick.index == 30)

@@ -85,7 +85,7 @@ FALSE_CLAIMS = {
         state b
         state c
     """,
-    "floats are no real numbers": """
+    "floats are not real numbers": """
         property p : always d <= 1.05 m
         event go
         var d : length = 0 m
@@ -634,7 +634,7 @@ def test_gates_do_not_pass_by_accident(run_test):
     assert "there are none beside the machine" in told
     status, told = run_test(DEAD_END, "scenario wrong\n    expect c\n", "--mutate")
     assert status != 0
-    assert "on the machine itself fails" in told
+    assert "these fail on the machine itself" in told
 
 
 def test_a_caller_says_what_it_relies_on(run_test):
@@ -645,7 +645,7 @@ def test_a_caller_says_what_it_relies_on(run_test):
     assert run_test(claim, None, "--require", "proved")[0] == 0
     status, told = run_test(claim, None, "--require", "proved", "--depth", 1)
     assert status == 1
-    assert "required: proved; it is not so of" in told
+    assert "required: proved; not met by" in told
     status, told = run_test(claim, None, "--require", "bounded", "--depth", 1)
     assert status == 0
     assert "passed  p" not in told

@@ -1,4 +1,4 @@
-"""Properties as automata over the steps of a graph: what a monitor remembers, for all signals at once."""
+"""Properties as automata over the steps of a graph: the memory of a monitor, for all signals at once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hsm.testing.proofs.values import Truth, Value
 
 
 class Memory(IntEnum):
-    """What is remembered of a property: no instance runs; nothing; what comes first has not been seen; a time runs."""
+    """The memory of a property: no instance runs; nothing; the first condition has not held; a deadline runs."""
 
     OUTSIDE = 0
     NOTHING = 1
@@ -26,11 +26,11 @@ class Memory(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """One way for a property to go on in a step.
+    """One way for a property to continue in a step.
 
     Attributes:
-        memory: what is remembered then.
-        among: the signals for which it goes so.
+        memory: the memory afterwards.
+        among: the signals for which it continues so.
         violated: whether the property is violated.
         least: the time of the property is at least that many nanoseconds; None where that does not matter.
         most: at most.
@@ -63,17 +63,17 @@ class Automaton:
         self._truths: dict[tuple[int, tuple[int, ...], tuple[Value, ...]], Truth] = {}
 
     def begin(self) -> Memory:
-        """What is remembered at the start."""
+        """The memory at the start."""
         return Memory.OUTSIDE if self._scope is not None else self._begun()
 
     def _begun(self) -> Memory:
         return Memory.WAITING if isinstance(self.stated.claim, Recurrence) else Memory.NOTHING
 
     def branches(self, memory: Memory, edge: Edge) -> Sequence[Branch]:
-        """All ways to go on in a step.
+        """All ways to continue in a step.
 
         Args:
-            memory: what was remembered before.
+            memory: the memory before.
             edge: the step.
         """
         if self._scope is not None:

@@ -1,4 +1,4 @@
-"""The properties of a machine decided on one graph: proved, violated by a run on the engine, or neither."""
+"""Decides the properties of a machine on one graph: proved, violated by a run on the engine, or undecided."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from hsm.testing.proofs.witness import Replayer
 from hsm.testing.scenarios.scenarios import Scenario
 
 CANDIDATES = 12
-"""At most this many ways to a violation are tried on the engine, the shortest first."""
+"""At most this many paths to a violation are tried on the engine, the shortest first."""
 
-NO_FAULT_TEXT = "no guard, assignment or duration fails, no transitions follow one another without end"
+NO_FAULT_TEXT = "no guard, assignment or duration fails, no endless sequence of transitions"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +31,11 @@ class Decider:
 
     Attributes:
         graph: of the machine.
-        replayer: makes runs of ways through it.
+        replayer: makes runs from paths through it.
         longest_tick: in nanoseconds.
         budget: for all properties together.
         stated: all properties of the machine.
-        asked: whether the graph was to be of a certain depth only.
+        asked: whether the graph was limited to a depth on request.
         quotients: smaller graphs, each by the names of the properties that it is for.
     """
 
@@ -125,7 +125,7 @@ class Decider:
             return PropertyVerdict(name, text, Status.UNDECIDED, reason=str(error))
         states = len(search.visits)
         if clear is not None:
-            reason = "a violation that the abstraction shows does not happen on the engine" + self._inexact()
+            reason = "a violation of the abstraction does not happen on the engine" + self._inexact()
             return PropertyVerdict(name, text, Status.UNDECIDED, reason=reason, depth=clear, states=states)
         if search.complete and not self.graph.failures:
             method = Method.ZONES if search.timed else Method.REACHABILITY
@@ -153,6 +153,6 @@ class Decider:
                     yield example
 
     def _inexact(self) -> str:
-        """What of the machine is not followed exactly."""
+        """The parts of the machine that are abstracted."""
         what = self.graph.symbols.followed_roughly()
-        return f"; not followed exactly: {', '.join(what[:3])}" if what else ""
+        return f"; abstracted: {', '.join(what[:3])}" if what else ""

@@ -1,8 +1,8 @@
-"""The search for a violation of one property in the graph of a machine, near the start first.
+"""A breadth-first search for a violation of one property in the graph of a machine.
 
 Without time, any time-out may come due at any step. With time, each place has a zone of its clocks; between two steps
-at most the longest tick passes. Steps in which nothing changes are not taken one by one: any time that they can take
-passes at once.
+at most the longest tick passes. Steps in which nothing changes are accelerated: any time that they can take passes at
+once.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from hsm.testing.proofs.zones import PROMISE, ROUNDING, Clock, Zone, at_most, le
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """A place that the search has come to.
+    """A visited place of the search.
 
     Attributes:
         location: number of the location.
-        memory: what is remembered of the property.
-        zone: what the clocks can be; None without time.
-        before: number of the visit before; -1 for none.
+        memory: the memory of the property.
+        zone: the possible clock values; None without time.
+        before: number of the previous visit; -1 for none.
         edge: the step that led here.
-        branch: how the property went on in it.
-        idle: a step in which nothing changes, for the time that passes here; None where there is none.
+        branch: how the property continued in it.
+        idle: a step in which nothing changes, for the time that passes here; None if there is none.
         repeated: whether the step was taken any number of times, one after the other.
     """
 
@@ -45,11 +45,11 @@ class Visit:
 
 @dataclass(frozen=True, slots=True)
 class _Move:
-    """A step with a way for the property to go on.
+    """A step with a way for the property to continue.
 
     Attributes:
         edge: the step.
-        branch: how the property goes on.
+        branch: how the property continues.
         reset: the clocks that begin again.
         clocks: those that run afterwards.
     """
@@ -82,7 +82,7 @@ class Search:
         stated: the property.
         timed: whether time counts.
         longest_tick: in nanoseconds.
-        rounding: in nanoseconds: so far around a deadline it is left open on which side of it a time falls.
+        rounding: in nanoseconds: within this distance of a deadline, both sides are considered.
         visits: all places, in the order in which they were found.
         depth: after that many steps no violation was found.
         complete: whether all places were looked at.
@@ -105,8 +105,8 @@ class Search:
     def violations(self) -> Iterator[Visit]:
         """Places at which the property is violated, near ones first.
 
-        Runs whose first step hears an event come last, as no scenario can show them; most of their places are known
-        by then.
+        Runs whose first step receives an event come last, because no scenario can show them; most of their places are
+        known by then.
         """
         self._automaton = Automaton(self.stated, self.graph.machine, self.graph.evaluator)
         depths = []
@@ -131,7 +131,7 @@ class Search:
                 self._add(visit)
 
     def _followed(self, done: int) -> Generator[Visit, None, int | None]:
-        """Go on from all places from one on; returns the depth that was reached, None where nothing is left."""
+        """Continue from all places from one on; returns the depth that was reached, None where nothing is left."""
         depth = 0
         while done < len(self.visits):
             end = len(self.visits)
@@ -176,7 +176,7 @@ class Search:
                 self._add(self._again(visit, number, move))
 
     def _moves(self, location: int, memory: Memory) -> _Moves:
-        """The steps from a location, each with a way for the property to go on; of those to the same effect one."""
+        """The steps from a location, each with a way for the property to continue; of those to the same effect one."""
         key = (location, memory)
         found = self._known_moves.get(key)
         if found is None:
@@ -211,7 +211,7 @@ class Search:
         return Visit(edge.target, branch.memory, zone, number, edge, branch)
 
     def _beaten(self, zone: Zone, edge: Edge) -> Zone:
-        """Where what is repeated goes on: its clock counts from the time that has come, not from the step."""
+        """Where what is repeated continues: its clock counts from the time that has come, not from the step."""
         before = {one.transition: one for one in self.graph.locations[edge.source].timers} if edge.beats else {}
         for timer in edge.beats:
             due = before[timer.transition]
@@ -226,7 +226,7 @@ class Search:
         """A step in which only the time of the property begins again, any number of times."""
         assert visit.zone is not None, "only what is timed begins again"
         later = self._at(visit.zone.later(), visit.location, frozenset())
-        assert later is not None, "no time at all is some time"
+        assert later is not None, "zero is a possible time"
         zone = later.reset({PROMISE}, move.clocks)
         return Visit(move.edge.target, move.branch.memory, zone, number, move.edge, move.branch, repeated=True)
 

@@ -19,7 +19,7 @@ PROMISE = -1
 """The clock of a property."""
 
 ROUNDING = 1_200
-"""In nanoseconds: so far from a deadline it is open on which side of it a time falls.
+"""In nanoseconds: within this distance of a deadline, both sides are possible.
 
 The engine takes a deadline as reached up to two spacings of floats early (``hsm.engine.clock``), and the deadline of a
 property is rounded to one: with stamps below 2^32 seconds, which are 477 ns apart, that comes to 1,193 ns.

@@ -33,7 +33,7 @@ class Openings:
         view: whether it is shown on a page.
         host: where the page is served.
         port: the page's port; 0 for any that is free.
-        watched: whether a person looks on: a simulation then keeps real time where nothing else is said.
+        watched: whether a person watches: a simulation then keeps real time where nothing else is said.
     """
 
     endpoint: str | None
@@ -56,7 +56,7 @@ def opened_run(
         openings: how it is open to others.
         mission: the run.
         world: where it takes place, if that is in this process.
-        speed: the pace of a simulation as a multiple of real time; None for real time where a person looks on.
+        speed: the pace of a simulation as a multiple of real time; None for real time where a person watches.
 
     Raises:
         LinkError: the endpoint is taken.

@@ -35,7 +35,7 @@ class TerminalRun:
     Attributes:
         tick: the newest one; None before the first.
         way: where the robot has been, m.
-        ending: how it ended; None while it goes on.
+        ending: how it ended; None while it runs.
     """
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ class TerminalRun:
 
 
 class RunTerminal(App[None]):
-    """Shows a run that goes on in another thread, and operates it.
+    """Shows a run that another thread drives, and operates it.
 
     Args:
         title: the machine's name.
@@ -191,12 +191,12 @@ def now_line(name: str, tick: Tick) -> str:
 def variable_lines(tick: Tick) -> list[str]:
     """Variables and parameters with their units."""
     model = tick.report.machine.model
-    types = {one.name: one.type for one in (*model.parameters, *model.variables)}
+    types = {one.name: one.type for one in model.parameters} | {one.name: one.type for one in model.variables}
     return [f"{name} = {value_text(value, types.get(name))}" for name, value in tick.variables.items()]
 
 
 def why_lines(tick: Tick) -> list[str]:
-    """What became of the transitions of the state that names the tick and of those around it, innermost first."""
+    """The verdict on each of the transitions of the state that names the tick and of those around it, innermost first."""
     states, indices = tick.report.machine.model.states, tick.report.machine.indices
     around: list[int] = []
     at = indices.get(tick.doing, 0)

@@ -4,7 +4,7 @@ Run as ``python -P benchmarks/trust.py PART``, where PART is one of
 
     proofs [MACHINE ...]       each shipped machine: properties by verdict, method, time, memory, locations
     tests [MACHINE ...]        each shipped machine: coverage's share of a step, generated tests, mutants
-    planted                    twenty mistakes in ten machines that are no robots in mazes
+    planted                    twenty mistakes in ten machines that are not robots in mazes
     cross-check FROM TO RUNS   random machines, drawn from these seeds: what was proved against as many random runs
 
 Times are of the processor.

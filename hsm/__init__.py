@@ -117,7 +117,7 @@ def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
 
     Raises:
         MachineError: the file cannot be read or describes no valid machine; all diagnostics are in it.
-        TypeError: the path is no path, or the library is no ``Library``.
+        TypeError: the path is not a path, or the library is not a ``Library``.
     """
     _require(path, (str, PathLike), "the path of a machine")
     _require_library(library)
@@ -140,7 +140,7 @@ def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F,
 
     Raises:
         MachineError: the text describes no valid machine; all diagnostics are in it.
-        TypeError: the text is no text, or the library is no ``Library``.
+        TypeError: the text is not text, or the library is not a ``Library``.
     """
     _require(text, (str,), "the text of a machine")
     _require_library(library)
@@ -164,7 +164,7 @@ def to_transitions(
         A ``HierarchicalMachine`` of that library.
 
     Raises:
-        MachineError: the machine has something that ``transitions`` does not share; all of it is in the error.
+        MachineError: the machine uses features outside the shared subset; the error lists all of them.
         ValueError: a parameter is unknown, or one without a default is missing.
     """
     from hsm.interchange.backend import to_transitions as convert  # noqa: PLC0415 - nobody else needs the library

@@ -20,7 +20,7 @@ from maze_machine.unconverted import spare_conversions
 
 
 class Subcommands(Mapping[str, Any]):
-    """The subcommands by name, as click commands; each is imported when somebody asks for it.
+    """The subcommands by name, as click commands; each is imported on first use.
 
     (The type of a command is private to typer, therefore Any.)
     """
@@ -75,7 +75,7 @@ class Commands(TyperGroup):
         return _spared(super().get_params(ctx))
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help text without rich, which takes longer to import than all else."""
+        """Write the help text without rich, whose import takes longer than everything else."""
         self.format_usage(ctx, formatter)
         self.format_help_text(ctx, formatter)
         self.format_options(ctx, formatter)
@@ -109,8 +109,8 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=(
-        "Exit status: 0 all right, 1 the run or check failed, 2 wrong usage, 3 a file that cannot be used, "
-        "4 no robot within reach, 130 interrupted."
+        "Exit status: 0 success, 1 the run or check failed, 2 wrong usage, 3 a file cannot be used, "
+        "4 no robot can be reached, 130 interrupted."
     ),
 )
 

@@ -1,4 +1,4 @@
-"""The last word on every command: the robot's outline stays clear of the walls, and it can always still stop."""
+"""The guard: every command keeps the robot's outline away from the walls, and it can always stop."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ STANDING = np.zeros((1, 3))
 
 
 class CollisionGuard:
-    """Cuts a command, or turns it away, where it would bring the outline within the margin of a wall.
+    """Reduces or redirects a command that would bring the outline within the margin of a wall.
 
     A command is admitted if the robot, having followed it for one period and braking hard from then on, keeps its
     margin all the way. So there is always a command left that is safe: to brake. The outline is a rounded box, which is

@@ -1,4 +1,4 @@
-"""From a file and all that it imports to a machine, or to everything that is wrong with it."""
+"""Load a file and all that it imports: the result is a machine, or all diagnostics."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from hsm.model.chart import Model
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
 
-_DEEPEST = 100  # files, each imported by the one before
+_DEEPEST = 100  # files, each imported by the previous one
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What became of a file.
+    """The result of checking a file.
 
     Attributes:
         model: the machine; None where there are errors.
@@ -63,7 +63,8 @@ def check_file(path: str | Path, library: Library, *, remarks: bool = True) -> C
     Args:
         path: where it is.
         library: the registry.
-        remarks: whether warnings and notes are wanted for a machine without errors; with errors they always are.
+        remarks: whether to report warnings and notes for a machine without errors; with errors they are always
+            reported.
     """
     try:
         text = read_text(path)
@@ -94,7 +95,7 @@ def check_tree(
 
 @dataclass(slots=True)
 class ImportedMachines:
-    """Compiled imports of one library, kept as long as their files, and what these import, stay as they are."""
+    """Compiled imports of one library, kept until their files, or the files that these import, change."""
 
     _units: dict[Path, tuple[CompilationUnit, str, frozenset[Path]]] = field(default_factory=dict)
     _stamps: dict[Path, tuple[int, int] | None] = field(default_factory=dict)
@@ -137,7 +138,7 @@ def _stamp(path: Path) -> tuple[int, int] | None:
 
 
 def find_import(name: str, beside: Path, library: Library) -> Path:
-    """Where an imported machine lies: beside the file, else in a folder of the library; beside it if it is nowhere."""
+    """The path of an imported machine: beside the file, or in a folder of the library if it exists only there."""
     relative = Path(*name.split(".")).with_suffix(SUFFIX)
     paths = [folder / relative for folder in (beside, *library.folders)]
     return next((path for path in paths if path.is_file()), paths[0])
@@ -174,13 +175,13 @@ class _Loader:
     def check(
         self, text: str, file: str, *, remarks: bool, read: tuple[ast.File, Sequence[Diagnostic]] | None = None
     ) -> Checked:
-        """Compile a text and what it imports; collect what was found anywhere, file by file and line by line.
+        """Compile a text and its imports; collect all diagnostics, file by file and line by line.
 
         Args:
             text: the text.
             file: its name.
             remarks: whether warnings and notes are wanted for a machine without errors.
-            read: the syntax tree and what is wrong with it, where somebody has read the text already.
+            read: the syntax tree and its diagnostics, if the text was parsed already.
         """
         main = self._compile(text, file, read or parse(text, file))
         units = [main, *(unit for unit in self.units.values() if unit is not main)]
@@ -242,6 +243,6 @@ class _Loader:
             report.add("E0208", place, message, meant or f"put `{name}{SUFFIX}` beside this file")
             return None
         unit = self._compile(text, str(path), parse(text, str(path)))
-        if not self.cyclic:  # what is said of a cycle depends on where it was entered
+        if not self.cyclic:  # the message about a cycle depends on where it was entered
             self.imported.put(key, unit, text, frozenset(self.needed.get(key, ())))
         return unit

@@ -1,4 +1,4 @@
-"""The values that variables, time-outs and parameters may have; what exceeds them is a fault of the machine."""
+"""The limits of variables, time-outs and parameters; a value beyond them is a fault of the machine."""
 
 from __future__ import annotations
 

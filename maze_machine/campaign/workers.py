@@ -1,4 +1,4 @@
-"""This machine's cores do the jobs of a campaign, each in a process that may die without harm to the others."""
+"""Run the jobs of a campaign on the cores of this computer, in isolated processes."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from maze_machine.campaign.jobs import Job, Record, Setup, crashed, run_job
 from maze_machine.errors import CommandError, ExitStatus
 
 ATTEMPTS = 2
-"""This often a job is tried whose process dies: it may have been killed for another reason than the job."""
+"""How often a job is tried if its process dies: the cause may be something else than the job."""
 
 
 STARTS = 5
-"""This many processes in a row may die before they are ready."""
+"""How many processes in a row may die before they are ready."""
 
 
 _NEEDED = ["maze_machine.campaign.workers", "hsm.dsl.loading", "perception.signals", "skills.catalogue"]
@@ -39,9 +39,8 @@ class WorkerError(CommandError):
 def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Generator[Iterator[Record]]:
     """Do jobs in that many processes: a context in which the results come as they are ready.
 
-    A process that dies is replaced; a job whose process has died twice has the outcome ``crashed``. Leaving the
-    context before the last result, by Ctrl-C too, throws away what has been begun: no process stays, nor does one where
-    this process is killed.
+    A process that dies is replaced; a job whose process has died twice has the outcome ``crashed``. Leaving the context
+    before the last result, also by Ctrl-C, drops unfinished jobs; no process remains, even if this process is killed.
 
     Raises:
         WorkerError: no process can be started.
@@ -54,7 +53,7 @@ def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Generator[Itera
 
 
 class _Worker:
-    """One process with a pipe of its own, which does one job at a time."""
+    """One process with its own pipe, which does one job at a time."""
 
     def __init__(self, context: BaseContext, setup: Setup) -> None:
         self.pipe, theirs = context.Pipe()
@@ -65,20 +64,20 @@ class _Worker:
         theirs.close()
 
     def give(self, job: Job) -> None:
-        """Have it do a job; where it has died, that shows when its answer is read."""
+        """Send it a job; if it has died, reading the answer reports it."""
         self.job = job
         with suppress(OSError):
             self.pipe.send(job)
 
     def died(self) -> str:
-        """How a process whose pipe has closed came to its end."""
+        """How a process whose pipe has closed ended."""
         self._process.join(5.0)
         self.end()
         code = self._process.exitcode or 0
         return f"killed by {signal.Signals(-code).name}" if code < 0 else f"ended with status {code}"
 
     def end(self) -> None:
-        """Have no process and no pipe any more."""
+        """Close the process and the pipe."""
         self._process.kill()
         self._process.join()
         self.pipe.close()
@@ -111,7 +110,7 @@ class _Crew:
                     yield record
 
     def _employ(self, worker: _Worker) -> None:
-        """Give a worker the next job, or let it go."""
+        """Give a worker the next job, or stop it."""
         if self._waiting:
             worker.give(self._waiting.popleft())
         else:
@@ -119,7 +118,7 @@ class _Crew:
             worker.end()
 
     def _replaced(self, worker: _Worker) -> Record | None:
-        """Another process in place of one that has died; the record of its job, if that is given up."""
+        """Replace a dead process; return the record of its job if that is not tried again."""
         how, job = worker.died(), worker.job
         self._workers.remove(worker)
         if not worker.ready:
@@ -158,7 +157,7 @@ def _clean_context() -> BaseContext:
 
 
 def _work(setup: Setup, pipe: Connection) -> None:
-    """Do jobs until the pipe is closed; a worker ends without a word when the user presses Ctrl-C."""
+    """Do jobs until the pipe is closed; a worker ends silently on Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()

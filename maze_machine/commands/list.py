@@ -34,7 +34,7 @@ def listing(
     json: JsonOption = False,
     library: LibraryOption = None,
 ) -> None:
-    """List what a machine may name, with types, units and a line of documentation; or the codes of diagnostics.
+    """List the names that a machine may use, with types, units and documentation; or the codes of diagnostics.
 
     Example: `maze-machine list signals`
 

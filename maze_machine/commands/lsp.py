@@ -9,10 +9,10 @@ from maze_machine.errors import UsageError
 def lsp(library: LibraryOption = None) -> None:
     """Serve an editor over standard input and output, by the Language Server Protocol.
 
-    Diagnostics while one types, completion, documentation under the pointer, definitions and references, renaming,
-    quick fixes, outline, colours, formatting. Each file is checked against the library of its project; the code of a
-    project that is not trusted never runs, and its machines are checked against the shipped library until it is. Needs
-    the extra `lsp`: `pip install "maze-machine[lsp]"`.
+    Diagnostics while you type, completion, hover documentation, definitions and references, renaming, quick fixes,
+    outline, highlighting, formatting. Each file is checked against the library of its project. The code of an untrusted
+    project never runs; its machines are checked against the shipped library instead. Needs the extra `lsp`: `pip
+    install "maze-machine[lsp]"`.
 
     Example: `maze-machine lsp`
     """

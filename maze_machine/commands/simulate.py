@@ -39,8 +39,8 @@ def simulate(
 ) -> None:
     """Try a machine without a robot: set signals, send events, let time pass, ask why, go back, save it as a scenario.
 
-    What you type are lines of a scenario, in the words of a .maze-test file; `help` lists them. Lines may be piped in:
-    a line that cannot be done then ends the program with status 1. With `--json` a JSON object answers each line.
+    You type the lines of a scenario, as in a .maze-test file; `help` lists them. Lines can be piped in: then the first
+    line that cannot be executed ends the program with status 1. With `--json` each answer is a JSON object.
 
     Example: `maze-machine simulate pledge`
 

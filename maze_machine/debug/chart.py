@@ -1,4 +1,4 @@
-"""A machine as a debugger speaks of it: its transitions, signals and lines by name."""
+"""Names of a machine's transitions, signals and lines for a debugger."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Chart:
     Attributes:
         machine: the machine whose runs are seen.
         library: what it was checked against.
-        signals: the signals that it asks for, each as it is written.
+        signals: the signals that it uses, each as it is written.
     """
 
     def __init__(self, machine: Machine[Any, Any], library: Library[Any, Any]) -> None:
@@ -90,7 +90,7 @@ class Chart:
         return tuple(sorted(names, key=self.machine.indices.__getitem__))
 
     def spot(self, file: str, line: int) -> Spot | None:
-        """Where a run can be stopped for a line: there, else at the nearest line above, else at the first below.
+        """The line where a breakpoint for a line applies: itself, or the nearest one above, or the first one below.
 
         Args:
             file: the file's path.

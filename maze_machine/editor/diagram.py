@@ -20,7 +20,7 @@ PictureJson = Mapping[str, Any]
 
 
 def diagram(document: Document) -> PictureJson:
-    """A file as a picture, and what is in it.
+    """A file as a picture, with its contents.
 
     Returns:
         ``{"machine", "svg", "states", "transitions"}``, or ``{"problem"}`` where the file cannot be drawn. A state has

@@ -79,7 +79,7 @@ class _Names:
         yield from (*states, *(one for one in others if (one.line, one.column) not in taken))
 
     def _state(self, token: Token) -> list[NameOccurrence]:
-        """A state by its full name or its own; nothing where the name is no state's."""
+        """A state by its full name or its own; nothing where the name is not a state's."""
         name, states = str(token), self.machine.table.states
         if name in states:
             return [_named(token, Role.STATE)]

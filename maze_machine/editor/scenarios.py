@@ -1,4 +1,4 @@
-"""A `.maze-test` file under edit: what an editor asks of it, answered from the machine that it is about."""
+"""A `.maze-test` file in an editor, analysed with its machine."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _LAST_WORD = re.compile(r"[A-Za-z_][\w.]*$")
 
 
 class ScenarioDocument:
-    """A text of scenarios, as far as it can be understood; it never changes, an edit makes another one.
+    """A text of scenarios, analysed as far as possible. It is immutable: an edit makes a new one.
 
     Attributes:
         text: the text.
@@ -78,7 +78,7 @@ class ScenarioDocument:
         return check_text(machine.text, self._library, machine.file, remarks=False).model
 
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What is wrong with it; where its machine cannot be used, only what can be said without it."""
+        """Its diagnostics; if its machine cannot be used, only those that do not need it."""
         if self.model is not None:
             try:
                 parse_suite(self.text, self.model, self._library, self.file)
@@ -91,12 +91,12 @@ class ScenarioDocument:
             place = lines[0].place
             if self.machine is None:
                 message = f"there is no machine `{lines[0].parts[0]}` beside this file"
-                report.found.append(finding("E0208", place, message, "a test lies beside the machine that it names"))
+                report.found.append(finding("E0208", place, message, "a test must be beside the machine that it names"))
             else:
-                message = f"machine `{lines[0].parts[0]}` has errors, so its scenarios are not looked at"
-                report.found.append(finding("E0208", place, message, "mend the machine first"))
+                message = f"machine `{lines[0].parts[0]}` has errors, so its scenarios are not checked"
+                report.found.append(finding("E0208", place, message, "fix the machine first"))
         elif not report.found:
-            message = "the first line is to be `test`, with the machine's name"
+            message = "the first line must be `test`, with the machine's name"
             report.add("E0401", Place(self.file, 1, 1, 1, 2), message)
         return tuple(report.found)
 
@@ -108,7 +108,7 @@ class ScenarioDocument:
         return found.group() if found else ""
 
     def completions(self, line: int, column: int) -> list[Entry]:
-        """What could be written at a position."""
+        """Completions at a position."""
         before = self._before(line, column)
         if "#" in before:
             return []
@@ -116,7 +116,7 @@ class ScenarioDocument:
         return fitting(typed, self._possible(before.removesuffix(typed)))
 
     def hover(self, line: int, column: int) -> Entry | None:
-        """What is written at a position."""
+        """What is at a position."""
         word = self._word(line, column)
         return hovering.named(self.machine, word) if word and self.machine is not None else None
 
@@ -156,7 +156,7 @@ class ScenarioDocument:
 
     def colours(self) -> Sequence[Coloured]:
         """What is coloured, in the order of the text."""
-        # The words of a scenario's title are no keywords.
+        # The words of a scenario's title are not keywords.
         titles = {number for number, line in enumerate(self.lines) if line.startswith("scenario ")}
         found = navigation.colours(self.lines, self.occurrences, self._keywords())
         return [one for one in found if one.line not in titles or one.column == 0 or one.kind is Colour.COMMENT]
@@ -173,7 +173,7 @@ class ScenarioDocument:
         return found
 
     def formatted(self) -> str | None:
-        """The text laid out: scenarios at the margin with a blank line before each, what happens in them indented."""
+        """The formatted text: scenarios at the margin with a blank line before each, their lines indented."""
         report = Report(self.file)
         list(read_lines(self.text, report))
         if any(one.code != "E0105" for one in report.found):
@@ -205,7 +205,7 @@ class ScenarioDocument:
             yield from self._parts(first, given)
 
     def _parts(self, first: str, given: list[str]) -> Iterator[Entry]:
-        """What could be next in one of the parts of a line, that commas separate."""
+        """Completions inside one comma-separated part of a line."""
         negated = given[:1] == ["not"]
         rest = given[1:] if negated else given
         last = rest[-1] if rest else ""
@@ -225,8 +225,8 @@ class ScenarioDocument:
             yield from self._beginnings(first, negated=negated)
 
     def _beginnings(self, first: str, *, negated: bool) -> Iterator[Entry]:
-        """What a part of a line begins with."""
-        assert self.machine is not None, "without a machine nothing is offered"
+        """The words that begin a part of a line."""
+        assert self.machine is not None, "without a machine there are no completions"
         everything = list(vocabulary.everything(self.machine))
         kinds = {SymbolKind.SIGNAL}
         if first in ("given", "expect"):
@@ -243,7 +243,7 @@ class ScenarioDocument:
         yield from (one for one in everything if one.kind in kinds)
 
     def _performed(self, word: str) -> Iterator[Entry]:
-        assert self.machine is not None, "without a machine nothing is offered"
+        assert self.machine is not None, "without a machine there are no completions"
         if word == "raised":
             done = actions_of(self.model) if self.model is not None else ()
             raised = {one.event for one in done if isinstance(one, Raise | Send)}

@@ -1,4 +1,4 @@
-"""A machine that runs elsewhere, as one who looks on sees it: ticks with what perception found, until it is gone."""
+"""A machine that runs elsewhere, as one who watches sees it: ticks with what perception found, until it is gone."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LATER = 10.0
 
 
 def looked_on(machine: RemoteMachine, silence: float, clock: Clock | None = None) -> Iterator[dict[str, Any]]:
-    """The ticks of a run with ``sights``, until the machine does not answer any more; a pause is no end.
+    """The ticks of a run with ``sights``, until the machine does not answer any more; a pause is not an end.
 
     Args:
         machine: the machine.

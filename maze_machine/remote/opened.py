@@ -17,19 +17,19 @@ from transport.bus import Bus, Request
 from transport.keys import MachineKeys
 
 _RATE = 1 / 30
-"""Between two published ticks, s: nobody sees more of a simulation that runs faster."""
+"""The least interval of published ticks, s: of a faster simulation only some ticks are published."""
 
 
 class OpenRun:
     """Publishes the ticks of a run, which it watches; use it as a context manager.
 
-    Nothing here holds up the loop: ticks are described and sent from a thread of its own, the newest only.
+    It never delays the loop: a separate thread encodes and sends the newest tick only.
 
     Args:
         bus: the network.
         mission: the run.
-        operated: who operates it.
-        head: what does not change during the run, of JSON values.
+        operated: the operators.
+        head: the constant part of the run, as JSON values.
     """
 
     def __init__(self, bus: Bus, mission: Mission, operated: OperatedRun, head: Mapping[str, Any]) -> None:
@@ -62,7 +62,7 @@ class OpenRun:
         self._thread.join()
 
     def __call__(self, tick: Tick) -> None:
-        """Take in a tick; never waits."""
+        """Receive a tick; never waits."""
         self._newest = tick
         if not self._unsent:
             with self._change:
@@ -70,7 +70,7 @@ class OpenRun:
                 self._change.notify_all()
 
     def end(self, ending: Ending) -> None:
-        """Publish how the run ended, with the last tick once more; the base stands still by then."""
+        """Publish how the run ended, with the last tick again; the base has stopped by then."""
         with self._change:
             self._ended, self._unsent = ending, True
             self._change.notify_all()

@@ -1,4 +1,4 @@
-"""What a person types to try a machine: the lines of a scenario, and some words more."""
+"""The console of `simulate`: the lines of a scenario, and some commands."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from maze_machine.errors import FileError
 from transport.files import write_text
 
 HELP = """\
-lines of a scenario, which are kept:
+lines of a scenario, which are recorded:
   when door.near, not space.front     signals change
   when rotate reports done            an activity ends
   when event go                       somebody sends an event
   after 2 s                           time passes
-  expect driving within 5 s           wait for it, or say that it is not so
-  given door.near                     begin again, with this from the start
-and words of this program:
+  expect driving within 5 s           wait for it, or report that it does not hold
+  given door.near                     restart, with this from the start
+and commands of this program:
   set turns = 2       give a variable or a parameter a value
   tick [N]            let N ticks pass
   micro [LINE]        do a line, or a tick, and show its microsteps one by one; again: the next one
@@ -25,8 +25,8 @@ and words of this program:
   enabled             what makes each transition of the active states fire next, or why nothing does
   break [CONDITION]   stop a wait in a state (break moving), at a transition (break line 12) or where something comes to
                       hold (break turns == 2); alone: do not
-  back [N]            take the last N lines back
-  lines               what was done so far
+  back [N]            undo the last N lines
+  lines               the lines so far
   save FILE [NAME]    add the session to a file of scenarios
   help, quit"""
 
@@ -51,10 +51,10 @@ class Console:
     _coming: list[Moment] = field(default_factory=list)  # the microsteps that were not shown yet
 
     def do(self, line: str) -> Moment | str:
-        """Do what a line says: the run's state after it, or the answer.
+        """Execute a line: the run's state after it, or the answer.
 
         Raises:
-            SessionError: it cannot be done.
+            SessionError: it is not possible.
             FileError: a file cannot be written.
         """
         word, _, rest = line.strip().partition(" ")
@@ -101,14 +101,14 @@ class Console:
         """The same as a text.
 
         Raises:
-            SessionError: it cannot be done.
+            SessionError: it is not possible.
             FileError: a file cannot be written.
         """
         done = self.do(line)
         return done if isinstance(done, str) else moment_text(done)
 
     def _save(self, rest: str) -> str:
-        """Add the session to a file of scenarios, which is begun if it is not there."""
+        """Append the session to a file of scenarios, which is created if it does not exist."""
         name, _, title = rest.partition(" ")
         if not name:
             raise SessionError("save FILE [NAME]")
@@ -149,5 +149,5 @@ def _count(text: str) -> int:
     if not text:
         return 1
     if not text.isdecimal() or not 1 <= int(text) <= 100_000:
-        raise SessionError(f"`{text}` is no count")
+        raise SessionError(f"`{text}` is not a count")
     return int(text)

@@ -20,11 +20,11 @@ from transport.messages import Command, Pose
 CLOSE = 0.35
 """With less than this left to turn the compass says where the turn ends, rad."""
 SECOND_TRY = 0.9
-"""A turn that is taken back, or tried again, is given up after this share of the patience."""
+"""The timeout of undoing or repeating a turn, as a share of the usual one."""
 HELD = 0.1
 """A robot that has turned less than this from one failure to the next is held, rad."""
 TRIES = 5
-"""A turn that has failed more often, forth and back, is given up."""
+"""The largest number of failures, in both directions, of one turn."""
 PUSHED = 0.05
 """A robot that is this much farther from its spot than it was has given way to something, m."""
 SHARE = 0.5
@@ -42,9 +42,9 @@ class Rotate(Skill):
     The turn is measured by odometry from the axis of the walls that the robot is along at first; quarter turns end
     along the walls, where there are any. Where a wall is too near for the robot's corners, the robot moves off it while
     it turns; one whose base cannot move sideways backs from a wall ahead before it turns, farther from what comes
-    nearer meanwhile. A turn that meets an obstacle is taken back, and tried again should that fail too, so that the
-    robot does not stay between two headings as long as it can turn at all. Outcomes: `done`; `blocked` when the robot
-    faces as before, when it can turn neither way, and when neither way has led anywhere several times.
+    nearer meanwhile. A turn that meets an obstacle is undone, and repeated if that fails too, so that the robot does
+    not stay between two headings if it can turn at all. Outcomes: `done`; `blocked` when the robot faces as before,
+    when it can turn in neither direction, and after several failures in both.
     """
 
     def __init__(self, angle: Angle) -> None:
@@ -81,7 +81,7 @@ class Rotate(Skill):
         if self._headway.lost(facts):
             if self._stuck():
                 return BLOCKED
-            # With the time that it takes to notice, both tries take no longer than twice the patience.
+            # Including detection, both tries take at most twice the timeout.
             self._headway = Headway(SECOND_TRY * settings.patience)
             if self._there or self.steering(facts).sideways:
                 self._goal = self._angle - self._goal

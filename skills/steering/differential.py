@@ -86,5 +86,5 @@ class DifferentialSteering:
         return Twist(ahead * CREEP * speed, 0.0, self.settings.motion.heading_gain * bearing)
 
     def seeker(self, speed: float) -> GapSeeker:
-        """Through gaps between what is in the way."""
+        """Through gaps between obstacles."""
         return GapSeeker(self.robot, self.settings, self, speed)

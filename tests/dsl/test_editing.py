@@ -121,7 +121,7 @@ def at(word, nth=0):
 def test_hovering_shows_the_registry(document):
     found = hover(document(), *at("drive("))
     assert (found.kind, found.doc) == (SymbolKind.ACTIVITY, "Drive straight on.")
-    assert found.detail == "drive(speed : speed = 0.5 m/s) -> blocked; holds base"
+    assert found.detail == "drive(speed : speed = 0.5 m/s) -> blocked; uses base"
     assert hover(document(), *at("space.front")).detail == "space.front : bool"
     assert hover(document(), *at("cruise", 1)).detail == "speed = 0.5 m/s"
     assert hover(document(), 999, 0) is None

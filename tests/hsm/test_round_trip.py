@@ -12,7 +12,7 @@ from hsm.interchange.scxml import differences, read_text, write_text
 from hsm.interchange.scxml.ecmascript import EcmaScript
 
 KINDS = ("state", "state", "parallel")
-ORDER = "of what happens in one tick"
+ORDER = "the inputs of one tick"
 DATA = [
     "event lift(height : length, up : bool, pace : Pace, number : int)",
     "enum Pace = slow, quick",

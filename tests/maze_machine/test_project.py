@@ -105,7 +105,7 @@ def test_code_of_an_untrusted_folder_never_runs(stranger, command):
     name, *rest = command
     status, _, told = run(name, stranger / "m.maze-machine", *rest)
     assert status == 2
-    assert "is not trusted; look at the code, then run `maze-machine trust" in told
+    assert "is not trusted; read the code, then run `maze-machine trust" in told
     assert not (stranger / "ran").exists()
 
 
@@ -198,8 +198,8 @@ def test_codes_that_a_project_ignores_are_left_out(tmp_path):
         ("library = 3", "`library` is a string, not 3"),
         ('machines = "x"', "`machines` is a list of strings"),
         ("machines = [1]", "`machines` is a list of strings"),
-        ("library = ", "is no valid TOML"),
-        ("a = " + "[" * 5000, "is no valid TOML"),
+        ("library = ", "is not valid TOML"),
+        ("a = " + "[" * 5000, "is not valid TOML"),
     ],
 )
 def test_wrong_settings_end_with_one_message(tmp_path, text, message):

@@ -343,7 +343,7 @@ def test_a_run_that_stands_still_keeps_its_robot_and_another_pace_is_kept(missio
     robot = LockstepRobot(world)
     work = threading.Thread(target=lambda: drive(mission, robot, robot, [seen.append, operated], operator=operated))
     work.start()
-    assert kept.wait(30.0), "the robot hears of a run that stands still"
+    assert kept.wait(30.0), "the robot hears from a paused run"
     assert len(seen) == 1
     assert json.loads(operated.answer(b'{"kind":"speed","factor":0.001}'))["done"] is True
     assert json.loads(operated.answer(b'{"kind":"resume"}'))["done"] is True

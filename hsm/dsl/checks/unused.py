@@ -1,4 +1,4 @@
-"""What is declared and never used, and events that only somebody outside can send."""
+"""Declarations that are never used, and events that only come from outside."""
 
 from __future__ import annotations
 

@@ -34,13 +34,13 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Something that mends a diagnostic.
+    """Something that fixes a diagnostic.
 
     Attributes:
         title: what it does.
-        diagnostic: what it mends.
+        diagnostic: what it fixes.
         edits: how.
-        certain: whether it may be applied without looking, with all others of its kind.
+        certain: whether it can be applied without review, together with all others of its kind.
         file: the file that is changed; empty for that of the diagnostic.
     """
 
@@ -61,7 +61,7 @@ class Hint:
 
 
 def fixes(document: Document, found: Iterable[Diagnostic]) -> Iterator[Fix]:
-    """What can be done about diagnostics of this file."""
+    """Quick fixes for the diagnostics of this file."""
     for one in found:
         if one.place is None or one.place.file != document.file:
             continue
@@ -85,7 +85,7 @@ def fixes(document: Document, found: Iterable[Diagnostic]) -> Iterator[Fix]:
 
 
 def _declarations(document: Document, found: Diagnostic, name: str) -> Iterator[Fix]:
-    """What declares a name that is not known: in the file, or in the Python of the machine's library."""
+    """The edits that declare an unknown name: in the file, or in the Python code of the machine's library."""
     if not _NAME.fullmatch(name):
         return
     if found.code == "E0201" and "." not in name:
@@ -106,7 +106,7 @@ def _declarations(document: Document, found: Diagnostic, name: str) -> Iterator[
 
 
 def library_source(library: Library) -> tuple[str, str, int] | None:
-    """The Python of a library: its file, the library's name in it, its number of lines; None if it is not to be had."""
+    """The Python code of a library: its file, the library's name in it, its number of lines; None if unavailable."""
     declared: list[Callable[..., object]] = [one.function for one in library.signals.values()]
     declared += [one.function for one in library.actions.values()]
     declared += [one.factory for one in library.activities.values()]
@@ -147,7 +147,7 @@ def all_fixes(document: Document, found: Iterable[Diagnostic]) -> tuple[Edit, ..
 
 
 def hints(document: Document, first: int, last: int) -> Iterator[Hint]:
-    """What some lines leave unsaid: the defaults of arguments, and the units that quantities are handed over in.
+    """What some lines leave unsaid: the defaults of arguments, and the units that quantities are passed in.
 
     Args:
         document: the file.
@@ -190,7 +190,7 @@ def heading_line(document: Document) -> int | None:
 
 
 def _calls(items: Iterable[ast.Item]) -> Iterator[ast.CallSyntax]:
-    """The calls of activities and actions; of signals the names say enough."""
+    """The calls of activities and actions; signals need no hint."""
     pending = list(items)
     while pending:
         match pending.pop():

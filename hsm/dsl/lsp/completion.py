@@ -34,7 +34,7 @@ def typed(document: Document, line: int, column: int) -> str:
 
 
 def completions(document: Document, line: int, column: int) -> list[Entry]:
-    """What could be at a position: all that has the letters typed so far, in their order."""
+    """Completions at a position: everything that contains the letters typed so far, in this order."""
     text = document.before(line, column)
     if "#" in text:
         return []
@@ -43,7 +43,7 @@ def completions(document: Document, line: int, column: int) -> list[Entry]:
 
 
 def _possible(document: Document, before: str) -> Iterator[Entry]:
-    """What could be after the beginning of a line."""
+    """Completions after the beginning of a line."""
     words = before.split()
     if not words:
         yield from (Entry(word, SymbolKind.KEYWORD, snippet=_SNIPPETS.get(word, "")) for word in sorted(STATEMENTS))
@@ -88,7 +88,7 @@ def _carried(document: Document, event: str) -> Iterator[Entry]:
 
 
 def _inside_call(document: Document, called: str, written: str) -> Iterator[Entry]:
-    """What could be in the brackets of a call: its arguments by name, and values of the type that is due."""
+    """Completions inside the brackets of a call: its arguments by name, and values of the expected type."""
     if called == "in":
         yield from vocabulary.states(document)
         return

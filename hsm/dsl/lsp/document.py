@@ -23,14 +23,14 @@ from hsm.model.types import Enumeration, Type
 
 
 class Document:
-    """A text under edit, as far as it can be understood; it never changes, an edit makes another one.
+    """A text in an editor, analysed as far as possible. It is immutable: an edit makes a new one.
 
     Attributes:
         text: the text.
         file: its name.
         library: what its machine may name.
         tree: its syntax tree.
-        unread: what is wrong with lines that could not be read.
+        unread: the diagnostics of lines that could not be read.
         table: its states and imports.
     """
 

@@ -24,11 +24,11 @@ class EditedFile(NamingFile, Protocol):
         ...
 
     def completions(self, line: int, column: int) -> Sequence[Entry]:
-        """What could be written at a position."""
+        """Completions at a position."""
         ...
 
     def hover(self, line: int, column: int) -> Entry | None:
-        """What is written at a position."""
+        """What is at a position."""
         ...
 
     def definition(self, line: int, column: int) -> Span | None:
@@ -48,7 +48,7 @@ class EditedFile(NamingFile, Protocol):
         ...
 
     def formatted(self) -> str | None:
-        """Its text laid out; None where it cannot be read."""
+        """Its text in canonical form; None if it cannot be read."""
         ...
 
 
@@ -82,11 +82,11 @@ class MachineFile:
         return completion.typed(self.machine, line, column)
 
     def completions(self, line: int, column: int) -> Sequence[Entry]:
-        """What could be written at a position."""
+        """Completions at a position."""
         return completion.completions(self.machine, line, column)
 
     def hover(self, line: int, column: int) -> Entry | None:
-        """What is written at a position."""
+        """What is at a position."""
         return hovering.hover(self.machine, line, column)
 
     def definition(self, line: int, column: int) -> Span | None:
@@ -106,7 +106,7 @@ class MachineFile:
         return navigation.colours(self.lines, self.occurrences, navigation.keywords("\n".join(self.lines)))
 
     def formatted(self) -> str | None:
-        """Its text laid out; None where it cannot be read."""
+        """Its text in canonical form; None if it cannot be read."""
         try:
             return format_text(self.machine.text)
         except MachineError:

@@ -34,9 +34,9 @@ class Entry:
 
     Attributes:
         label: the name.
-        kind: what it is.
+        kind: its kind.
         detail: its type or its arguments, in one line.
-        doc: what it is for.
+        doc: its documentation.
         snippet: what is inserted instead of the name, with places to fill in, in the notation of editors; or empty.
     """
 
@@ -53,9 +53,9 @@ class OpenCall:
 
     Attributes:
         name: what is called.
-        doc: what it is for.
+        doc: its documentation.
         parameters: what it takes.
-        active: the position of the parameter that is being written; that of none where it is beyond the last.
+        active: the position of the parameter that is being written; beyond the last, that of no parameter.
     """
 
     name: str
@@ -65,12 +65,12 @@ class OpenCall:
 
 
 def fitting(typed: str, possible: Iterable[Entry]) -> list[Entry]:
-    """Those of what is possible that have the letters typed so far, each once."""
+    """The candidates that contain the letters typed so far, each once."""
     return [one for one in dict.fromkeys(possible) if _fits(typed, one.label)]
 
 
 def _fits(typed: str, label: str) -> bool:
-    """Whether the letters that were typed are in a label in this order, as editors match them; dots part words."""
+    """Whether a label contains the typed letters in this order, as editors match them; dots separate words."""
     if "." in typed:
         return label.lower().startswith(typed.lower())
     letters = iter(label.lower())

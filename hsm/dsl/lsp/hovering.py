@@ -108,7 +108,7 @@ def _machine_entry(document: Document, name: str) -> Entry | None:
 
 
 def named(document: Document, name: str) -> Entry | None:
-    """What a name of the machine means wherever it is written: a state by its own name too."""
+    """What a name of the machine means anywhere in the file; a state can also be named by its last part."""
     full = [one for one in document.table.states if one == name or one.rpartition(".")[2] == name]
     if full:
         return state_entry(document, full[0])

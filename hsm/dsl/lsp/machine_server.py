@@ -1,7 +1,7 @@
 """A language server with the files of its editor, and when it looks at them again.
 
-Diagnostics are computed when a document is opened, and when typing pauses for a moment; an editor that asks for them
-itself (pull) gets them then and none unasked.
+Diagnostics are computed when a document is opened, and when typing pauses for a moment; an editor that requests them
+itself (pull) gets them only on request.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PACE = 4e-4
 
 
 class _Protocol(LanguageServerProtocol):
-    """The protocol without a flaw of pygls 2.1, which keeps what became of every notification for ever."""
+    """The protocol, without a leak of pygls 2.1, which keeps the result of every notification for ever."""
 
     def _execute_handler(
         self,
@@ -48,7 +48,7 @@ class _Protocol(LanguageServerProtocol):
         kwargs: dict[str, Any] | None = None,
     ) -> None:
         def done(future: Future[Any]) -> None:
-            # Replaced, not changed: at the end pygls goes through it while it cancels.
+            # Replaced, not modified: pygls iterates over it at shutdown.
             self._request_futures = {one: kept for one, kept in self._request_futures.items() if one != msg_id}
             callback(future)
 
@@ -61,11 +61,11 @@ class MachineServer(LanguageServer):
     Attributes:
         documents: what is open.
         pulls: the editor asks for diagnostics itself.
-        snippets: the editor fills in what is inserted with places to fill in.
+        snippets: whether the editor supports snippets.
         forget_libraries: called with the files that have changed, as far as they are known; they may be libraries.
-        other_language: that of files that are no machines.
+        other_language: that of files that are not machines.
         ignored: gives the beginnings of codes of warnings and notes that are not shown of a file.
-        tested: gives what is said of the states of a file's machine, by line, from 0.
+        tested: returns the annotations of the states of a file's machine, by line, from 0.
         run_tests: called with a file that was opened or saved.
         started: called when the editor is ready, and when its settings have changed.
         hints: whether defaults of arguments are shown beside calls.
@@ -103,7 +103,7 @@ class MachineServer(LanguageServer):
         return able is not None and bool(able.document_changes) and created in (able.resource_operations or ())
 
     def document(self, uri: str) -> Document:
-        """The machine as it is in the editor; an empty one for a file of another language."""
+        """The machine as it is in the editor; an empty document for a file of another language."""
         file = protocol.path_of(uri)
         self.documents.update(file, "" if self.other(uri) else self.workspace.get_text_document(uri).source)
         return self.documents[file]
@@ -141,7 +141,7 @@ class MachineServer(LanguageServer):
             yield self.other_language.file(str(path), text, opened)
 
     def found(self, uri: str) -> list[types.Diagnostic]:
-        """What is wrong with a document."""
+        """The diagnostics of a document."""
         other = self.other(uri)
         if other is not None:
             return [protocol.diagnostic(one, other.file, other.lines, self.pages) for one in other.diagnostics()]
@@ -214,7 +214,7 @@ class MachineServer(LanguageServer):
         self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self.publish, uri)
 
     def forget(self, uri: str) -> None:
-        """A document was closed: nothing is wrong with it any more."""
+        """A document was closed: withdraw its diagnostics."""
         if (waiting := self._waiting.pop(uri, None)) is not None:
             waiting.cancel()
         self.documents.close(protocol.path_of(uri))

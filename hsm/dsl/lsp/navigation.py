@@ -56,7 +56,7 @@ class OutlineSymbol:
 
 
 class Colour(Enum):
-    """What is coloured besides names; the values are the protocol's names of token types."""
+    """Coloured tokens other than names; the values are the protocol's names of token types."""
 
     KEYWORD = "keyword"
     COMMENT = "comment"
@@ -66,7 +66,7 @@ class Colour(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Coloured:
-    """A stretch of a line with the colour that it deserves."""
+    """A stretch of a line with its token type."""
 
     line: int
     column: int
@@ -94,7 +94,7 @@ def block_end(document: Document, line: int) -> int:
 
 
 def outline(document: Document) -> list[OutlineSymbol]:
-    """Declarations and states, as they lie in one another."""
+    """The tree of declarations and states."""
     made: dict[int, list[OutlineSymbol]] = {}
     declared = [_declaration(document, one) for one in document.occurrences if one.declares and one.role in _TOP]
     for symbol in reversed(document.table.all_states()):
@@ -127,7 +127,7 @@ def _whole(document: Document, line: int) -> Span:
 
 
 def folds(document: Document) -> Iterator[tuple[int, int, bool]]:
-    """First and last line of each block, and of each run of comment lines; the third says whether it is a comment."""
+    """First and last line of each block and of each group of comment lines, and whether it is a comment."""
     lines = document.tree.lines
     for symbol in document.table.all_states():
         if symbol.token is not None and symbol.parent is not None:

@@ -1,7 +1,7 @@
-"""Every name in a file with its role: what references, renaming, highlighting and colours are made of.
+"""Every name in a file with its role: the basis of references, renaming and highlighting.
 
-The syntax tree is walked once, whatever its nodes are; a table says which role the tokens of a node's field have. A
-name in an expression gets its role from what is declared: by the file first, then by the library.
+The syntax tree is walked once; a table gives the role of the tokens in each field of a node. A name in an expression
+gets its role from its declaration: in the file first, then in the library.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class NameOccurrence:
         line: counted from 0.
         column: in characters, from 0.
         declares: whether it is declared here.
-        owner: of an argument, whose it is: the name of the signal, activity, action, event or machine.
+        owner: for an argument, the name of its signal, activity, action, event or machine.
     """
 
     name: str
@@ -205,7 +205,7 @@ class _Walker:
             yield _occurrence(node.name, role)
 
     def _declared_role(self, name: str, role: Role) -> Role:
-        """An assigned name may be a parameter by mistake: the role of its declaration wins."""
+        """If a parameter is assigned by mistake, the role of its declaration wins."""
         return self._value_role(name) or role if role is Role.VARIABLE else role
 
     def _value_role(self, name: str) -> Role | None:

@@ -50,7 +50,7 @@ class NamingFile(Protocol):
 
 
 class RenameError(Exception):
-    """A name that cannot be changed, or not into that; the message says why."""
+    """A rename that is refused; the message says why."""
 
 
 def occurrence(file: NamingFile, line: int, column: int) -> NameOccurrence | None:
@@ -60,7 +60,7 @@ def occurrence(file: NamingFile, line: int, column: int) -> NameOccurrence | Non
 
 
 def references(document: Document, line: int, column: int) -> list[NameOccurrence]:
-    """All places of this file that mean what the name at a position means, its declaration included."""
+    """All references in this file to what the name at a position means, including its declaration."""
     here = document.occurrence(line, column)
     return [] if here is None else _within(document, here)
 
@@ -97,7 +97,7 @@ def rename(
     """All places to change when what is at a position gets a new name.
 
     Raises:
-        RenameError: nothing that a file declares is there, the name is none, or it is taken.
+        RenameError: no file declares what is there, the new name is invalid, or it is taken.
     """
     here = renamable(file, line, column)
     home, _ = _home(file, here)

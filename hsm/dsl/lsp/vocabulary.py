@@ -26,7 +26,7 @@ def units() -> Iterator[Entry]:
 
 
 def everything(document: Document) -> Iterator[Entry]:
-    """All that can be named in the file."""
+    """All names that the file can use."""
     yield from values(document)
     yield from activities(document)
     yield from actions(document)
@@ -55,7 +55,7 @@ def _only_compared(document: Document) -> Iterator[Entry]:
 
 
 def values(document: Document) -> Iterator[Entry]:
-    """What an expression is made of."""
+    """Completions inside an expression."""
     yield from variables(document)
     yield from _exposed(document)
     for one in document.library.signals.values():
@@ -92,7 +92,7 @@ def variables(document: Document) -> Iterator[Entry]:
 
 
 def _exposed(document: Document) -> Iterator[Entry]:
-    """What instances expose, and how they have ended."""
+    """The variables that instances expose, and their outcomes."""
     for name, symbol in document.table.states.items():
         inner = document.imported(str(symbol.instance.name)) if symbol.instance is not None else None
         if inner is None:

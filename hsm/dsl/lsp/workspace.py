@@ -1,4 +1,4 @@
-"""The documents that an editor has open, each understood and checked once a version."""
+"""The documents that an editor has open, each analysed and checked once per version."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from hsm.model.registry import Library
 LibraryOf = Callable[[str], Library]
 """Gives the library that a file's machine is written against."""
 MOST_FILES, _MOST_FOLDERS = 500, 2000
-"""How much of a folder is looked at: an editor may have opened a file in the root of a disk."""
+"""How much of a folder is searched: an editor may have opened a file in the root of a disk."""
 
 
 class OtherFile(EditedFile, Protocol):
     """A file of another language about machines, such as that of scenarios."""
 
     def diagnostics(self) -> Sequence[Diagnostic]:
-        """What is wrong with it."""
+        """Its diagnostics."""
         ...
 
 
@@ -65,7 +65,7 @@ class Documents:
     _imported: dict[int, tuple[Library, ImportedMachines]] = field(default_factory=dict)
 
     def update(self, file: str, text: str) -> None:
-        """Take the text of a file as it is in the editor."""
+        """Use the text of a file as it is in the editor."""
         known = self._open.get(file)
         library = self.library_of(file)
         if known is None or known.text != text or known.library is not library:
@@ -95,7 +95,7 @@ class Documents:
         return iter(list(self._open))
 
     def diagnostics(self, file: str) -> tuple[Diagnostic, ...]:
-        """What is wrong with a file as it is in the editor."""
+        """The diagnostics of a file as it is in the editor."""
         document = self._open[file]
         known = self._found.get(file)
         if known is None or known[0] is not document:
@@ -121,7 +121,7 @@ class Documents:
 
 
 def files_in(folder: Path, suffix: str) -> Iterator[Path]:
-    """The files of a folder and of those in it that end so, in order; hidden folders and links are passed over."""
+    """The files of a folder and of those in it that end so, in order; hidden folders and links are skipped."""
     for place, folders, files in islice(os.walk(folder), _MOST_FOLDERS):
         folders[:] = sorted(one for one in folders if not one.startswith("."))
         yield from (Path(place, one) for one in sorted(files) if one.endswith(suffix))

@@ -1,7 +1,7 @@
 """From text to tokens: the grammar's terminals, matched by one expression, and blocks from indentation.
 
-The words that lines begin with are keywords there only, so that a state may be called ``exit`` or ``event``. A line
-within brackets continues the one before, unless it begins like a statement: then the bracket was never closed. With
+The words that begin lines are keywords only there, so a state may be called ``exit`` or ``event``. A line
+within brackets continues the previous one, unless it begins like a statement: then the bracket was never closed. With
 ``else`` begins a statement if an arrow, a slash or nothing follows.
 """
 
@@ -28,7 +28,7 @@ RESERVED = frozenset({"and", "if", "not", "or", "raise"})
 _ACTIONS = frozenset({"cancel", "send"})
 
 IN_PLACE = _ACTIONS | {"after", "always", "before", "else", "eventually", "for", "never", "when", "within"}
-"""Words that are keywords only where nothing else makes sense."""
+"""Words that are keywords only where no name fits."""
 
 _ACTING = frozenset({"on", "when", "else", "after", "every", "entry", "exit", "initial"})
 """The beginnings of lines with actions, for which a slash outside brackets is the beginning of these."""
@@ -48,7 +48,7 @@ _new = str.__new__
 
 @dataclass(frozen=True, slots=True)
 class Terminals:
-    """The terminals of a grammar; shared by all that read texts at the same time.
+    """The terminals of a grammar; shared by concurrent readers.
 
     Attributes:
         pattern: matches any token, with the blanks before it.
@@ -60,7 +60,7 @@ class Terminals:
 
     @classmethod
     def of(cls, lark: Lark) -> Terminals:
-        """Those of a grammar; a character that begins none of them is one of its own."""
+        """The terminals of a grammar; a character that begins none of them is a terminal of its own."""
         formed = {one.name: one.pattern.to_regexp() for one in lark.terminals if one.pattern.type == "re"}
         symbols = {one.pattern.value: one.name for one in lark.terminals if one.pattern.type == "str"}
         marks = sorted((text for text in symbols if not text.isidentifier()), key=len, reverse=True)
@@ -76,8 +76,8 @@ class Lexer:
 
     Attributes:
         terminals: what a token can be.
-        unclosed: brackets that are never closed, by the line on which that is noticed.
-        misfits: ends of lines after which the indentation fits no block; of neighbours that agree, the first.
+        unclosed: brackets that are never closed, by the line where the lexer notices it.
+        misfits: ends of lines after which the indentation fits no block; only the first of consecutive equal ones.
     """
 
     terminals: Terminals
@@ -122,13 +122,13 @@ class Lexer:
             yield _block_token("_DEDENT", end)
 
     def _words(self, text: str, first: int) -> Iterator[Token]:
-        """The tokens of a text as they are there; what looks blank at its end is no line of its own."""
+        """The tokens of a text; trailing white space is not a line of its own."""
         symbols = self.terminals.symbols
         line, line_start = first, 0
         opening = ""
         depth = 0  # open brackets
         acting = False  # whether the actions of the line have begun
-        earlier, previous = "_NL", "_NL"  # the text begins like a line after a line break
+        earlier, previous = "_NL", "_NL"  # the first line begins as if after a line break
         for match in self.terminals.pattern.finditer(text):
             kind = match.lastgroup or "UNKNOWN"
             start, end = match.span(kind)
@@ -164,16 +164,16 @@ class Lexer:
             yield token
 
     def _give_up(self, opened: list[Token], end: Token, levels: list[int]) -> Iterator[Token]:
-        """End a line although a bracket is open."""
+        """End a line even though a bracket is open."""
         self.unclosed[end.line or 1] = opened[0]
         opened.clear()
         yield end
         yield from self._indentation(end, levels)
 
     def _indentation(self, newline: Token, levels: list[int]) -> Iterator[Token]:
-        """The beginning of a block or the ends of some, as the blanks after a line break say.
+        """The beginning of a block or the ends of blocks, according to the spaces after a line break.
 
-        A line that begins where no block begins is taken to belong to the nearest.
+        A line whose indentation fits no block belongs to the nearest one.
         """
         width = len(newline.value) - newline.value.rindex("\n") - 1
         if width > levels[-1]:
@@ -192,7 +192,7 @@ class Lexer:
 
 
 def _token(kind: str, word: str, line: int, column: int) -> Token:
-    """A token on one line; made without lark's own way, which takes several times as long."""
+    """A token on one line; lark's own constructor takes several times as long."""
     token = _new(Token, word)
     token.type = kind
     token.value = word

@@ -9,7 +9,7 @@ from hsm.model.codes import finding
 from hsm.model.diagnostics import MachineError
 
 SUFFIX = ".maze-machine"
-"""What the name of a machine's file ends with."""
+"""The suffix of machine files."""
 
 _LARGEST = 2**25
 
@@ -18,10 +18,10 @@ def read_text(path: str | Path) -> str:
     """The text of a file.
 
     Raises:
-        MachineError: it cannot be read, or is no text.
+        MachineError: it cannot be read, or is not text.
     """
     try:
-        with Path(path).open("rb") as file:  # not to its end, which a device may not have
+        with Path(path).open("rb") as file:  # not to the end: a device may have none
             content = file.read(_LARGEST + 1)
         if len(content) > _LARGEST:
             raise _unreadable(path, "it is larger than 32 MiB", "move parts of it into machines that it imports")
@@ -39,7 +39,7 @@ def _unreadable(path: str | Path, reason: str, suggestion: str) -> MachineError:
 
 
 def _beside(path: Path) -> str:
-    """What may have been meant by a file that is not there."""
+    """The file that was probably meant instead of one that does not exist."""
     suffix = path.suffix or SUFFIX
     close = get_close_matches(path.stem, sorted(other.stem for other in path.parent.glob(f"*{suffix}")), n=1)
     return f"did you mean `{path.with_name(close[0] + suffix)}`?" if close else "give the path of an existing file"

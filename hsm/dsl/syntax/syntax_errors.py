@@ -1,4 +1,4 @@
-"""What is wrong with a line that cannot be read, in the author's words."""
+"""Messages for lines that cannot be read, in the author's words."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ _TRANSITIONS = ("on", "when", "after")
 
 
 def report_line(report: Report, token: Token, expected: Set[str], line: str) -> None:
-    """Say why a token cannot be where it does.
+    """Report why a token does not fit.
 
     Args:
         report: where to.
@@ -108,7 +108,7 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
 
 
 def _add(report: Report, place: Place, message: str, hint: str | None, word: str) -> None:
-    """Report a line; marks of other languages, which are on many lines, are reported once."""
+    """Report a line; punctuation of other languages, which is on many lines, is reported once."""
     if word in _FOREIGN and hint == _FOREIGN[word]:
         report.add_once("E0101", place, message, hint, subject=hint)
     else:
@@ -116,7 +116,7 @@ def _add(report: Report, place: Place, message: str, hint: str | None, word: str
 
 
 def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
-    """A way out of a mistake that is often made."""
+    """A suggestion for a common mistake."""
     text = " ".join(before)
     if word == ">" and text.endswith("<"):
         return "write `!=`"
@@ -141,7 +141,7 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
 
 
 def _hint_in_transition(first: str, text: str, word: str, expected: Set[str]) -> str | None:
-    """A way out of a mistake on a line that begins with ``on``, ``when`` or ``after``."""
+    """A suggestion for a mistake on a line that begins with ``on``, ``when`` or ``after``."""
     if first == "on" and word in ("and", "or", "when"):
         return "put extra conditions after `if`"
     divides = text.endswith(" /") and word[:1].isdigit()

@@ -106,7 +106,7 @@ class _PlainData(pickle.Unpickler):
     """Reads numbers, texts and containers of them."""
 
     def find_class(self, module: str, name: str) -> NoReturn:
-        raise pickle.UnpicklingError(f"{module}.{name} is no plain data")
+        raise pickle.UnpicklingError(f"{module}.{name} is not a plain data")
 
 
 def _restored(payload: bytes, transformer: object) -> Lark:

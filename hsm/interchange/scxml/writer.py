@@ -1,10 +1,10 @@
 """From a model to SCXML text.
 
-States, history, transitions, raised and sent events have their counterpart in SCXML. The rest is written so that
-another tool can read what is meant: time-outs as events that are sent with a delay on entry and cancelled on exit,
-outcomes as completions under the condition that their final state is reached, activities as ``invoke`` and one-shot
-actions as elements of a namespace of their own. Variables, conditions and what events carry are ECMAScript, in SI
-numbers, if the machine asks no signals and runs no actions of a registry; otherwise they are in this language.
+States, history, transitions, raised and sent events have their counterpart in SCXML. The rest is written so that other
+tools can understand it: time-outs as events that are sent with a delay on entry and cancelled on exit, outcomes as
+completions under the condition that their final state is reached, activities as ``invoke`` and one-shot actions as
+elements of a namespace of their own. Variables, conditions and what events carry are ECMAScript, in SI numbers, if the
+machine asks no signals and runs no actions of a registry; otherwise they are in this language.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from hsm.model.types import BOOLEAN
 from hsm.model.unparse import activity_text, call_text
 
 OWN = "urn:maze-machine"
-"""The namespace of what SCXML has no word for."""
+"""The namespace for features that SCXML lacks."""
 
 _ESCAPES = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 _DEEPEST_INDENT = 100
@@ -68,13 +68,13 @@ def write_text(model: Model) -> str:
     if model.store is not None:
         place = model.states[0].place
         raise MachineError(
-            [finding("E0905", place, "a chart with a data model is not written again", "keep its document")]
+            [finding("E0905", place, "a chart with a data model cannot be exported", "keep its document")]
         )
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + "\n".join(_lines(_Writer.of(model).document())) + "\n"
 
 
 def _lines(root: ElementTree.Element) -> Iterator[str]:
-    """An element and what is in it, one tag a line; the library's own writer goes no deeper than Python's stack."""
+    """An element with its contents, one tag per line; Python's stack limits the depth of the library's own writer."""
     pending: list[tuple[int, ElementTree.Element | str]] = [(0, root)]
     while pending:
         depth, element = pending.pop()
@@ -231,7 +231,7 @@ class _Writer:
         return element
 
     def _may_report(self, state: State, outcome: str) -> bool:
-        """Whether an activity of a state, or of one inside it, can end so."""
+        """Whether an activity of a state, or of one inside it, can have this outcome."""
         inside = self.model.states[state.index : state.last + 1]
         return any(one.activity is not None and outcome in one.activity.activity.outcomes for one in inside)
 

@@ -1,4 +1,4 @@
-"""Drives a scripted machine, step by step, on a clock that moves only on command."""
+"""Drives a scripted machine, step by step, with a manual clock."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hsm.model.expressions import Expression, SignalValue
 from hsm.testing.scenarios.script import Performed, Script, ScriptedFault, scripted_machine
 
 TICK = 0.1
-"""Seconds from one step to the next where nothing else is said."""
+"""The default time from one step to the next, in seconds."""
 
 
 class Driver:
@@ -25,8 +25,8 @@ class Driver:
         machine: the machine with its stand-ins.
         supervisor: its run.
         tick: seconds from one step to the next.
-        last: what the last step did.
-        doing: what the activities of the active states are asked to do, by the state's full name.
+        last: the record of the last step.
+        doing: the activities of the active states with their arguments, by the state's full name.
         calls: the actions called in the last ``step`` or ``wait``.
         raised: the events that the machine raised meanwhile.
         sent: the events that it sent to other machines meanwhile.
@@ -86,7 +86,7 @@ class Driver:
         self._signals.update(signals)
 
     def assign(self, variable: str, value: Any) -> None:
-        """Give a variable or a parameter another value, as no machine and no scenario can: for a person who tries.
+        """Give a variable or a parameter another value, which no machine or scenario can do: for interactive use.
 
         Raises:
             SnapshotError: the run cannot be changed.
@@ -96,7 +96,7 @@ class Driver:
         self.supervisor = self.machine.restore(saved)
 
     def fail(self, signals: frozenset[str]) -> None:
-        """Let signals fail from now on; all others can be had."""
+        """Let signals fail from now on; all others have values."""
         self._failing = signals
 
     def step(
@@ -111,7 +111,7 @@ class Driver:
 
         Args:
             signals: signals that change.
-            reports: how activities end, by the full name of their state or by their own name; the machine hears of it
+            reports: how activities end, by the full name of their state or by their own name; the machine receives it
                 in this step.
             events: events from outside.
             after: seconds since the last step; by default one tick.

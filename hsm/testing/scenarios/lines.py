@@ -1,4 +1,4 @@
-"""The lines of a .maze-test file: what is there, before any name has a meaning.
+"""The lines of a .maze-test file, before names are resolved.
 
 The file is read line by line, so that one invalid line hides no other.
 """
@@ -120,7 +120,7 @@ def _parser() -> Lark:
 
 
 def read_lines(text: str, report: Report) -> Iterator[ScenarioLine]:
-    """The lines that can be read; of the others is said what is wrong. A comma at the end joins the next line."""
+    """The valid lines; the others are reported. A comma at the end joins the next line."""
     pending, begin, last = "", 0, 0
     for number, raw in enumerate(text.split("\n"), 1):
         content = raw.partition("#")[0].rstrip()
@@ -143,7 +143,7 @@ def _line(text: str, number: int, report: Report) -> ScenarioLine | None:
     end = number + text.count("\n")
     place = Place(report.file, number, column, end, len(last) + 1)
     try:
-        # Breaks between joined lines are marked, so that the parser passes over them; line breaks before the line give
+        # Breaks between joined lines are marked, so that the parser skips them; line breaks before the line give
         # its tokens their places.
         joined = " " * (column - 1) + _BREAKS.sub("\f\\g<0>", text.lstrip())
         found: Any = _parser().parse("\n" * (number - 1) + joined + "\n")

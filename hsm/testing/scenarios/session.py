@@ -1,4 +1,4 @@
-"""A machine without its robot, driven line by line by a person: every line that is accepted is a line of a scenario."""
+"""A machine without its robot, driven interactively: every accepted line is a line of a scenario."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from hsm.testing.scenarios.scenarios import Expectation, Scenario, Stimulus
 from hsm.testing.scenarios.script import scripted_machine
 
 _LINES = ("given", "when", "after", "expect")
-"""What the lines of a scenario begin with."""
+"""The words that begin the lines of a scenario."""
 _SET = "set"
-"""What a line begins with that gives a variable a value, which no scenario can."""
+"""The word that begins a line that sets a variable, which no scenario can do."""
 _LINE = re.compile(r"line\s+(\d{1,7})")
 """A break at the transitions of a line."""
 _SAME = 1e-9
@@ -37,12 +37,12 @@ _TICK = f"after {TICK} s"
 
 
 class SessionError(Exception):
-    """A line that cannot be done; the message says why."""
+    """A line that cannot be executed; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Where a run is, and what has happened since the moment before.
+    """The state of a run, and the events since the previous moment.
 
     Attributes:
         time: seconds since the start.
@@ -67,7 +67,7 @@ class Moment:
 
 @dataclass(slots=True)
 class _Seen:
-    """What has happened since a line was given."""
+    """The results of a line."""
 
     taken: list[str] = field(default_factory=list)
     called: list[str] = field(default_factory=list)
@@ -79,12 +79,12 @@ class _Break(Exception):  # noqa: N818 - how a wait ends early
 
 
 class Session:
-    """One run of a machine, driven by the lines of a scenario; it can go back.
+    """One run of a machine, driven by the lines of a scenario, with undo.
 
     Attributes:
         machine: the machine's name.
         lines: the lines that were accepted, in order.
-        driver: the run itself, to be looked at.
+        driver: the run itself.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class Session:
         )
 
     def do(self, line: str) -> Moment:
-        """Do one line of a scenario.
+        """Execute one line of a scenario.
 
         Args:
             line: such as ``when door.near, not space.front``, ``when rotate reports done``, ``after 2 s``,
@@ -161,7 +161,7 @@ class Session:
         return self._done(text)
 
     def check(self, line: str) -> None:
-        """Read a line and do nothing.
+        """Parse a line without executing it.
 
         Raises:
             SessionError: it cannot be read.
@@ -174,7 +174,7 @@ class Session:
         return self._done(self._perform(Stimulus(TICK), _TICK))
 
     def back(self, count: int = 1) -> Moment:
-        """Take lines back: the run is played again without them.
+        """Undo lines: the run is repeated without them.
 
         Raises:
             SessionError: there are not that many.
@@ -185,7 +185,7 @@ class Session:
         return self.moment
 
     def back_to(self, time: float) -> Moment:
-        """Take back all that was done after a time.
+        """Undo everything after a time.
 
         Args:
             time: seconds since the start.
@@ -198,7 +198,7 @@ class Session:
         return self.do(f"after {rest:.10g} s") if rest > _SAME else self.moment
 
     def stop_when(self, condition: str | None) -> None:
-        """Have a wait stop where something comes to hold.
+        """Stop waits when a condition holds.
 
         Args:
             condition: what an ``expect`` line may say, such as ``in_door`` or ``turns == 2``; or ``line 12`` for the
@@ -239,7 +239,7 @@ class Session:
             raise _unreadable(error) from None
 
     def why(self, state: str | None = None) -> list[str]:
-        """What became of the transitions that the last step looked at.
+        """The verdicts about the transitions that the last step considered.
 
         Args:
             state: only those of this state, by its own name or its full one.
@@ -257,7 +257,7 @@ class Session:
             one for one in self.driver.last.considered if state is None or states[one.transition.source].name in full
         ]
         if not looked:
-            return ["the last step looked at none of them: the state was not active, or its triggers did not come"]
+            return ["the last step considered none of them: the state was not active, or no trigger occurred"]
         return [
             f"line {one.transition.place.line if one.transition.place else '-'}: "
             f"{trigger_text(one.transition.trigger, one.transition.guard)}: {one.reason}"
@@ -319,7 +319,7 @@ class Session:
             raise SessionError(str(error)) from None
 
     def _replay(self, lines: Sequence[str]) -> None:
-        """Begin again and do lines; where one fails, all is as before."""
+        """Restart and execute lines; if one fails, restore the previous state."""
         before = (self.driver, self.lines, self._ends, self._break, self._seen)
         scenario = self._read([one for one in lines if _word(one) != _SET])
         steps = iter(scenario.steps)
@@ -341,8 +341,8 @@ class Session:
     def _read(self, lines: Sequence[str]) -> Scenario:
         for line in lines:
             if _word(line) not in _LINES:
-                raise SessionError(f"a line begins with {', '.join(_LINES)}; `help` lists what else there is")
-        # A scenario must expect something; what is added here is dropped again.
+                raise SessionError(f"a line begins with {', '.join(_LINES)}; `help` lists the other commands")
+        # A scenario needs an expectation; the one added here is dropped again.
         last = f"expect {self._model.states[1].name}"
         text = f"test {self._model.name}\nscenario session\n" + "".join(f"    {line}\n" for line in (*lines, last))
         try:
@@ -364,7 +364,7 @@ class Session:
             raise SessionError(str(error)) from None
 
     def _perform(self, step: Stimulus | Expectation, text: str) -> str:
-        """Do a step; the line that says what was done, which is shorter where a wait was stopped."""
+        """Execute a step; return the line for it, which is shorter if a wait was stopped."""
         driver = self.driver
         if driver.outcome is not None and isinstance(step, Stimulus):
             raise SessionError(f"the machine has ended, as {driver.outcome}; `back` takes lines back")

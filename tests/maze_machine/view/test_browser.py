@@ -98,7 +98,7 @@ def recorded(driven, tmp_path_factory):
 
 @contextmanager
 def live(driven, *, count=40):
-    """A page of a run that goes on: its ticks so far, and what its operators have asked for."""
+    """A page of a run that is still running: its ticks so far, and what its operators have asked for."""
     mission, world, frames, _ = driven
     drawings, operated = Drawings(mission.machine), OperatedRun(mission, pausable=True)
     asked = []

@@ -17,7 +17,7 @@ CODE_ACTIONS = (
     refactoring.EXTRACT,
     refactoring.RETARGET,
 )
-"""The kinds of what can be done about a line."""
+"""The kinds of code actions."""
 
 
 def add(server: MachineServer) -> None:
@@ -62,7 +62,7 @@ def add(server: MachineServer) -> None:
             change = types.WorkspaceEdit(changes={uri: edits})
             offered.append(types.CodeAction("Fix all certain problems", FIX_ALL, edit=change))
         for one in refactoring.refactorings(document, params.range.start.line):
-            # The many targets of a transition are offered only where an editor asks for refactorings.
+            # The targets of a transition are offered only if an editor requests refactorings, since they are many.
             usual = one.kind in (refactoring.ADD_STATE, refactoring.EXTRACT)
             wanted = usual if asked is None else any(one.kind.startswith(str(kind)) for kind in asked)
             if wanted and (not one.created or server.creates_files):

@@ -10,7 +10,7 @@ from hsm.dsl.lsp import protocol
 from hsm.dsl.lsp.machine_server import MachineServer
 
 _BREATH = 0.002
-"""How long a request for diagnostics lets others come first, s."""
+"""How long a request for diagnostics yields to other requests, s."""
 _PULL = types.DiagnosticOptions(inter_file_dependencies=True, workspace_diagnostics=False, identifier="maze-machine")
 
 
@@ -58,8 +58,8 @@ def add(server: MachineServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_DIAGNOSTIC, _PULL)
     async def pulled(params: types.DocumentDiagnosticParams) -> types.RelatedFullDocumentDiagnosticReport:
-        # Edits and cancellations that have come meanwhile are taken in first: of a row of keystrokes only the last text
-        # is checked, and each request is answered with what is wrong with it.
+        # Edits and cancellations that have arrived meanwhile are processed first: after a sequence of keystrokes only
+        # the last text is checked, and every request gets its diagnostics.
         await asyncio.sleep(_BREATH)
         uri = params.text_document.uri
         async with server.checking(uri):

@@ -21,7 +21,7 @@ class DataError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """What an expression may see.
+    """The names that an expression can use.
 
     Attributes:
         store: the data.
@@ -188,7 +188,7 @@ class _Parser:
                 self._expect("]")
                 value = _member(value, key)
             elif self._is("("):
-                raise UnsupportedError("a call of something that is no function of the subset")
+                raise UnsupportedError("a call of something that is not a function of the subset")
             else:
                 return value
 
@@ -323,7 +323,7 @@ def _bounded(value: Any) -> Any:
 def _number(value: Any) -> int | float:
     if isinstance(value, int | float):
         return value
-    raise DataError(f"{value!r:.40} is no number")
+    raise DataError(f"{value!r:.40} is not a number")
 
 
 def _text(value: Any) -> str:
@@ -333,7 +333,7 @@ def _text(value: Any) -> str:
         return str(value)
     if isinstance(value, list):
         return ",".join(map(_text, value))
-    raise DataError(f"{value!r:.40} is no text")
+    raise DataError(f"{value!r:.40} is not text")
 
 
 def _typeof(operand: Evaluate) -> Evaluate:

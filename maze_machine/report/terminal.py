@@ -196,7 +196,7 @@ def variable_lines(tick: Tick) -> list[str]:
 
 
 def why_lines(tick: Tick) -> list[str]:
-    """The verdict on each of the transitions of the state that names the tick and of those around it, innermost first."""
+    """The verdict on each transition of the state that names the tick and of those around it, innermost first."""
     states, indices = tick.report.machine.model.states, tick.report.machine.indices
     around: list[int] = []
     at = indices.get(tick.doing, 0)

@@ -1,4 +1,4 @@
-"""How long an editor waits for the language server, beside jedi-language-server on a file of as many lines.
+"""How long an editor waits for the language server, compared with jedi-language-server on a file of the same length.
 
     pip install jedi-language-server
     python benchmarks/editor.py [LINES] [ROUNDS] [EDITS]

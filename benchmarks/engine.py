@@ -1,4 +1,4 @@
-"""How long a tick takes: this engine beside other statechart libraries and beside code written by hand.
+"""The time of a tick: this engine, other statechart libraries, and code written by hand.
 
 One machine of ten states, the same for all; rounds are interleaved, so that a busy computer slows all of them; each
 figure is the median of its rounds, each ratio the median of the ratios within a round.
@@ -193,10 +193,10 @@ def this_engine() -> Contender:
 
 
 class ByHand:
-    """What one would write for this machine alone: the fastest that Python allows, without a record of what happened.
+    """Code for this machine only: the fastest that Python allows, without a record.
 
-    It means the same: it is stepped like a supervisor, asks the same functions for its facts, only where it needs them,
-    and goes on until nothing fires any more.
+    It behaves the same: it is stepped like a supervisor, calls the same functions for its facts, only if needed, and
+    continues until nothing fires any more.
     """
 
     def __init__(self) -> None:
@@ -259,7 +259,7 @@ def by_hand() -> Contender:
 
 
 class ConditionMethods:
-    """One method for each fact and its negation, as several libraries want conditions."""
+    """One method for each fact and its negation, the form of conditions in several libraries."""
 
     facts = FREE
 
@@ -448,7 +448,7 @@ def contenders() -> list[Contender]:
 
 
 def time_case(contender: Contender, case: tuple[tuple[Facts, str], ...], budget: float) -> float:
-    """Processor seconds a tick, measured over about ``budget`` seconds; the call itself is included for all alike."""
+    """Processor seconds per tick, measured over about ``budget`` seconds, including the call itself."""
     facts = [one for one, _ in case]
     count = 8
     while True:
@@ -493,7 +493,7 @@ def compare(rounds: int, budget: float) -> None:
 
 
 def wide_model(count: int, *, around: bool = False) -> Model:
-    """Groups of ten states: ``count`` states in all.
+    """Groups of ten states: ``count`` states in total.
 
     Each state drives on to the next one of its group or, with ``around``, of the machine: then every step of a
     measurement is in another state, and what the processor's caches hold shows.

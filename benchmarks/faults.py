@@ -1,11 +1,11 @@
-"""A seeded campaign of random faults: ``python benchmarks/faults.py [--seed N] [--scale N]``.
+"""A seeded campaign of random faults: ``python benchmarks/faults.py [--seed N] [--scale N] [--out FILE]``.
 
 Seven families, each with its promise, which is checked after every fault:
 
 - in real time, behind the gate, on a clock turned by hand: the base moves only by whole answers of the lease's holder
   to fresh observations, and stops within the command time-out after the last one; after the fault it is driven again;
 - in lockstep, over a bad network, with threads and real timers: the run is the undisturbed one, bit for bit;
-- the recorder on a bad disk: the run goes on, what the recording holds is as it was, what was there before is kept;
+- the recorder on a bad disk: the run continues, what the recording holds is as it was, what was there before is kept;
 - a campaign with workers that are killed, stopped or cut off: its results file is the undisturbed one, byte for byte;
 - the same on a dask cluster whose scheduler and workers are killed and come again;
 - in lockstep through a router that is killed, stopped or started again: the run is the undisturbed one, or it ends with
@@ -13,13 +13,16 @@ Seven families, each with its promise, which is checked after every fault:
 - the command with room for a little more memory only, or for small files only: it ends with a documented status and one
   line, and a file that was there before is as it was or whole and new.
 
-The scale multiplies the number of faults; 1 makes some 1,200. The exit status is 1 if any promise was broken.
+The scale multiplies the number of faults; 1 makes some 1,200. With ``--out`` each fault is a line of that file, and a
+campaign that was interrupted continues where it was. The table is printed in any case, of all that was done. The exit
+status is 1 if any promise was broken, and 3 if the campaign was interrupted.
 """
 
 from __future__ import annotations
 
 import argparse
 import heapq
+import json
 import math
 import multiprocessing
 import os
@@ -31,7 +34,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -40,12 +43,9 @@ ROOT = Path(__file__).parents[1]
 sys.path[0:1] = [str(ROOT), str(ROOT / "tests" / "transport")]
 sys.path.append(str(ROOT / "benchmarks"))
 
-from process_faults import command_fault, router_faults, scheduler_faults  # noqa: E402
+from process_faults import campaign_faults, command_fault, router_faults, scheduler_faults  # noqa: E402
 from toy_world import PERIOD, ToyWorld, answer_to, seen, wander  # noqa: E402
 
-from maze_machine.campaign.jobs import Setup, jobs_of  # noqa: E402
-from maze_machine.campaign.results import Results  # noqa: E402
-from maze_machine.campaign.workers import on_cores  # noqa: E402
 from transport.connect import open_robot  # noqa: E402
 from transport.description import RobotDescription  # noqa: E402
 from transport.gate import Gate, PacedWorld  # noqa: E402
@@ -333,7 +333,7 @@ def lockstep_fault(seed: int) -> tuple[str, str, str]:
             robot.close()
     where = {"restart": "simulator", "kill": "controller"}.get(kind, "network")
     if kind == "restart":
-        return where, kind, "went on with a simulator that was gone"
+        return where, kind, "continued with a simulator that was gone"
     return where, f"{kind} (lockstep)", "good" if rows == expected else "another run"
 
 
@@ -446,56 +446,6 @@ def killed(path: Path, rows: list[object], after: int) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-# A campaign
-
-
-def campaign_faults(seed: int, count: int, folder: Path) -> Outcomes:
-    """A campaign whose workers are killed or stopped at random moments, and which is itself interrupted and resumed."""
-    chance, setup = random.Random(seed), Setup(time_limit=1.5)
-    jobs = jobs_of(["right_hand"], ["corridor"], max(40, 8 * count))
-    plain, path = folder / "plain.jsonl", folder / "broken.jsonl"
-    found: Outcomes = Counter()
-    done: list[str] = []
-    while len(done) < count and (not path.exists() or len(Results(path, setup, jobs).open_jobs)):
-        results = Results(path, setup, jobs)
-        with on_cores(setup, results.open_jobs, 2) as records:
-            for record in records:
-                results.add(record)
-                if chance.random() < 0.15 and len(done) < count:
-                    kind = chance.choice(["kill", "stop", "break off"])
-                    done.append(kind)
-                    if kind == "break off":
-                        break
-                    workers = multiprocessing.active_children()
-                    worker = chance.choice(workers) if workers else None
-                    if worker is None or worker.pid is None:
-                        continue
-                    os.kill(worker.pid, signal.SIGKILL if kind == "kill" else signal.SIGSTOP)
-                    if kind == "stop":
-                        threading.Timer(chance.uniform(0.05, 0.5), resume, (worker.pid,)).start()
-    results = Results(path, setup, jobs)
-    with on_cores(setup, results.open_jobs, 2) as records:
-        for record in records:
-            results.add(record)
-    results.write()
-    results = Results(plain, setup, jobs)
-    with on_cores(setup, results.open_jobs, 2) as records:
-        for record in records:
-            results.add(record)
-    results.write()
-    outcome = "good" if path.read_bytes() == plain.read_bytes() else "other results"
-    for kind in done:
-        found["campaign" if kind == "break off" else "worker", kind, outcome] += 1
-    return found
-
-
-def resume(pid: int) -> None:
-    try:
-        os.kill(pid, signal.SIGCONT)
-    except ProcessLookupError:
-        return
-
-
 def table(found: Outcomes) -> str:
     """The outcomes as Markdown."""
     rows: dict[tuple[str, str], Counter[str]] = {}
@@ -508,27 +458,90 @@ def table(found: Outcomes) -> str:
     return "\n".join([*lines, "", f"{sum(found.values())} faults"])
 
 
+Family = Callable[[int], Outcomes]
+"""The outcomes for a seed."""
+
+
+@dataclass
+class Done:
+    """What was done: the outcomes by family and seed, kept in a file where one is named."""
+
+    path: Path | None
+    outcomes: dict[tuple[str, int], Outcomes] = field(default_factory=dict)
+
+    def read(self) -> None:
+        """Take in what an interrupted campaign has left; a line that it was writing is done again."""
+        if self.path is None or not self.path.exists():
+            return
+        for line in self.path.read_text(encoding="utf-8").splitlines():
+            try:
+                family, seed, found = json.loads(line)
+            except ValueError:
+                continue
+            self.outcomes[family, seed] = Counter({(where, kind, outcome): n for where, kind, outcome, n in found})
+
+    def add(self, family: str, seed: int, found: Outcomes) -> None:
+        """Note the outcomes of a seed."""
+        self.outcomes[family, seed] = found
+        if self.path is not None:
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps([family, seed, [[*key, count] for key, count in found.items()]]) + "\n")
+
+    def total(self) -> Outcomes:
+        """All outcomes."""
+        return sum(self.outcomes.values(), Counter())
+
+
+def one(fault: Callable[..., tuple[str, str, str]], *more: object) -> Family:
+    """A family of faults that are made one at a time."""
+    return lambda seed: Counter([fault(seed, *more)])
+
+
+def families(scale: float, folder: Path) -> Iterator[tuple[str, int, Family]]:
+    """Each family: its name, how many seeds, and what makes the faults of a seed."""
+
+    def count(faults: int) -> int:
+        return round(faults * scale)
+
+    yield "real time", count(1000), one(realtime_fault)
+    yield "lockstep", count(60), one(lockstep_fault)
+    yield "recorder", count(100), one(recorder_fault, folder)
+    yield "campaign", min(1, count(20)), lambda seed: campaign_faults(seed, count(20), folder)
+    yield "command", count(12), one(command_fault, folder)
+    yield "router", count(6), lambda seed: router_faults(seed, 1)
+    yield "cluster", min(1, count(4)), lambda seed: scheduler_faults(seed, count(4), folder)
+
+
+def make(done: Done, first: int, scale: float) -> None:
+    """Make all faults that are not done yet."""
+    with TemporaryDirectory() as folder:
+        for name, count, faults in families(scale, Path(folder)):
+            for seed in range(first, first + count):
+                if (name, seed) not in done.outcomes:
+                    done.add(name, seed, faults(seed))
+
+
+def interrupt(*_: object) -> None:
+    """End the campaign as Ctrl-C does."""
+    raise KeyboardInterrupt
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=1, help="what all that is random is drawn from")
     parser.add_argument("--scale", type=float, default=1.0, help="multiplies the number of faults")
+    parser.add_argument("--out", type=Path, help="where each fault is noted, and what was done is not done again")
     asked = parser.parse_args()
-    found: Outcomes = Counter()
-    first = 1_000_000 * asked.seed
-    for seed in range(first, first + round(1000 * asked.scale)):
-        found[realtime_fault(seed)] += 1
-    for seed in range(first, first + round(60 * asked.scale)):
-        found[lockstep_fault(seed)] += 1
-    with TemporaryDirectory() as folder:
-        for seed in range(first, first + round(100 * asked.scale)):
-            found[recorder_fault(seed, Path(folder))] += 1
-        found += campaign_faults(first, round(20 * asked.scale), Path(folder))
-        for seed in range(first, first + round(12 * asked.scale)):
-            found[command_fault(seed, Path(folder))] += 1
-        found += router_faults(first, round(6 * asked.scale))
-        found += scheduler_faults(first, round(4 * asked.scale), Path(folder))
+    signal.signal(signal.SIGTERM, interrupt)
+    done, status = Done(asked.out), 0
+    done.read()
+    try:
+        make(done, 1_000_000 * asked.seed, asked.scale)
+    except KeyboardInterrupt:
+        status = 3
+    found = done.total()
     print(table(found))
-    return int(any(outcome != "good" for _, _, outcome in found))
+    return 1 if any(outcome != "good" for _, _, outcome in found) else status
 
 
 if __name__ == "__main__":

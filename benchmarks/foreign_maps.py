@@ -1,4 +1,4 @@
-"""Reads every map in some folders and says, by folder, how many were read and why the others were refused.
+"""Reads every map in some folders and reports, by folder, how many were read and why the others were refused.
 
     python benchmarks/foreign_maps.py FOLDER... [--start-anywhere] [--markdown]
 
@@ -26,7 +26,7 @@ SUFFIXES = {".maze", ".txt", ".num", ".pgm", ".png", ".bmp", ".yaml"}
 KNOWN = (
     ("does not fit at its start", "no room at the default start: give `--start`"),
     ("no way leads", "no way from the start: give `--start`, `--exit` or `--goal`"),
-    ("grey areas", "grey is no door there: give `--grey`"),
+    ("grey areas", "grey is not a door there: give `--grey`"),
     ("cannot be read", "the description names an image that is not there"),
     ("is missing", "no map: a description of something else"),
     ("is not known here", "no map: another kind of text"),
@@ -36,7 +36,7 @@ KNOWN = (
 
 @dataclass(frozen=True)
 class Read:
-    """What became of a file: its goal, or why it was refused, and how long that took, s."""
+    """The result for a file: its goal, or why it was refused, and the elapsed time, s."""
 
     name: str
     result: str
@@ -56,7 +56,7 @@ def read(path: Path, choices: Choices) -> Read:
 
 
 def helped(path: Path) -> Read:
-    """Read one file as a user would after the message: with grey split where it is no door, with a start elsewhere."""
+    """Read one file as a user would after the message: with grey split if it is not a door, with another start."""
     first = read(path, Choices())
     choices = Choices()
     if "--grey" in first.result:

@@ -1,4 +1,4 @@
-"""What becomes of a robot with failing or odd sensors: when it stops, how far it has rolled, and what is reported.
+"""A robot with failing or odd sensors: when it stops, how far it rolls, and what is reported.
 
     python benchmarks/habits.py [HABIT ...] [--json]
 
@@ -152,7 +152,7 @@ HABITS = (
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one robot.
+    """The result for one robot.
 
     Attributes:
         habit: its name.
@@ -172,7 +172,7 @@ class Row:
 
 
 class HandClock:
-    """Time passes only while somebody waits; meanwhile the others work."""
+    """Time passes only while a thread waits; meanwhile the others work."""
 
     def __init__(self) -> None:
         self.time = 0.0

@@ -58,7 +58,7 @@ def flat(states: int) -> str:
 
 
 def nested(states: int, depth: int) -> str:
-    """A machine of towers of states, each state inside the one before."""
+    """A machine of towers of states, each state inside the previous one."""
     lines = ["machine nested"]
     for number in range(states):
         pad = "    " * (number % depth)

@@ -1,4 +1,4 @@
-"""Whether machines find out with another laser: beams, ranges, first beams and mountings by machines and mazes.
+"""Whether machines leave the maze with another laser: beams, ranges, first beams and mountings by machines and mazes.
 
     python benchmarks/lasers.py [--machines NAME ...] [--mazes N] [--lasers TEXT]
 

@@ -1,9 +1,9 @@
-"""What the link costs and how it fails: ``python benchmarks/link.py [--rounds N] [--faults N]``.
+"""The cost of the link, and its failures: ``python benchmarks/link.py [--rounds N] [--faults N]``.
 
 The first table compares a tick of the pledge machine with the real simulator in one process, over the loopback, and
 with a bare Zenoh ping-pong of the same messages in the link's place: tick by tick in turn, so that what else the
 computer does meets all three. The second breaks things at random moments and measures how long the robot moves on, and
-how long it takes until it moves again. The third says what readers cost that cannot keep up.
+how long it takes until it moves again. The third measures the cost of readers that cannot keep up.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ PING, STEP = bytes(TWIST), b"\1" + bytes(TWIST - 1)
 MAZE, SEED = "final_2015", 1
 STEPS, ENDLESS = 600, 10**6
 TICKS, WARM = 30, 100
-"""Ticks a round, short enough that a busy moment of the computer spoils one round only; ticks that do not count."""
+"""Ticks a round, short enough that a busy moment of the computer affects one round only; ticks that do not count."""
 
 
 def free_endpoint() -> str:
@@ -228,7 +228,7 @@ def in_rounds(times: list[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Figures:
-    """What became of one fault: until the robot stopped, if it did, and until it went on or somebody knew, s."""
+    """The result of one fault: the time until the robot stopped, and until it continued or a message appeared, s."""
 
     stopped: float | None
     resumed: float
@@ -290,12 +290,12 @@ Scenario = Callable[[Bench], Figures]
 def broken(
     robot: Program, failing: Program, number: signal.Signals, again: Callable[[], object], bench: Bench
 ) -> Figures:
-    """In real time: somebody fails, the robot stands still; somebody is there again, the robot moves."""
+    """In real time: a program fails, the robot stops; the program is back, the robot moves."""
     base(robot, moving=True)
     bench.wait(0.6)
     failed = failing.send(number)
     stopped = base(robot, moving=False, after=failed)
-    # Who hangs comes back by itself.
+    # A hanging program comes back by itself.
     remedy = failed + HANG if number == signal.SIGUSR1 else bench.heal(failing, number, again)
     return Figures(stopped - failed, base(robot, moving=True, after=stopped) - remedy)
 
@@ -339,7 +339,7 @@ def frozen_robot(bench: Bench) -> Figures:
 
 
 def same_end(which: str, number: signal.Signals) -> Scenario:
-    """In lockstep: somebody fails; until the run has come to the end that an undisturbed one comes to."""
+    """In lockstep: a program fails; until the run ends like an undisturbed one."""
 
     def scenario(bench: Bench) -> Figures:
         router = bench.router() if which == "router" else None
@@ -404,7 +404,7 @@ def bad_network_in_real_time(bench: Bench) -> Figures:
 
 
 def turned_away(intruder: Callable[[Bench], Program], words: str, *, secret: bool = False) -> Scenario:
-    """In real time: somebody who must not disturb a run is refused, start included, and the robot drives on."""
+    """In real time: a program that must not disturb a run is refused, start included, and the robot keeps driving."""
 
     def scenario(bench: Bench) -> Figures:
         more = certificates(bench) if secret else ("", "")
@@ -438,7 +438,7 @@ def forger(bench: Bench) -> Program:
 
 
 def watched(kind: str) -> float:
-    """Milliseconds a step in lockstep, of 1000, while somebody looks on: ``nobody``, ``slow`` or ``frozen``."""
+    """Milliseconds a step in lockstep, of 1000, while somebody watches: ``nobody``, ``slow`` or ``frozen``."""
     with Bench(random.Random(1)) as bench:
         bench.robot("lockstep")
         watcher = bench.ready(toy("toy_watcher", bench.endpoint)) if kind != "nobody" else None
@@ -454,9 +454,9 @@ def watched(kind: str) -> float:
 
 
 def readers(count: int) -> None:
-    """Print what readers cost that cannot keep up."""
-    print("\nA step in lockstep while somebody looks on who cannot keep up; ms, median and largest of the runs\n")
-    print("| who looks on | a step |\n|---|---|")
+    """Print the cost of readers that cannot keep up."""
+    print("\nA step in lockstep with a watcher that cannot keep up; ms, median and largest of the runs\n")
+    print("| who watches | a step |\n|---|---|")
     kinds = {"nobody": "nobody", "slow": "takes twenty messages a second", "frozen": "frozen (SIGSTOP)"}
     for kind, name in kinds.items():
         times = [watched(kind) for _ in range(count)]
@@ -479,7 +479,7 @@ FAULTS: dict[str, Scenario] = {
     "a busy port: refused (start included), the robot drives on": turned_away(
         lambda bench: bench.enter_context(command("router", "--listen", bench.endpoint)), "is taken"
     ),
-    "another authority's certificate: turned away after `link.connect`, the robot drives on": turned_away(
+    "another authority's certificate: rejected after `link.connect`, the robot drives on": turned_away(
         forger, "nobody can be reached", secret=True
     ),
     "lockstep: simulator killed and started again, run refused": killed_simulator,
@@ -495,7 +495,7 @@ FAULTS: dict[str, Scenario] = {
 def faults(count: int) -> None:
     """Print the times of all faults."""
     print(f"Faults at random moments, {count} times each, runs in lockstep of {STEPS} steps; ms, median and largest\n")
-    print("| fault | until the robot stops | until it goes on, or somebody knows |\n|---|---|---|")
+    print("| fault | until the robot stops | until it continues, or somebody knows |\n|---|---|---|")
     chance = random.Random(1)
     for name, scenario in FAULTS.items():
         figures = []

@@ -8,7 +8,7 @@
 `draw` varies all that the generator offers by seed: cells, corridors' width, loops, islands, open spaces, dead ends,
 doors, skew, offset. A maze with a passage narrower than 0.6 m is drawn again. With `--size` all of them are as many
 times as large, for a robot of another size; `--cell` is the edge of a contest maze's cell. `run` is `maze-machine
-sweep` over the sets below; a set is a results file in the folder, and one that was interrupted goes on where it was.
+sweep` over the sets below; a set is a results file in the folder, and one that was interrupted continues where it was.
 With `--skip` and `--count` only some mazes of a set are taken: the first ones are left out, or all after the first N.
 Laser noise, odometry drift and the referee are on; time limits are lifted to those of `SETS`.
 """

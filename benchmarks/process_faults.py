@@ -1,7 +1,8 @@
-"""The families of ``faults.py`` that need processes of their own: routers, schedulers, short memory, full disks."""
+"""The families of ``faults.py`` that need processes of their own: workers, routers, clusters, commands."""
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import random
 import signal
@@ -75,6 +76,56 @@ def ended(process: subprocess.Popen[str]) -> None:
     with suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
+
+
+# A campaign
+
+
+def campaign_faults(seed: int, count: int, folder: Path) -> Counter[tuple[str, str, str]]:
+    """A campaign whose workers are killed or stopped at random moments, and which is itself interrupted and resumed."""
+    chance, setup = random.Random(seed), Setup(time_limit=1.5)
+    jobs = jobs_of(["right_hand"], ["corridor"], max(40, 8 * count))
+    plain, path = folder / "plain.jsonl", folder / "broken.jsonl"
+    found = Counter[tuple[str, str, str]]()
+    done: list[str] = []
+    while len(done) < count and (not path.exists() or len(Results(path, setup, jobs).open_jobs)):
+        results = Results(path, setup, jobs)
+        with on_cores(setup, results.open_jobs, 2) as records:
+            for record in records:
+                results.add(record)
+                if chance.random() < 0.15 and len(done) < count:
+                    kind = chance.choice(["kill", "stop", "break off"])
+                    done.append(kind)
+                    if kind == "break off":
+                        break
+                    workers = multiprocessing.active_children()
+                    worker = chance.choice(workers) if workers else None
+                    if worker is None or worker.pid is None:
+                        continue
+                    os.kill(worker.pid, signal.SIGKILL if kind == "kill" else signal.SIGSTOP)
+                    if kind == "stop":
+                        threading.Timer(chance.uniform(0.05, 0.5), resume, (worker.pid,)).start()
+    results = Results(path, setup, jobs)
+    with on_cores(setup, results.open_jobs, 2) as records:
+        for record in records:
+            results.add(record)
+    results.write()
+    results = Results(plain, setup, jobs)
+    with on_cores(setup, results.open_jobs, 2) as records:
+        for record in records:
+            results.add(record)
+    results.write()
+    outcome = "good" if path.read_bytes() == plain.read_bytes() else "other results"
+    for kind in done:
+        found["campaign" if kind == "break off" else "worker", kind, outcome] += 1
+    return found
+
+
+def resume(pid: int) -> None:
+    try:
+        os.kill(pid, signal.SIGCONT)
+    except ProcessLookupError:
+        return
 
 
 # The router

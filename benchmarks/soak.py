@@ -92,7 +92,7 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=60.0, help="simulated time over the link")
     parser.add_argument("--runs", type=int, default=1000, help="short runs in one process")
     asked = parser.parse_args()
-    compiled()  # a simulator loads the machine code after some thousand scans; its 100 MiB are no growth
+    compiled()  # a simulator loads the machine code after some thousand scans; its 100 MiB are not growth
     print("| part | what | after a tenth | at the end |\n|---|---|---|---|")
     grown = False
     for part, (first, last) in (

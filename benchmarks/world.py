@@ -86,7 +86,7 @@ FALSE = 0.3
 
 @dataclass(frozen=True, slots=True)
 class LogResult:
-    """What became of a log; lengths in m, the fields as the module describes them."""
+    """The result for a log; lengths in m, the fields as in the module's description."""
 
     log: str
     raw: float
@@ -155,7 +155,7 @@ def logs(files: Iterable[Path], *, as_json: bool) -> None:
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """What became of a run in the simulator; the fields as the module describes them."""
+    """The result of a run in the simulator; the fields as in the module's description."""
 
     maze: str
     odometry: str

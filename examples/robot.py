@@ -1,4 +1,4 @@
-"""A robot of your own: a point in a corridor, in lockstep, that speaks the session protocol by itself.
+"""Your own robot: a point in a corridor, in lockstep, with its own implementation of the session protocol.
 
     python examples/robot.py tcp/127.0.0.1:7447 &
     maze-machine run right_hand --connect tcp/127.0.0.1:7447
@@ -37,7 +37,7 @@ def ray(angle: float) -> float:
 
 
 def show(twist: tuple[float, float, float]) -> None:
-    """Publish what is sensed now; each message has the same tag, sealed with the CRC-32 of both."""
+    """Publish the sensor data; each message has the same tag, with the CRC-32 of both."""
     nanoseconds = round(lease["sequence"] * PERIOD * 1e9)
     time = divmod(nanoseconds, 10**9)
     pose = place[0], place[1], 0.0, 0.0, 0.0, math.sin(place[2] / 2), math.cos(place[2] / 2)
@@ -54,7 +54,7 @@ def show(twist: tuple[float, float, float]) -> None:
 
 
 def answer(text: bytes) -> dict:
-    """The answer to a question, which was asked before if its request is known."""
+    """The answer to a question; a known request is a repeated question."""
     question = json.loads(text)
     known = bool(lease["secret"]) and question.get("secret") == lease["secret"]
     if question["kind"] == "open":
@@ -70,7 +70,7 @@ def answer(text: bytes) -> dict:
 
 
 def obey(payload: bytes, attachment: bytes) -> None:
-    """Carry a command out once, and answer it; a repeated one, or a wish to hear it again, is answered as before."""
+    """Execute a command once, and answer it; a repeated one, or a request to repeat it, is answered as before."""
     version, flags, checksum, epoch, sequence, _, signature = COMMAND.unpack(attachment)
     signed = attachment[:4] + attachment[8:32] + payload
     whole = checksum == zlib.crc32(payload, zlib.crc32(attachment[:4] + bytes(4) + attachment[8:]))
@@ -88,7 +88,7 @@ def obey(payload: bytes, attachment: bytes) -> None:
 
 
 def main(endpoint: str) -> None:
-    """Listen, and process what comes, one after the other."""
+    """Listen, and process messages in order."""
     config, inbox = zenoh.Config(), queue.SimpleQueue()
     config.insert_json5("mode", '"peer"')
     config.insert_json5("listen/endpoints", json.dumps([endpoint]))
@@ -101,7 +101,7 @@ def main(endpoint: str) -> None:
             item = inbox.get()
             if isinstance(item, zenoh.Query):
                 text, _, _ = item.payload.to_bytes().rpartition(b"\n")
-                # A program ignores fields that it does not know, such as `maker`.
+                # Programs ignore unknown fields, such as `maker`.
                 reply = json.dumps({"protocol": 2, "maker": "me"} | answer(text)).encode()
                 item.reply(item.key_expr, b"%s\n%08x" % (reply, zlib.crc32(reply)))
                 item.drop()

@@ -12,13 +12,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hsm.model.chart import Model
-from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
-from hsm.model.faults import MachineFault, Spin
-from hsm.model.messages import Occurrence
-from hsm.model.registry import Activity, E, F, Library, Outcome, RegistryError, Stoppable
-from hsm.model.types import UNITS, Angle, Duration, Length, Speed, TurnRate, Unit
-
 if TYPE_CHECKING:
     from hsm.engine.explanation import Considered, Verdict
     from hsm.engine.machine import Machine, build
@@ -28,6 +21,12 @@ if TYPE_CHECKING:
     from hsm.engine.transition import Inputs, transition
     from hsm.interchange import scxml
     from hsm.interchange.backend import TransitionsMachine
+    from hsm.model.chart import Model
+    from hsm.model.diagnostics import Diagnostic, MachineError, Place, Severity
+    from hsm.model.faults import MachineFault, Spin
+    from hsm.model.messages import Occurrence
+    from hsm.model.registry import Activity, E, F, Library, Outcome, RegistryError, Stoppable
+    from hsm.model.types import UNITS, Angle, Duration, Length, Speed, TurnRate, Unit
 
 __all__ = [
     "UNITS",
@@ -67,24 +66,30 @@ __all__ = [
 ]
 
 
-_ENGINE = {
-    "explanation": ("Considered", "Verdict"),
-    "machine": ("Machine", "build"),
-    "macrostep": ("Macrostep", "Microstep"),
-    "run": ("Supervisor",),
-    "snapshots": ("SnapshotError",),
-    "transition": ("Inputs", "transition"),
+_PLACES = {
+    "engine.explanation": ("Considered", "Verdict"),
+    "engine.machine": ("Machine", "build"),
+    "engine.macrostep": ("Macrostep", "Microstep"),
+    "engine.run": ("Supervisor",),
+    "engine.snapshots": ("SnapshotError",),
+    "engine.transition": ("Inputs", "transition"),
+    "model.chart": ("Model",),
+    "model.diagnostics": ("Diagnostic", "MachineError", "Place", "Severity"),
+    "model.faults": ("MachineFault", "Spin"),
+    "model.messages": ("Occurrence",),
+    "model.registry": ("Activity", "Library", "Outcome", "RegistryError", "Stoppable"),
+    "model.types": ("UNITS", "Angle", "Duration", "Length", "Speed", "TurnRate", "Unit"),
 }
-"""What comes from which module of the engine."""
+"""What comes from which module. Each is imported when it is asked for: a check of a machine needs no engine."""
 
 
 def __getattr__(name: str) -> Any:
-    """The engine, and charts in SCXML, when they are asked for: a check of a machine needs neither."""
+    """What is in ``__all__``, when it is asked for."""
     if name == "scxml":
         return import_module("hsm.interchange.scxml")
-    for module, names in _ENGINE.items():
+    for module, names in _PLACES.items():
         if name in names:
-            found = globals()[name] = getattr(import_module(f"hsm.engine.{module}"), name)
+            found = globals()[name] = getattr(import_module(f"hsm.{module}"), name)
             return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
@@ -92,6 +97,12 @@ def __getattr__(name: str) -> Any:
 def _require(value: object, types: tuple[type, ...], what: str) -> None:
     if not isinstance(value, types):
         raise TypeError(f"{what} is a {types[0].__name__}, not {type(value).__name__}")
+
+
+def _require_library(value: object) -> None:
+    from hsm.model.registry import Library  # noqa: PLC0415 - only who loads a machine has one
+
+    _require(value, (Library,), "the library of a machine")
 
 
 def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
@@ -106,10 +117,10 @@ def load(path: str | Path, library: Library[F, E]) -> Machine[F, E]:
 
     Raises:
         MachineError: the file cannot be read or describes no valid machine; all diagnostics are in it.
-        TypeError: the path is no path, or the library is no ``Library``.
+        TypeError: the path is not a path, or the library is not a ``Library``.
     """
     _require(path, (str, PathLike), "the path of a machine")
-    _require(library, (Library,), "the library of a machine")
+    _require_library(library)
     from hsm.dsl import load_model  # noqa: PLC0415 - the engine works without the language
     from hsm.engine.machine import Machine  # noqa: PLC0415 - and the language without the engine
 
@@ -129,10 +140,10 @@ def loads(text: str, library: Library[F, E], file: str = "<text>") -> Machine[F,
 
     Raises:
         MachineError: the text describes no valid machine; all diagnostics are in it.
-        TypeError: the text is no text, or the library is no ``Library``.
+        TypeError: the text is not text, or the library is not a ``Library``.
     """
     _require(text, (str,), "the text of a machine")
-    _require(library, (Library,), "the library of a machine")
+    _require_library(library)
     from hsm.dsl import parse_model  # noqa: PLC0415 - the engine works without the language
     from hsm.engine.machine import Machine  # noqa: PLC0415 - and the language without the engine
 
@@ -153,7 +164,7 @@ def to_transitions(
         A ``HierarchicalMachine`` of that library.
 
     Raises:
-        MachineError: the machine has something that ``transitions`` does not share; all of it is in the error.
+        MachineError: the machine uses features outside the shared subset; the error lists all of them.
         ValueError: a parameter is unknown, or one without a default is missing.
     """
     from hsm.interchange.backend import to_transitions as convert  # noqa: PLC0415 - nobody else needs the library

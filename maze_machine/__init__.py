@@ -1,1 +1,1 @@
-"""The front door: the loop, robot profiles, campaigns, reports, pages and the command line."""
+"""The application: the loop, robot profiles, campaigns, reports, pages and the command line."""

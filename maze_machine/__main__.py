@@ -5,10 +5,12 @@ from __future__ import annotations
 import sys
 
 from maze_machine.installation import HiddenPackageError, require_packages
+from maze_machine.memory import look_before_loading
 
 
 def main() -> None:
-    """Run the command line, if Python finds the packages that it is made of."""
+    """Run the command line, if Python finds its packages."""
+    look_before_loading()
     try:
         require_packages()
     except HiddenPackageError as error:

@@ -12,14 +12,15 @@ from importlib import import_module
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from maze_machine.command_table import GROUPS, PLACES, Subcommand
 from maze_machine.errors import reported
+from maze_machine.unconverted import spare_conversions
 
 
 class Subcommands(Mapping[str, Any]):
-    """The subcommands by name, as click commands; each is imported when somebody asks for it.
+    """The subcommands by name, as click commands; each is imported on first use.
 
     (The type of a command is private to typer, therefore Any.)
     """
@@ -37,6 +38,19 @@ class Subcommands(Mapping[str, Any]):
         return len(PLACES)
 
 
+class OneCommand(TyperCommand):
+    """A subcommand; pydantic is imported for values that need it."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Its arguments and options, `--help` among them."""
+        return _spared(super().get_params(ctx))
+
+
+def _spared(parameters: list[Any]) -> list[Any]:
+    spare_conversions(parameters)
+    return parameters
+
+
 @cache
 def _loaded(one: Subcommand) -> Any:
     found = getattr(import_module(one.module), one.attribute)
@@ -44,7 +58,7 @@ def _loaded(one: Subcommand) -> Any:
         app = found
     else:
         app = typer.Typer(rich_markup_mode="markdown", add_completion=False)
-        app.command(one.name)(found)
+        app.command(one.name, cls=OneCommand)(found)
     return typer.main.get_command(app)
 
 
@@ -56,8 +70,12 @@ class Commands(TyperGroup):
         subcommands: Any = Subcommands()
         self.commands = subcommands
 
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The options of all subcommands."""
+        return _spared(super().get_params(ctx))
+
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help text without rich, which takes longer to import than all else."""
+        """Write the help text without rich, whose import takes longer than everything else."""
         self.format_usage(ctx, formatter)
         self.format_help_text(ctx, formatter)
         self.format_options(ctx, formatter)
@@ -91,8 +109,8 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=(
-        "Exit status: 0 all right, 1 the run or check failed, 2 wrong usage, 3 a file that cannot be used, "
-        "4 no robot within reach, 130 interrupted."
+        "Exit status: 0 success, 1 the run or check failed, 2 wrong usage, 3 a file cannot be used, "
+        "4 no robot can be reached, 130 interrupted."
     ),
 )
 

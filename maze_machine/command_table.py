@@ -14,13 +14,13 @@ GROUPS = (DRIVE, WRITE, WORLD, LINK)
 
 @dataclass(frozen=True, slots=True)
 class Subcommand:
-    """A subcommand that is imported when somebody asks for it.
+    """A subcommand that is imported on first use.
 
     Attributes:
         name: what the user types.
         group: the heading that it is listed under.
         place: ``MODULE:NAME`` within `maze_machine.commands`; a function, or an app with subcommands of its own.
-        summary: the first line of its help text; a test holds it equal to the function's docstring.
+        summary: the first line of its help text; a test compares it with the function's docstring.
     """
 
     name: str
@@ -52,7 +52,7 @@ _SUBCOMMANDS = (
         "view",
         DRIVE,
         "view:view",
-        "Show a run on a page: the plan, the machine, why it does what it does, variables and time.",
+        "Show a run on a page: the plan, the machine, the reasons of its decisions, variables and time.",
     ),
     Subcommand(
         "plot",
@@ -66,8 +66,10 @@ _SUBCOMMANDS = (
         "watch:watch",
         "Watch a running machine: its states, transitions and variables, line by line as they change.",
     ),
-    Subcommand("send", DRIVE, "watch:send", "Send an event to a running machine, or have its run pause, go on or end."),
-    Subcommand("sweep", DRIVE, "sweep:sweep", "Run machines over mazes and seeds and say how they did."),
+    Subcommand(
+        "send", DRIVE, "watch:send", "Send an event to a running machine, or have its run pause, resume or end."
+    ),
+    Subcommand("sweep", DRIVE, "sweep:sweep", "Run machines over mazes and seeds and report the results."),
     Subcommand(
         "profile",
         DRIVE,
@@ -91,7 +93,7 @@ _SUBCOMMANDS = (
         "fmt",
         WRITE,
         "fmt:fmt",
-        "Lay machines out in their canonical form: indentation, blanks, arrows in columns; comments and meaning stay.",
+        "Format machines in their canonical form: indentation, spaces, arrows in columns; comments and meaning stay.",
     ),
     Subcommand("test", WRITE, "test:test", "Run a machine's scenarios and decide its properties for all its runs."),
     Subcommand(
@@ -113,7 +115,7 @@ _SUBCOMMANDS = (
         "list",
         WRITE,
         "list:listing",
-        "List what a machine may name, with types, units and a line of documentation; or the codes of diagnostics.",
+        "List the names that a machine may use, with types, units and documentation; or the codes of diagnostics.",
     ),
     Subcommand(
         "lsp", WRITE, "lsp:lsp", "Serve an editor over standard input and output, by the Language Server Protocol."
@@ -123,9 +125,9 @@ _SUBCOMMANDS = (
         "trust",
         WRITE,
         "trust:trust",
-        "Let a project's own library run: its settings name Python code, which no command runs unasked.",
+        "Trust a project's own library: its settings name Python code, which no command runs without your consent.",
     ),
-    Subcommand("maze", WORLD, "maze:app", "Look at mazes, convert them, draw new ones by seed."),
+    Subcommand("maze", WORLD, "maze:app", "Show mazes, convert them, generate new ones from a seed."),
     Subcommand("sim", LINK, "sim:sim", "Simulate a robot in a maze for a controller in another process."),
     Subcommand(
         "gate",
@@ -135,7 +137,10 @@ _SUBCOMMANDS = (
         "when it falls silent.",
     ),
     Subcommand(
-        "router", LINK, "router:router", "Pass messages on between robots and controllers that all dial this place."
+        "router",
+        LINK,
+        "router:router",
+        "Relay messages between robots and controllers that all connect to this endpoint.",
     ),
     Subcommand(
         "certificates",

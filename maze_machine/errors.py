@@ -1,4 +1,4 @@
-"""What a user sees when something goes wrong: one clear message, and an exit status that programs can read."""
+"""Errors for the user: one clear message, and an exit status for programs."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ STATUS_OF = {
 
 
 class CommandError(Exception):
-    """Something that the user can put right.
+    """An error that the user can fix.
 
     Attributes:
         status: the exit status that it leads to.
-        way_out: what to do about it, or empty.
+        way_out: how to fix it, or empty.
     """
 
     status = ExitStatus.USAGE
@@ -58,7 +58,7 @@ class CommandError(Exception):
 
 
 class UsageError(CommandError):
-    """Arguments that do not go together or name nothing that is there."""
+    """Arguments that exclude each other or name something unknown."""
 
 
 class FileError(CommandError):
@@ -68,14 +68,14 @@ class FileError(CommandError):
 
 
 class Terminated(KeyboardInterrupt):
-    """Somebody asked this process to end (SIGTERM); the robot is stopped as by Ctrl-C."""
+    """A request to end this process (SIGTERM); the robot is stopped as by Ctrl-C."""
 
 
 @contextmanager
 def reported() -> Iterator[None]:
-    """End the command with a message and an exit status where something expected goes wrong.
+    """End the command with a message and an exit status on an expected error.
 
-    What is not expected is a fault of this program and keeps its traceback.
+    An unexpected error is a defect of this program and keeps its traceback.
     """
     previous = _raise_on_termination()
     try:
@@ -100,7 +100,7 @@ def reported() -> Iterator[None]:
 
 
 _NO_MEMORY = re.compile("failed to map segment|[Cc]annot allocate memory")
-"""What the loader of libraries says where there is no memory left for one."""
+"""The messages of the library loader when memory runs out."""
 
 
 def explain(error: Exception) -> tuple[ExitStatus, str] | None:
@@ -113,11 +113,11 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
         if loaded is not None and isinstance(error, getattr(loaded, name)):
             return status, _underlined(error) if name == "MachineError" else _readable(str(error))
     if isinstance(error, BrokenPipeError):
-        return None  # the reader of the output has seen enough, which the command line's library knows
+        return None  # the reader of the output has closed it, which the command-line library handles
     if isinstance(error, OSError):
         if error.filename is not None:
             return ExitStatus.BAD_FILE, _readable(f"{error.filename}: {error.strerror}")
-        if error.errno in _NO_ROOM:  # files that are written have names
+        if error.errno in _NO_ROOM:  # named files report their own errors
             return ExitStatus.BAD_FILE, f"the output cannot be written: {error.strerror}"
     if isinstance(error, MemoryError) or (isinstance(error, ImportError) and _NO_MEMORY.search(str(error))):
         return ExitStatus.BAD_FILE, "there is not enough memory for this"
@@ -125,7 +125,7 @@ def explain(error: Exception) -> tuple[ExitStatus, str] | None:
 
 
 def _readable(message: str) -> str:
-    """A message in which no name steers a terminal."""
+    """A message without control characters for a terminal."""
     from transport.wording import printable
 
     return "\n".join(printable(line) for line in message.split("\n"))
@@ -147,7 +147,7 @@ def _underlined(error: Any) -> str:
 
 @contextmanager
 def _written_out() -> Iterator[None]:
-    """Have all that was printed on its way when the block ends, so that a full disk shows here and not at exit."""
+    """Flush the output when the block ends, so that a full disk is reported here and not at exit."""
     try:
         yield
     finally:
@@ -156,7 +156,7 @@ def _written_out() -> Iterator[None]:
         except BrokenPipeError:
             raise
         except OSError as error:
-            # What is still waiting would fail again at exit, with a message of the interpreter's.
+            # The buffered rest would fail again at exit, with a message from the interpreter.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise FileError(f"the output cannot be written: {error.strerror}") from None
 

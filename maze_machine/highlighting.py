@@ -1,4 +1,4 @@
-"""Colours for machines and their tests wherever Pygments colours text: sites, notebooks, terminals."""
+"""Pygments lexers for machines and their tests: for sites, notebooks, terminals."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _WORDS = (
 
 
 class _MachineText(RegexLexer):
-    """What machines and tests have in common."""
+    """The common part of both lexers."""
 
     tokens: ClassVar = {
         "expression": [

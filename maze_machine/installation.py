@@ -1,4 +1,4 @@
-"""The packages that this program consists of, and whether Python finds them or somebody else's of the same name."""
+"""Checks that Python finds the packages of this program and not others of the same name."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from importlib.util import find_spec
 from pathlib import Path
 
 PACKAGES = ("hsm", "skills", "perception", "machines", "transport", "sim")
-"""All but this one, which is named after the project."""
+"""All packages except this one, which is named after the project."""
 
 _HOME = Path(__file__).resolve().parents[1]
 
 
 class HiddenPackageError(ImportError):
-    """A folder or module of the user's has the name of one of our packages and comes first on Python's path."""
+    """A folder or module of the user has the name of one of our packages and comes first on Python's path."""
 
 
 def require_packages(names: Iterable[str] = PACKAGES) -> None:
@@ -25,7 +25,7 @@ def require_packages(names: Iterable[str] = PACKAGES) -> None:
         names: the packages that are needed.
 
     Raises:
-        HiddenPackageError: something else has the name of one; the message says what, where, and what to do.
+        HiddenPackageError: another package hides one; the message says which, where, and what to do.
     """
     hidden = {name: place for name in names if (place := _place_of(name)) is not None}
     if not hidden:
@@ -34,12 +34,12 @@ def require_packages(names: Iterable[str] = PACKAGES) -> None:
     those, them = ("them", "they are") if len(hidden) > 1 else ("it", "it is")
     raise HiddenPackageError(
         f"{listed} of maze-machine (in {_HOME}): rename {those}, or run where {them} not on Python's path "
-        "(PYTHONPATH, the present folder, the folder that pytest or the library is in)"
+        "(PYTHONPATH, the current folder, the folder that pytest or the library is in)"
     )
 
 
 def _place_of(name: str) -> Path | None:
-    """Where what Python finds under a name is, if it is not our package; None where it is ours."""
+    """The place of the package that Python finds under a name; None if it is ours."""
     spec = _spec(name)
     if spec is None:
         return _HOME / name

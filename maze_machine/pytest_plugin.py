@@ -36,9 +36,12 @@ _summary: pytest.StashKey[list[str]] = pytest.StashKey()
 def pytest_addoption(parser: pytest.Parser) -> None:
     """The options of this plugin."""
     group = parser.getgroup("machines", "coverage of machines")
-    group.addoption("--machine-coverage", action="store_true", help="print a table of what was exercised of machines")
+    group.addoption("--machine-coverage", action="store_true", help="print a table of the coverage of machines")
     group.addoption(
-        "--machine-coverage-fail-under", type=float, metavar="PERCENT", help="fail where less of all points is covered"
+        "--machine-coverage-fail-under",
+        type=float,
+        metavar="PERCENT",
+        help="fail if a smaller share of all items is covered",
     )
     group.addoption("--machine-coverage-html", metavar="FOLDER", help="write a report with annotated sources")
     group.addoption("--machine-coverage-lcov", metavar="FILE", help="write an LCOV tracefile")
@@ -47,17 +50,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--machine-coverage-data",
         metavar="FOLDER",
         default=".machine-coverage",
-        help="where each process keeps what it measured (default: .machine-coverage)",
+        help="folder of the data files of all processes (default: .machine-coverage)",
     )
     group.addoption(
         "--machine-coverage-append", action="store_true", help="add to the data of earlier runs and other processes"
     )
-    parser.addini("machine_library", "what machines may name, as module:function", default=LIBRARY)
-    parser.addini("machine_require", "what properties are to be at least: proved, bounded or nothing", default="")
+    parser.addini("machine_library", "the library of machines, as module:function", default=LIBRARY)
+    parser.addini("machine_require", "the required verdict of properties: proved, bounded or nothing", default="")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Begin with nothing measured."""
+    """Start without coverage data."""
     config.stash[_summary] = []
     if _measuring(config) and not _is_worker(config) and not config.getoption("machine_coverage_append"):
         rmtree(_data(config), ignore_errors=True)
@@ -87,7 +90,7 @@ def _require_packages(*, simulator: bool = False) -> None:
 
 
 def _library(config: pytest.Config) -> Library:
-    """What machines may name, made once a process."""
+    """The library, made once per process."""
     _require_packages()
     from maze_machine.catalogue.library import named_library
     from maze_machine.errors import UsageError
@@ -102,7 +105,7 @@ def _library(config: pytest.Config) -> Library:
 
 
 def _measured(config: pytest.Config) -> Measurements:
-    """What this process has measured."""
+    """The coverage data of this process."""
     from hsm.testing.coverage.data import Measurements
 
     return config.stash.setdefault(_measurements, Measurements())
@@ -147,7 +150,7 @@ class ScenarioFile(pytest.File):
 
 
 class ScenarioFailed(Exception):  # noqa: N818 - how a test ends
-    """A scenario that is not as expected."""
+    """A failed scenario."""
 
     def __init__(self, failure: Failure) -> None:
         self.failure = failure
@@ -171,7 +174,7 @@ class ScenarioItem(pytest.Item):
 
         parent, model = self.parent, self.trial.machine.model
         assert parent is not None, "a scenario is collected with its file"
-        if _scripted not in parent.stash:  # made once: what it compiles serves all scenarios of the file
+        if _scripted not in parent.stash:  # made once: its compiled code serves all scenarios of the file
             parent.stash[_scripted] = scripted_machine(self.trial.machine)
         result = run_scenario(self.scenario, parent.stash[_scripted], self.tick, watches(model.properties))
         _measured(self.config).add(model, result.coverage)
@@ -191,10 +194,10 @@ class ScenarioItem(pytest.Item):
 
 
 def _required(config: pytest.Config) -> Status | None:
-    """What the setting ``machine_require`` demands.
+    """The value of the setting ``machine_require``.
 
     Raises:
-        pytest.UsageError: it is something else.
+        pytest.UsageError: it is invalid.
     """
     from hsm.testing.proofs.verdicts import Status
 
@@ -206,7 +209,7 @@ def _required(config: pytest.Config) -> Status | None:
 
 
 class PropertyViolated(Exception):  # noqa: N818 - how a test ends
-    """A property that is violated, or not known to hold as it was demanded."""
+    """A property that is violated, or does not meet the requirement."""
 
     def __init__(self, verdict: PropertyVerdict) -> None:
         self.verdict = verdict
@@ -217,7 +220,7 @@ _checked: pytest.StashKey[dict[str, PropertyVerdict]] = pytest.StashKey()
 
 
 class PropertyItem(pytest.Item):
-    """One property of a machine, decided for all its runs; ``machine_require`` says what is demanded of it."""
+    """One property of a machine, decided for all its runs; ``machine_require`` sets the required verdict."""
 
     def __init__(self, *, trial: TestedMachine, claim: str, **arguments: Any) -> None:
         super().__init__(**arguments)
@@ -225,7 +228,7 @@ class PropertyItem(pytest.Item):
         self.claim = claim
 
     def runtest(self) -> None:
-        """Check all properties of the machine at once, the first time one of them is asked for."""
+        """Check all properties of the machine together, when the first of them is requested."""
         from hsm.testing.proofs.proving import check
 
         parent = self.parent
@@ -257,13 +260,13 @@ class PropertyItem(pytest.Item):
 
 @pytest.fixture(scope="session")
 def machine_library(pytestconfig: pytest.Config) -> Library:
-    """What machines may name: the library of the setting ``machine_library``."""
+    """The library of the setting ``machine_library``."""
     return _library(pytestconfig)
 
 
 @pytest.fixture
 def load_machine(machine_library: Library, pytestconfig: pytest.Config) -> Iterator[Callable[[str | Path], Machine]]:
-    """Loads a machine, a file or a shipped name; what its runs exercise counts as covered."""
+    """Loads a machine, a file or a shipped name; its runs count for coverage."""
     from hsm.dsl import load_model
     from maze_machine.catalogue.machines import find_machine
 
@@ -363,7 +366,7 @@ def run_in_maze(pytestconfig: pytest.Config) -> Iterator[Callable[..., Ending]]:
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Keep what this process measured; the last one to end reports on all."""
+    """Save the data of this process; the last one to end reports on all."""
     config = session.config
     if not _measuring(config):
         return
@@ -374,7 +377,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 
 def _report(config: pytest.Config) -> bool:
-    """Report on all that was measured; whether it is enough."""
+    """Report the coverage; return whether it suffices."""
     from hsm.dsl import load_model
     from hsm.model.diagnostics import MachineError
     from hsm.testing.coverage.data import Measurements, measured_files

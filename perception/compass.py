@@ -29,7 +29,7 @@ class Compass:
 
     @property
     def known(self) -> bool:
-        """Whether there are straight walls enough to say anything."""
+        """Whether there are enough straight walls for an estimate."""
         return self.confidence > 0
 
 
@@ -37,7 +37,7 @@ UNKNOWN = Compass()
 
 
 def compass_of(lines: Lines, settings: CompassSettings) -> Compass:
-    """The misalignment that most of the walls agree upon.
+    """The misalignment on which most of the walls agree.
 
     Directions are compared modulo the world angle, so that it does not matter which way a wall runs. The wall with
     which most of the others agree names the direction; the walls near it are averaged with the inverse variances of
@@ -77,8 +77,8 @@ def _named_by_most(lines: Lines, settings: CompassSettings) -> Line:
 
 
 def _agreement(lines: Sequence[Line]) -> float:
-    """What walls weigh together.
+    """The total weight of walls.
 
-    It is counted in length: long walls decide, and a single very well seen one does not outvote all others.
+    Weights are lengths: long walls decide, and a single well-measured one does not outvote all others.
     """
     return math.fsum([line.length * line.length for line in lines])

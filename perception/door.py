@@ -75,7 +75,7 @@ def find_doors(lines: Lines, robot: RobotDescription, settings: DoorSettings) ->
 
 
 def _turns_left(first: Line, second: Line, settings: DoorSettings) -> bool:
-    """Whether two walls that follow each other counter-clockwise are joined by a right angle to the left.
+    """Whether two successive walls, counter-clockwise, are joined by a right angle to the left.
 
     Both corners of a dead end are so; an S-bend turns left and right.
     """
@@ -154,7 +154,7 @@ def open_share(sweep: ScanPoints, right: Point, left: Point, settings: DoorSetti
 
 
 def passage_of(aligned: Floats, half_width: float, behind: float = 0.0) -> float:
-    """How far a lane straight ahead is free, m from the robot's origin; infinity where nothing is in it.
+    """How far a lane straight ahead is free, m from the robot's origin; infinity if it is empty.
 
     Args:
         aligned: hits in the robot's place, turned so that the lane runs along x, m, shape (n, 2).

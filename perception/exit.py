@@ -22,7 +22,7 @@ from transport.arithmetic import cos_sin
 from transport.description import Point
 
 STRAY = 2
-"""This many hits in the lane may be bad readings."""
+"""The number of hits in the lane that may be bad readings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +93,7 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
     if len(stands) > STRAY:
         if not found or _last(stands, math.inf) > settings.beside:
             return found or replace(moved_on, end=_last(stands, math.inf))
-        # The walls end beside the robot: what is farther to the sides is no wall of this lane.
+        # The walls end beside the robot: what is farther to the sides is not a wall of this lane.
         narrowed = Lane(min(found.left, before.left), min(found.right, before.right))
         return replace(narrowed, end=_last(x[_within(y, narrowed, settings)], moved_on.end))
     if found and found.end > settings.beside:
@@ -103,7 +103,7 @@ def next_lane(before: Lane, sweep: ScanPoints, misalignment: float, body: RobotI
 
 
 def _measured(x: Floats, y: Floats, body: RobotInLane, settings: ExitSettings) -> Lane | None:
-    """The lane by what is beside the robot on both sides; None where nothing does, or a wall is just ahead."""
+    """The lane between the walls on both sides of the robot; None if one is missing, or a wall is just ahead."""
     close = (np.abs(x) <= settings.beside).nonzero()[0]
     close_y = y[close]
     if np.count_nonzero((x[close] > 0.0) & (np.abs(close_y) < body.half_width)) > STRAY:
@@ -148,5 +148,5 @@ def body_along(footprint: tuple[Point, ...], misalignment: float, moved: float) 
 
 
 def quantised(angle: float) -> float:
-    """To the nearest degree, so that a sector's beams are looked up, not sought again for every scan."""
+    """To the nearest degree, so that a sector's beams are cached, not searched again for every scan."""
     return math.radians(round(math.degrees(angle)))

@@ -1,4 +1,4 @@
-"""The lowest and the highest of some values, with an answer for no values.
+"""The lowest and the highest of some values, with a default for no values.
 
 ``argmin`` is compiled through and through, where ``min`` goes through Python and ``partition`` is slow: for the few
 hundred values of a scan they take several times as long.
@@ -16,7 +16,7 @@ def lowest(values: Floats, otherwise: float = math.inf) -> float:
 
     Args:
         values: shape (n,), without NaN.
-        otherwise: what to say of no values.
+        otherwise: the result for no values.
     """
     return values.item(values.argmin()) if len(values) else otherwise
 
@@ -26,7 +26,7 @@ def highest(values: Floats, otherwise: float = -math.inf, *, passed_over: int = 
 
     Args:
         values: shape (n,), without NaN.
-        otherwise: what to say where there are no more than those.
+        otherwise: the result if there are no other values.
         passed_over: how many, a small number.
     """
     if len(values) <= passed_over:

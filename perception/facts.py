@@ -1,4 +1,4 @@
-"""One tick's observation with everything that perception can say of it, computed when asked for and only once."""
+"""One tick's observation with all results of perception, computed on first use and only once."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from transport.messages import Observation, Pose
 
 @dataclass(frozen=True)
 class Facts:
-    """All that skills and a machine's signals see of a tick.
+    """The view of a tick for skills and a machine's signals.
 
     Attributes:
         observation: the tick's scan, odometry and door answer.
         robot: shape, limits and laser of the robot.
         settings: perception's thresholds.
-        world: what is remembered from earlier ticks, already moved on to this one.
+        world: the memory of earlier ticks, already updated to this one.
     """
 
     observation: Observation
@@ -141,7 +141,7 @@ class Facts:
 
     @cached_property
     def junction(self) -> Junction:
-        """All that is known of the junction that the robot is in or about to enter."""
+        """Everything known about the junction that the robot is in or about to enter."""
         return junction_of(self.sweep, self.lines, self.misalignment, self.robot, self.settings.junction)
 
     @cached_property
@@ -219,7 +219,7 @@ class Perception:
     def __init__(
         self, robot: RobotDescription, settings: PerceptionSettings | None = None, world: WorldModel | None = None
     ) -> None:
-        """Args: the robot, the thresholds, by default of its size, and what it knows beforehand, by default nothing."""
+        """Args: the robot, the thresholds, by default for its size, and prior knowledge, by default none."""
         self.robot = robot
         self.settings = settings or fitted(PerceptionSettings(), robot)
         self.world = world or WorldModel(self.settings)

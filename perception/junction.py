@@ -1,4 +1,4 @@
-"""What the robot comes upon in a corridor: one value that holds all that is known of a junction.
+"""Junctions in a corridor: one value with everything known about a junction.
 
 A way is open where the robot's box fits into it, seen to be free: a rectangle a little wider than the robot that
 reaches some depth beyond the wall in which the gap is. Every beam that ends beyond a line parallel to the wall crosses
@@ -25,7 +25,7 @@ from transport.description import RobotDescription
 
 
 class JunctionKind(StrEnum):
-    """What a junction is, by the ways that lead on from it."""
+    """The kind of a junction, by the ways that continue from it."""
 
     UNKNOWN = "unknown"
     CORRIDOR = "corridor"
@@ -53,7 +53,7 @@ _KINDS = {
 
 @dataclass(frozen=True, eq=False)
 class Junction:
-    """All that is known of the junction that the robot is in or about to enter, computed when asked for.
+    """Everything known about the junction that the robot is in or about to enter, computed on demand.
 
     Attributes:
         surroundings: where the beams end, and the walls.
@@ -125,7 +125,7 @@ class Junction:
 
     @property
     def kind(self) -> JunctionKind:
-        """What it is; unknown where one of the three ways is."""
+        """Its kind; unknown if one of the three ways is unknown."""
         if self.wide:
             return JunctionKind.OPEN_SPACE
         if not (self.left.known and self.ahead.known and self.right.known):

@@ -18,7 +18,7 @@ from transport.messages import Pose
 
 @dataclass(frozen=True, slots=True)
 class Landmark:
-    """A wall, in whatever frame its makers say.
+    """A wall, in a frame that the caller defines.
 
     Attributes:
         start: its first end, m.
@@ -59,7 +59,7 @@ def find_landmarks(lines: Lines, settings: LandmarkSettings) -> tuple[Landmark, 
 
     Pieces on one line are one wall as long as the gap between them is short, be it because something is before it
     or because of readings that failed. (In 2015 fifty missing beams of a thousand ended a wall, so that openings far
-    away were passed over; a gap in metres does not depend on the distance.)
+    away were skipped; a gap in metres does not depend on the distance.)
 
     Args:
         lines: the straight pieces.
@@ -78,7 +78,7 @@ def find_landmarks(lines: Lines, settings: LandmarkSettings) -> tuple[Landmark, 
 
 
 def _continues(wall: Landmark, piece: Landmark, settings: LandmarkSettings) -> bool:
-    """Whether a piece is the rest of a wall: the same line, and not too far from its end."""
+    """Whether a piece continues a wall: the same line, and not too far from its end."""
     turned = abs(math.remainder(piece.alpha - wall.alpha, math.tau))
     return (
         turned <= settings.same_angle

@@ -1,4 +1,4 @@
-"""Marks at junctions: which ways have been taken, and how often, in the manner of Tremaux."""
+"""Marks at junctions: which ways have been taken, and how often, as in Tremaux's algorithm."""
 
 from __future__ import annotations
 
@@ -64,7 +64,8 @@ class Marks:
     def arrive(self, pose: Pose) -> None:
         """The robot has come to a junction: find it again or note it, and mark the way by which the robot came.
 
-        A junction found again is moved to where it is seen now: the drift of dead reckoning shall not add up.
+        A junction found again is moved to where it is seen now: so that the drift of dead reckoning does not
+        accumulate.
         """
         near = min(self.places, key=lambda place: distance_between((place.x, place.y), (pose.x, pose.y)), default=None)
         self.new = near is None or distance_between((near.x, near.y), (pose.x, pose.y)) > self.tolerance

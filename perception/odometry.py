@@ -49,13 +49,13 @@ def moved(pose: Pose, step: Displacement) -> Pose:
 
 
 def is_restart(step: Displacement, settings: OdometrySettings) -> bool:
-    """Whether a step is no movement but a new origin of the odometry, or no number at all."""
+    """Whether a step is not movement but a new origin of the odometry, or no number at all."""
     numbers = math.isfinite(step.length) and math.isfinite(step.turn)
     return not numbers or step.length > settings.max_jump or abs(step.turn) > 2 * settings.max_jump
 
 
 def corrected(heading: float, compass: Compass, world_angle: float, settings: OdometrySettings) -> float:
-    """A heading moved towards what the compass says of it.
+    """A heading corrected towards the compass.
 
     The walls run along multiples of the world angle, so the compass knows the heading except for such a multiple, which
     the old heading settles.

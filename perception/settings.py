@@ -123,7 +123,7 @@ class SpaceSettings(Settings):
     front: Length = 0.55
     """There is space ahead when nothing is nearer than this, m from the robot's origin."""
     bad_share: Share = 0.05
-    """Share of a beam's readings that may be bad: this many of the shortest are passed over."""
+    """Share of a beam's readings that may be bad: this many of the shortest are skipped."""
 
 
 class ExitSettings(Settings):

@@ -40,7 +40,7 @@ def look(sweep: ScanPoints, direction: float, width: float, threshold: float, ba
     """Look in one direction.
 
     A single reading must not close a way, nor shall a thin post be overlooked: the shortest ``bad_share`` of the
-    readings, and always the shortest one of three or more, are passed over; the next one is the distance.
+    readings, and always the shortest one of three or more, are skipped; the next one is the distance.
 
     Args:
         sweep: the scan.

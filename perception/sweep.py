@@ -1,7 +1,7 @@
 """One scan made ready for use: readings sorted into hits, free beams and unknown ones, hits as points of the robot.
 
 Readings mean what REP 117 says: infinity, or a reading at the end of the sensor's range or beyond, that the beam hit
-nothing; minus infinity that something is too close to be measured, which is taken for a hit at the shortest range; NaN
+nothing; minus infinity that something is too close to be measured, which is treated as a hit at the shortest range; NaN
 that nothing is known. A finite reading below the shortest range means that there was no echo: PICO's sensor and many
 others report what they cannot see as a distance near zero.
 

@@ -17,7 +17,7 @@ from transport.arithmetic import cos_sin, tan
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """What is known of the way to one side or ahead.
+    """The knowledge about the way to one side or ahead.
 
     Lengths are in the frame turned along the walls, measured from the robot's origin: along the corridor for a way to a
     side, to the left for the way ahead.
@@ -76,7 +76,7 @@ class WallSpan(NamedTuple):
 
     @property
     def is_end(self) -> bool:
-        """Whether it is but the end of a wall across."""
+        """Whether it is only the end of a wall across."""
         return self.high == self.low
 
 
@@ -163,7 +163,7 @@ class BeamEnds(NamedTuple):
 
 _NOTHING = np.empty(0)
 NOTHING_SEEN = BeamEnds(_NOTHING, _NOTHING, np.empty((2, 0)), np.empty(0, np.bool_), (0.0, 0.0), [])
-"""Surroundings of which nothing is known."""
+"""Unknown surroundings."""
 
 
 def _flanks(lines: Lines, cosine: float, sine: float) -> list[WallSpan]:
@@ -285,14 +285,14 @@ class View(NamedTuple):
         )
 
     def far_corner(self, gap: Gap, level: float) -> float:
-        """Where the wall at ``level`` goes on behind a gap: the x of the last hits before the beams that go through."""
+        """Where the wall at ``level`` continues after a gap: the x of the last hits before it."""
         before = range(max(gap.first - 3, 0), gap.first)
         wall = (self.x.item(beam) for beam in before if self.hit[beam] and self.y.item(beam) > level - 0.1)
         return min(wall, default=math.inf)
 
 
 def _fifth(values: Floats) -> float:
-    """The value that a fifth of the values do not exceed."""
+    """The 20th percentile of the values."""
     values, index = values.copy(), len(values) // 5
     values.partition(index)
     return values.item(index)

@@ -1,4 +1,4 @@
-"""The world model: what perception remembers from one tick to the next."""
+"""The world model: the memory of perception between ticks."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def to_robot(pose: Pose, point: Point) -> Point:
 
 
 BEYOND = 1.0
-"""So far from where the robot has left the maze it shall drive the next time, m."""
+"""How far beyond the exit of an earlier attempt the robot drives the next time, m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +121,7 @@ class WorldModel:
         return again
 
     def move(self, odometry: Odometry) -> None:
-        """Dead reckoning: take in the newest odometry."""
+        """Dead reckoning: process the newest odometry."""
         before, after = self._odometry, odometry.pose
         step = step_between(before, after) if before else Displacement()
         restarted = is_restart(step, self.settings.odometry)
@@ -173,7 +173,7 @@ class WorldModel:
                 self.pose = self.surveyor.pose
 
     def follow_lane(self, sweep: ScanPoints, footprint: tuple[Point, ...]) -> None:
-        """Take in what the scan shows of the lane that the robot is in."""
+        """Update the robot's lane with the scan."""
         misalignment, world_angle = self.misalignment, self.settings.compass.world_angle
         moved = self.step.forward * cos(misalignment) + self.step.left * sin(misalignment)
         axis = math.remainder(self.pose.heading + misalignment, math.tau)

@@ -1,1 +1,1 @@
-"""A robot that is not there: maze files, laser, physics, doors, noise, odometry and the referee."""
+"""A simulated robot: maze files, laser, physics, doors, noise, odometry and the referee."""

@@ -1,4 +1,4 @@
-"""The projection of `sim.lidar` as machine code: the same operations on every hit, hence the same bits."""
+"""The projection of `sim.lidar` as machine code: the same operations for every hit, and so the same bits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot's body and base: it takes a velocity within its limits and goes where nothing solid is in the way."""
+"""A robot's body and base: it follows a velocity within its limits until something solid stops it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The corridor challenge: a straight corridor with one exit to a side, drawn by seed."""
+"""The corridor challenge: a straight corridor with one exit to a side, generated from a seed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from transport.section import Positive, Settings
 START = 0.5
 """From the wall behind the start to the robot, m."""
 WIDTHS = (0.6, 1.5)
-"""Widths of the corridors and exits that are drawn by seed, m."""
+"""Widths of the generated corridors and exits, m."""
 TIME_LIMIT = 300.0
 """Time for the corridor challenge, s."""
 
@@ -25,7 +25,7 @@ Width = Annotated[float, Field(ge=0.6, le=2.0)]
 
 
 class Corridor(Settings):
-    """What a corridor shall be like. It runs along y; the robot faces along it."""
+    """The parameters of a corridor. It runs along y; the robot faces along it."""
 
     width: Width = 1.0
     """From wall to wall, m."""
@@ -36,7 +36,7 @@ class Corridor(Settings):
     length: Positive = 3.0
     """From the wall behind the start to the exit's near corner, m."""
     beyond: Positive = 1.0
-    """How far the corridor goes on after the exit, m."""
+    """How far the corridor continues after the exit, m."""
     depth: Positive = 0.8
     """How long the walls at both sides of the exit are, m."""
     lean: Annotated[float, Field(ge=-5, le=5)] = 0.0
@@ -51,7 +51,7 @@ def corridor(wanted: Corridor, name: str = "corridor") -> Maze:
     """Build a corridor.
 
     Args:
-        wanted: what it shall be like.
+        wanted: its parameters.
         name: of the maze.
 
     Raises:
@@ -78,10 +78,10 @@ def corridor(wanted: Corridor, name: str = "corridor") -> Maze:
 
 
 def random_corridor(seed: int) -> Corridor:
-    """Draw what a corridor shall be like: 0.6 to 1.5 m wide, the exit left or right, the robot put down by hand.
+    """Draw the parameters of a corridor: 0.6 to 1.5 m wide, the exit left or right, the robot placed imprecisely.
 
     Args:
-        seed: which one of them.
+        seed: its seed.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
     width, opening = (round(float(drawn), 3) for drawn in generator.uniform(*WIDTHS, 2))

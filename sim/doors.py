@@ -16,7 +16,7 @@ class SlidingDoor:
     def __init__(self, door: MazeDoor) -> None:
         self.door = door
         self.stuck = False
-        """Whether it stays where it is, whatever is asked of it."""
+        """Whether it is stuck."""
         self.shift = 0.0
         """How far it has slid, m: from zero, shut, to its length, open."""
         self.has_opened = False
@@ -28,16 +28,16 @@ class SlidingDoor:
         self._axis = ((bx - ax) / door.length, (by - ay) / door.length)
 
     def ask(self) -> None:
-        """Somebody rang as the rules demand: it opens, and once open stays so for its full time."""
+        """A valid ring: it opens, and then stays open for its full time."""
         self._opening = True
         self._closes_in = self.door.stays
 
     def velocity(self, duration: float, occupied: Callable[[], bool]) -> tuple[float, float]:
-        """Slide for a while and say how fast.
+        """Slide for a while and return the velocity.
 
         Args:
             duration: how long, s.
-            occupied: whether somebody is in the doorway; an open door waits for that before it closes.
+            occupied: whether the doorway is occupied; an open door waits for that before it closes.
 
         Returns:
             The leaf's mean velocity along x and y, m/s.

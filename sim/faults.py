@@ -1,4 +1,4 @@
-"""Faults to order: what goes wrong, when or where it begins, and for how long."""
+"""Injected faults: their kinds, when or where they begin, and for how long."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class _Fault(Settings):
     place: tuple[Jump, Jump, Positive] | None = None
     """Centre and radius of the area where it begins, m; none to begin by time alone."""
     robot: str = ""
-    """The robot that it befalls; empty for all."""
+    """The robot that it affects; empty for all."""
 
     def concerns(self, robot: str) -> bool:
-        """Whether it befalls a robot of that name."""
+        """Whether it affects a robot of that name."""
         return self.robot in ("", robot)
 
 
@@ -41,7 +41,7 @@ class LaserBlinded(_Fault):
 
 
 class LaserFrozen(_Fault):
-    """The ranges stay as they were; only their stamp goes on."""
+    """The ranges stay as they were; only their stamp continues."""
 
     kind: Literal["laser_frozen"] = "laser_frozen"
 
@@ -75,7 +75,7 @@ class OdometryJump(_Fault):
 
 
 class Carried(_Fault):
-    """The robot is lifted and put down elsewhere, once, at rest; its wheels count nothing."""
+    """The robot is carried to another place, once, at rest; its wheels do not turn."""
 
     kind: Literal["carried"] = "carried"
     to: tuple[Jump, Jump, Angle]
@@ -83,7 +83,7 @@ class Carried(_Fault):
 
 
 class CommandLost(_Fault):
-    """Commands do not arrive: the robot goes on with the last one that did."""
+    """Commands do not arrive: the robot continues with the last one that did."""
 
     kind: Literal["command_lost"] = "command_lost"
 
@@ -135,11 +135,11 @@ def parse_fault(text: str) -> Fault:
     """A fault from a line such as ``laser_blinded at=10 lasts=2`` or ``odometry_jump by=0.5,0,0.3 place=2,3,0.5``.
 
     Raises:
-        ValueError: there is no such fault, or it has no such detail; the message says which.
+        ValueError: there is no such fault, or it has no such option; the message names it.
     """
     kind, *details = text.split() or [""]
     if kind not in KINDS:
-        raise ValueError(f"no fault `{kind}`: there are {', '.join(KINDS)}")
+        raise ValueError(f"there is no fault `{kind}`: the faults are {', '.join(KINDS)}")
     values: dict[str, object] = {"kind": kind}
     for detail in details:
         key, _, value = detail.partition("=")
@@ -153,7 +153,7 @@ def parse_fault(text: str) -> Fault:
 
 
 class Watch:
-    """Knows of one fault, for one robot, whether it holds."""
+    """Tracks whether one fault is active for one robot."""
 
     def __init__(self, fault: Fault) -> None:
         self.fault = fault
@@ -161,7 +161,7 @@ class Watch:
         self._fired = False
 
     def holds(self, time: float, pose: Pose) -> bool:
-        """Whether the fault is in force.
+        """Whether the fault is active.
 
         Args:
             time: simulated time, s; calls are made in its order.
@@ -172,7 +172,7 @@ class Watch:
         return self._began <= time < self._began + self.fault.lasts - 1e-9
 
     def fires(self, time: float, pose: Pose) -> bool:
-        """Whether a fault that happens once happens now: at the first call while it is in force."""
+        """Whether a one-time fault happens now: at the first call while it is active."""
         if self._fired or not self.holds(time, pose):
             return False
         self._fired = True

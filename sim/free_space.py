@@ -1,4 +1,4 @@
-"""Where a robot fits: exact distances to the walls on a grid of points, and what can be reached from where."""
+"""Where a robot fits: exact distances to the walls on a grid of points, and reachability."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def flood(free: Flags, seeds: Flags) -> NDArray[np.int32]:
         neighbours = (frontier[:, None] + offsets).ravel()
         neighbours = neighbours[open_points[neighbours]]
         open_points[neighbours] = False
-        # A point reached from two sides is kept once: the one that wrote its mark last.
+        # A point reached from two sides is kept once.
         steps[neighbours] = np.arange(len(neighbours), dtype=np.int32)
         frontier = neighbours[steps[neighbours] == np.arange(len(neighbours))]
     return steps.reshape(rows + 2, width)[1:-1, 1:-1].copy()

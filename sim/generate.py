@@ -1,4 +1,4 @@
-"""Mazes by seed, as a recipe asks for them, with walls as built by hand."""
+"""Generated mazes: from a recipe and a seed, with imprecise walls."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Count = Annotated[int, Field(ge=0)]
 Posts = NDArray[np.float64]
 """Where the corners of the cells are: x and y in metres, shape (columns + 1, rows + 1, 2)."""
 DRAWINGS = 50
-"""This many are tried for one seed before it is given up."""
+"""How many attempts are made for one seed."""
 DOOR_WIDTHS = (0.5, 1.5)
 """How wide the dead end may be that is a door, m, also between skewed walls."""
 DOOR_AREA = 1.6
@@ -31,7 +31,7 @@ SKEW_SHIFT = 0.15
 
 
 class Recipe(Settings):
-    """What a generated maze shall be like."""
+    """The recipe of a generated maze."""
 
     columns: Annotated[int, Field(ge=3, le=64)] = 6
     """Cells along x."""
@@ -40,19 +40,19 @@ class Recipe(Settings):
     corridor: Annotated[float, Field(ge=0.6, le=5, allow_inf_nan=False)] = 1.0
     """Width of a corridor, which is the edge of a cell, m."""
     loops: Count = 1
-    """Walls that are left out, so that there are two ways."""
+    """Number of loops, each made by removing a wall."""
     islands: Count = 0
-    """Solid blocks of one cell with a way all around."""
+    """Number of solid blocks of one cell surrounded by corridors."""
     open_spaces: Count = 0
-    """Open spaces of two by two to three by three cells."""
+    """Number of open spaces of 2x2 to 3x3 cells."""
     dead_ends: Annotated[float, Field(ge=0, le=1)] = 1.0
-    """Share of the dead ends that stay; the others get a second way where there is one."""
+    """Share of the dead ends to keep; the others get a second way if possible."""
     doors: Count = 0
-    """Doors, each in a dead end, all of which must be passed."""
+    """Number of doors, each in a dead end; the robot must pass all of them."""
     skew: Annotated[float, Field(ge=0, le=10)] = 0.0
-    """Walls are turned by up to this angle, degrees."""
+    """Largest angle by which walls are turned, degrees."""
     offset: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
-    """Straight walls are shifted by up to this length, so that walls in line meet with an offset, m."""
+    """Largest distance by which straight walls are shifted, so that walls in line meet with an offset, m."""
 
     @model_validator(mode="after")
     def _fits(self) -> Recipe:
@@ -70,13 +70,13 @@ def generate(recipe: Recipe, seed: int) -> Maze:
 
     Args:
         recipe: what it shall be like.
-        seed: which one of them.
+        seed: its seed.
 
     Returns:
         A maze that is known to be solvable, named after the seed.
 
     Raises:
-        MazeError: the recipe asks for more than fits into its cells.
+        MazeError: the recipe does not fit into its cells.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
     reason = ""
@@ -87,8 +87,8 @@ def generate(recipe: Recipe, seed: int) -> Maze:
             reason = str(error)
     raise MazeError(
         f"maze {seed}",
-        f"no maze of this kind in {DRAWINGS} drawings: {reason}",
-        hint="ask for more cells, wider corridors, less offset or skew, or fewer doors, islands or open spaces",
+        f"no maze of this kind in {DRAWINGS} attempts: {reason}",
+        hint="request more cells, wider corridors, less offset or skew, or fewer doors, islands or open spaces",
     )
 
 
@@ -154,13 +154,13 @@ def _posts(
     for line in range(recipe.rows + 1):
         for begin, end in _runs(across[:, line]):
             posts[begin : end + 1, line, 1] += _shifts(end - begin, recipe, generator)
-    # To the millimetre, so that a written maze is a readable one.
+    # Rounded to millimetres, so that a written maze is readable.
     rounded: Posts = np.round(posts, 3)
     return rounded
 
 
 def _runs(sides: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last post of each uninterrupted row of walls on one line."""
+    """First and last post of each unbroken wall on one line."""
     changes = np.flatnonzero(np.diff(np.concatenate([[0], sides.astype(np.int8), [0]])))
     return [(int(begin), int(end)) for begin, end in changes.reshape(-1, 2)]
 

@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 class NoRoomError(Exception):
-    """The plan cannot hold what is asked for."""
+    """The recipe does not fit into the plan."""
 
 
 class Layout:
@@ -204,7 +204,7 @@ class Layout:
         ]
 
     def add_rooms(self, count: int) -> None:
-        """Take the walls out of blocks of two by two to three by three cells that do not overlap."""
+        """Remove the walls inside blocks of 2x2 to 3x3 cells that do not overlap."""
         taken: set[GridCell] = set()
         for _ in range(count):
             removable = set(self._removable()) | self.passages

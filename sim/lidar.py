@@ -102,7 +102,7 @@ def _along_beam(u: Vector, a: Vector, b: Vector) -> float:
 
 
 def compiled() -> Kernel | None:
-    """The same projection as machine code with the same bits, or None where numba is not to be had."""
+    """The same projection as machine code with the same bits, or None where numba is not available."""
     if importlib.util.find_spec("numba") is None:
         return None
     try:
@@ -113,7 +113,7 @@ def compiled() -> Kernel | None:
 
 
 class Adaptive:
-    """Plain numpy at first, machine code after enough scans to make loading it pay; the bits are equal."""
+    """Plain numpy at first, machine code once enough scans justify loading it; the bits are equal."""
 
     def __init__(self, patience: int = 4000) -> None:
         """Args: after this many scans the machine code is loaded."""

@@ -25,20 +25,20 @@ MAZE_TIME_LIMIT = 420.0
 LARGEST_COORDINATE = 10_000.0
 """Points farther from the origin than this along x or y are refused, m."""
 LONGEST = 300
-"""This much is said of what is wrong with a maze, characters."""
+"""The longest error message about a maze, characters."""
 DOOR_SPEED = 0.3
 """How fast a door slides, m/s."""
 
 
 class MazeError(Exception):
-    """A maze that cannot be used: where it is wrong, why, and a way out.
+    """A maze that cannot be used: the place, the reason, and a suggestion.
 
     Attributes:
         path: the maze's file, or its name where it comes from no file.
-        line: line in a text file or pixel row in an image, counted from 1; None where no single line is to blame.
+        line: line in a text file or pixel row in an image, counted from 1; None if there is no single line.
         column: column in the line or pixel column, counted from 1; None where the whole line is meant.
         reason: what is wrong.
-        hint: what to do about it; may be empty.
+        hint: how to fix it; may be empty.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class MazeError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Where the robot is put down.
+    """The start of a robot.
 
     Attributes:
         pose: the nominal pose.
@@ -94,8 +94,8 @@ class MovingObject:
         outline: its corners about its own origin, m, counter-clockwise.
         path: where its origin goes, from its first point on; an object with one point stands still.
         speed: how fast it goes, m/s.
-        near: it sets off when a robot's origin comes closer to it than this, m; infinite to set off at once.
-        returns: at the end of the path it goes back the same way, and so on; otherwise it stays there.
+        near: it starts when a robot's origin comes closer to it than this, m; infinite to start immediately.
+        returns: at the end of the path it goes back the same way, repeatedly; otherwise it stays there.
     """
 
     name: str
@@ -108,7 +108,7 @@ class MovingObject:
 
 @dataclass(frozen=True, slots=True)
 class Leave:
-    """To get out through an exit: the challenge."""
+    """To leave through an exit: the challenge."""
 
     def __str__(self) -> str:
         return "leaving through an exit"
@@ -146,7 +146,7 @@ class Survive:
 
 @dataclass(frozen=True, slots=True)
 class Nothing:
-    """There is nothing to be done: only contacts are judged."""
+    """No goal: only contacts are judged."""
 
     def __str__(self) -> str:
         return "touching nothing"
@@ -154,7 +154,7 @@ class Nothing:
 
 LEAVE = Leave()
 Goal = Leave | Reach | Survive | Nothing
-"""What a robot has to do in a maze."""
+"""The goal of a robot in a maze."""
 
 
 def no_segments() -> Segments:
@@ -176,7 +176,7 @@ class Maze:
         others: where further robots are put down, in order.
         time_limit: how long all attempts together may take, s; infinite where the maze belongs to no challenge.
         unknown: edges of what a map knows: neither a robot nor a beam passes them.
-        goal: what is to be done.
+        goal: the goal.
     """
 
     name: str

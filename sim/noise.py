@@ -1,4 +1,4 @@
-"""What a real laser range finder makes of exact ranges."""
+"""Adds the errors of a real laser range finder to exact ranges."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class MovingObstacle:
         """Where its origin is, m."""
 
     def velocity(self, duration: float, robots: Sequence[Point]) -> Point:
-        """Go on for a while and say how fast.
+        """Move for a while and return the velocity.
 
         Args:
             duration: how long, s.
@@ -45,7 +45,7 @@ class MovingObstacle:
         self._travelled += self._direction * self.thing.speed * duration
         if not 0.0 <= self._travelled <= self._way:
             end = self._way if self._direction > 0 else 0.0
-            # What it went too far at the end of the path, it has gone back already.
+            # A distance beyond the end of the path is already travelled back.
             self._travelled = 2 * end - self._travelled if self.thing.returns else end
             self._direction = -self._direction if self.thing.returns else 0
             if not 0.0 <= self._travelled <= self._way:  # the step is longer than the whole path

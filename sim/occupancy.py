@@ -1,4 +1,4 @@
-"""A maze as a grid of cells, as mapping tools have it."""
+"""A maze as an occupancy grid, as in mapping tools."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RESOLUTION = 0.05
 """Edge of a cell, m, in all but very large mazes."""
 MOST_CELLS = 4_000_000
 MARGIN = 0.5
-"""The grid goes so far beyond what is drawn, m."""
+"""The margin of the grid around the maze, m."""
 
 
 def occupancy(maze: Maze) -> tuple[NDArray[np.int8], float, Point]:
@@ -35,7 +35,7 @@ def occupancy(maze: Maze) -> tuple[NDArray[np.int8], float, Point]:
     middle = left + resolution / 2, bottom + resolution / 2
     solid = DistanceGrid.on_grid(np.concatenate([maze.walls, leaves]), middle, shape, limit=resolution, step=resolution)
     edges = DistanceGrid.on_grid(maze.unknown, middle, shape, limit=resolution, step=resolution)
-    # What touches a cell comes as near to its centre as half of its diagonal, at a right angle as half of its edge.
+    # A wall that touches a cell is at most half its diagonal from its centre, at a right angle at most half its edge.
     near = resolution / 2 + 1e-9
     occupied, barred = solid.clearance <= near, edges.clearance <= near
     start = np.zeros(shape, dtype=np.bool_)

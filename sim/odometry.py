@@ -1,4 +1,4 @@
-"""The odometry of a base whose wheels miscount a little and may slip: three omnidirectional ones, or two on an axle."""
+"""Odometry with wheels that miscount slightly and may slip: three omnidirectional ones, or two on an axle."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WHEEL_DIRECTIONS = (0.0, math.tau / 3, 2 * math.tau / 3)
 
 @dataclass(frozen=True, slots=True)
 class Wheels:
-    """What a base's wheels count.
+    """The kinematics of a base's wheels.
 
     Attributes:
         rims: from forward, left and turning motion to the motion of the wheels' rims, shape (wheels, 3).
@@ -101,12 +101,12 @@ class WheelOdometry:
         self._next_draw = noise.redraw
 
     def _draw(self) -> Floats:
-        """By how much each wheel miscounts."""
+        """The error factor of each wheel."""
         scale = self._noise.scale
         return 1.0 + self._generator.uniform(-scale, scale, len(self._wheels.rims))
 
     def reading(self, stamp: int) -> Odometry:
-        """What the odometry says now.
+        """The current odometry.
 
         Args:
             stamp: time of the measurement, ns.
@@ -114,7 +114,7 @@ class WheelOdometry:
         return Odometry.at(stamp, self._pose, self._twist)
 
     def jump(self, jump: Twist) -> None:
-        """Be moved at once, in the robot's own frame, metres and radians: a fault, not a motion."""
+        """Jump, in the robot's own frame, metres and radians: a fault, not a motion."""
         self._pose = moved(self._pose, jump)
 
     def stand(self) -> None:

@@ -1,4 +1,4 @@
-"""The referee: holds a robot to the rules and to the maze's goal, and says how it did, as data and as a line."""
+"""The referee: judges a robot by the rules and the maze's goal; its verdict is data and a line of text."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STILL_ANGLE = 0.02
 
 
 class AttemptOutcome(StrEnum):
-    """The state of an attempt or its end."""
+    """The state of an attempt, or how it ended."""
 
     RUNNING = "still inside"
     ESCAPED = "escaped"
@@ -37,15 +37,15 @@ class AttemptOutcome(StrEnum):
 
 
 SUCCESSES = (AttemptOutcome.ESCAPED, AttemptOutcome.REACHED, AttemptOutcome.SURVIVED)
-"""The outcomes in which the robot has done what was to be done."""
+"""The outcomes in which the robot has reached its goal."""
 
 
 @dataclass(frozen=True, slots=True)
 class RefereeReport:
-    """What the referee says of one attempt.
+    """The referee's verdict on one attempt.
 
     Attributes:
-        outcome: the state of the attempt or its end.
+        outcome: the state of the attempt, or how it ended.
         reason: the outcome in words, with place and time where they matter.
         time: simulated time since the attempt began, s.
         path_length: how far the robot's origin travelled, m.
@@ -54,7 +54,7 @@ class RefereeReport:
         contacts: what it touched, in order.
         rings: how often it rang.
         attempt: which attempt it was, counted from 1.
-        goal: what was to be done.
+        goal: the goal.
     """
 
     outcome: AttemptOutcome
@@ -75,7 +75,7 @@ class RefereeReport:
 
     @property
     def solved(self) -> bool:
-        """Whether the robot has done what was to be done; where that is nothing, whether it has touched nothing."""
+        """Whether the robot has reached its goal; without a goal, whether it has touched nothing."""
         if isinstance(self.goal, Nothing):
             return self.outcome in (AttemptOutcome.RUNNING, AttemptOutcome.SURVIVED) and not self.contacts
         return self.outcome in SUCCESSES
@@ -176,12 +176,12 @@ class Referee:
             self._rung += [door for door in doors if door not in self._rung]
 
     def carried(self, pose: Pose) -> None:
-        """Somebody has put the robot elsewhere: that is no way that it drove, nor a way out."""
+        """The robot was carried elsewhere: that does not count as driving or as leaving."""
         self._pose = pose
         self._crossed = [False] * len(self._gates)
 
     def watch(self, time: float, pose: Pose, world: PhysicalWorld, name: str, contacts: tuple[Contact, ...]) -> None:
-        """Take note of where the robot is after a tick.
+        """Record the pose of the robot after a tick.
 
         Args:
             time: simulated time, s.
@@ -230,7 +230,7 @@ class Referee:
         return AttemptOutcome.RUNNING, _UNDER_WAY[type(self._goal)]
 
     def _ended_at_leisure(self) -> tuple[AttemptOutcome, str]:
-        """The outcome and its reason where nothing is to be done."""
+        """The outcome and its reason without a goal."""
         if self._time < self._time_limit - 1e-9:
             return AttemptOutcome.RUNNING, _UNDER_WAY[Nothing]
         if self._contacts:
@@ -238,7 +238,7 @@ class Referee:
         return AttemptOutcome.SURVIVED, f"touched nothing in the {self._time_limit:g} s"
 
     def _done(self, before: Pose, base: Body) -> tuple[AttemptOutcome, str] | None:
-        """The outcome and its reason if what was to be done is done now."""
+        """The outcome and its reason if the goal is reached now."""
         match self._goal:
             case Leave() if self._out(before, base):
                 return AttemptOutcome.ESCAPED, "the whole robot is across the exit"

@@ -1,4 +1,4 @@
-"""A simulated robot in memory, in lockstep: a command carries the world on by one period."""
+"""A simulated robot in memory, in lockstep: a command advances the world by one period."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class SimulatedRobot:
         return self.simulation.observation
 
     def command(self, command: Command) -> None:
-        """Carry the world on by one period."""
+        """Advance the world by one period."""
         self.simulation.step(command)
 
     def close(self) -> None:
@@ -37,7 +37,7 @@ class SimulatedRobot:
 
     @property
     def verdict(self) -> RefereeReport:
-        """What the referee says of the attempt so far."""
+        """The referee's verdict on the attempt so far."""
         return self.simulation.verdict()
 
     @property
@@ -47,10 +47,10 @@ class SimulatedRobot:
 
     @property
     def truth(self) -> Pose:
-        """Where the robot really is; for referees, pictures and tests, never for a controller."""
+        """The true pose of the robot; for referees, pictures and tests, never for a controller."""
         return self.simulation.truth()
 
     @property
     def path(self) -> Sequence[Pose]:
-        """Where the robot really was at each tick."""
+        """The true pose of the robot at each tick."""
         return self.simulation.path()

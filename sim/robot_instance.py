@@ -36,7 +36,7 @@ from transport.sanity import observed
 
 
 class RobotInstance:
-    """One robot in a world; every random number that concerns it comes from streams of its own."""
+    """One robot in a world; every random number for it comes from its own streams."""
 
     def __init__(
         self, description: RobotDescription, maze: Maze, settings: SimulatorSettings, seed: int, index: int
@@ -73,7 +73,7 @@ class RobotInstance:
         return [watch.fault for watch in self._watches if watch.holds(time, self.pose)] if self._watches else []
 
     def obey(self, command: Command, time: float, world: PhysicalWorld) -> Twist:
-        """Take a command, unless it is lost or late, ring if it says so, and say which velocity to strive for."""
+        """Accept a command, unless it is lost or late, ring if requested, and return the target velocity."""
         faults = self.faults(time)
         late = next((fault.ticks for fault in faults if isinstance(fault, CommandLate)), 0)
         self._pending.append(command)
@@ -102,7 +102,7 @@ class RobotInstance:
         return DoorReply(accepted=False, reason=min(refusals.values(), default="the maze has no door"))
 
     def advance(self, time: float, duration: float, world: PhysicalWorld, contacts_before: int) -> None:
-        """Take note of where a tick has led."""
+        """Record the result of a tick."""
         name = self.description.name
         pose = world.bases[name].pose
         self._odometry.count(displacement(self.pose, pose), duration, time)
@@ -118,7 +118,7 @@ class RobotInstance:
         self.path.append(self.pose)
 
     def observe(self, time: float, stamp: int, world: PhysicalWorld) -> Observation:
-        """What the robot's sensors say now."""
+        """The robot's current sensor data."""
         faults = self.faults(time)
         scan, odometry = self._measured(faults, stamp, world), self._odometry.reading(stamp)
         if self._last is not None:
@@ -129,7 +129,7 @@ class RobotInstance:
         return self._last
 
     def _measured(self, faults: Sequence[Fault], stamp: int, world: PhysicalWorld) -> Scan:
-        """The scan of the present place; its noise is drawn whether or not the scan comes through."""
+        """The scan at the current pose; its noise is drawn even if the scan is lost."""
         geometry = self._lidar.geometry
         exact = self._lidar.ranges(world.around(self.description.name), self.pose)
         ranges = disturbed(exact, self._settings.noise, geometry, self._noise)
@@ -157,7 +157,7 @@ class RobotInstance:
         self.referee = Referee(self._maze, self._settings.rules, pose, time, self.referee.attempt + 1)
 
     def _put(self, pose: Pose, world: PhysicalWorld) -> None:
-        """Lift the robot and put it down elsewhere: it is at rest, and its wheels have not turned."""
+        """Carry the robot elsewhere: it is at rest, and its wheels have not turned."""
         self.pose = pose
         world.put(self.description.name, pose)
         self._odometry.stand()

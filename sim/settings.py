@@ -1,4 +1,4 @@
-"""What of a simulation can be chosen: noise, odometry, rules of the challenge, physics."""
+"""The settings of a simulation: noise, odometry, rules of the challenge, physics."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class OdometryNoise(Settings):
 
 
 class Rules(Settings):
-    """What the referee holds the robot to."""
+    """The rules of the referee."""
 
     still_limit: Positive = 30.0
     """Standing still for this long fails the attempt, s."""
@@ -52,7 +52,7 @@ class Rules(Settings):
     attempts: Annotated[int, Field(ge=1, le=1000)] = 2
     """How many attempts there are within the maze's time limit."""
     practice: bool = False
-    """Whether there is another attempt after a success too, which the challenge does not grant."""
+    """Whether there is another attempt after a success too, which the challenge does not allow."""
     contact_fails: bool = True
     """Whether a touched wall fails the attempt."""
 

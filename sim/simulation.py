@@ -1,4 +1,4 @@
-"""One simulated world with its robots, carried on period by period; everything random is drawn from one seed."""
+"""One simulated world with its robots, advanced period by period; all random values come from one seed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Simulation:
         Args:
             maze: where.
             robots: one robot or several; they differ in name and share the period. By default PICO.
-            seed: all that is random is drawn from it.
+            seed: the seed of all random values.
             settings: noise, rules, faults.
 
         Raises:
@@ -54,7 +54,7 @@ class Simulation:
         self.reset()
 
     def reset(self, seed: int | None = None) -> None:
-        """Begin again with the same seed or another one; nothing is left of what was before."""
+        """Restart with the same seed or another one; nothing of the previous state remains."""
         self.seed = self.seed if seed is None else seed
         self.ticks = 0
         self._members = {
@@ -80,20 +80,20 @@ class Simulation:
 
     @property
     def observations(self) -> Mapping[str, Observation]:
-        """What each robot observes now."""
+        """The current observation of each robot."""
         return self._observations
 
     @property
     def observation(self) -> Observation:
-        """What the first robot observes now."""
+        """The current observation of the first robot."""
         return self._observations[self.names[0]]
 
     def verdict(self, name: str | None = None) -> RefereeReport:
-        """The referee's word on the present attempt of a robot, by default the first."""
+        """The referee's verdict on the current attempt of a robot, by default the first."""
         return self._member(name).referee.verdict
 
     def verdicts(self, name: str | None = None) -> tuple[RefereeReport, ...]:
-        """The referee's word on every attempt so far of a robot, by default the first."""
+        """The referee's verdicts on all attempts so far of a robot, by default the first."""
         member = self._member(name)
         return (*member.verdicts, member.referee.verdict)
 
@@ -102,18 +102,18 @@ class Simulation:
         return self._member(name).referee.finished
 
     def truth(self, name: str | None = None) -> Pose:
-        """Where a robot, by default the first, really is; for referees, pictures and tests only."""
+        """The true pose of a robot, by default the first; for referees, pictures and tests only."""
         return self._member(name).pose
 
     def path(self, name: str | None = None) -> Sequence[Pose]:
-        """Where a robot, by default the first, really was at each tick."""
+        """The true poses of a robot, by default the first, at each tick."""
         return self._member(name).path
 
     def _member(self, name: str | None) -> RobotInstance:
         return self._members[self.names[0] if name is None else name]
 
     def step(self, commands: Command | Mapping[str, Command]) -> None:
-        """Carry the world on by one period.
+        """Advance the world by one period.
 
         Args:
             commands: the first robot's command, or each robot's by name; a robot without one stops.

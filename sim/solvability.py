@@ -1,4 +1,4 @@
-"""Whether a robot can do at all what is to be done in a maze, where its outside begins, and which way exits face."""
+"""Whether a robot can reach the goal of a maze, where its outside begins, and which way exits face."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from transport.description import RobotDescription
 COARSE, STEP = 0.05, 0.025
 """Grid steps of the searches for a way, m: the fine one is tried where the coarse one finds none."""
 OUTSIDE_RADII = (1.0, 1.5, 2.0, 3.0, 4.0)
-"""Radii of the discs that feel for the outside, m: openings narrower than the smallest one's diameter count as shut."""
+"""Radii of the discs that find the outside, m: openings narrower than the smallest one's diameter count as shut."""
 SNAP = 0.15
 """An exit that was found on the grid is drawn to the end of a wall that is as near as this, m."""
 LARGEST = 200.0
@@ -29,12 +29,12 @@ THIN = 0.03
 
 
 class UnsolvableError(Exception):
-    """A maze in which no robot can do what is to be done.
+    """A maze in which no robot can reach the goal.
 
     Attributes:
         reason: why.
-        hint: what to do about it; may be empty.
-        at: the place in the maze that is to blame, m.
+        hint: how to fix it; may be empty.
+        at: the place of the problem in the maze, m.
     """
 
     def __init__(self, reason: str, at: Point, hint: str = "") -> None:
@@ -43,11 +43,11 @@ class UnsolvableError(Exception):
 
 
 class ClosedError(UnsolvableError):
-    """A maze without exits whose inside and outside no way joins."""
+    """A maze without exits whose inside and outside are not connected."""
 
 
 def checked(maze: Maze, radius: float | None = None) -> Maze:
-    """The maze, complete, and known to let a robot do what is to be done.
+    """The completed maze, checked to let a robot reach the goal.
 
     Where the robot is to leave, exits are found if the maze has none, and a way leads out; where it is to reach a
     place, a way leads there. Exits are turned outwards.
@@ -92,7 +92,7 @@ def _refuse_large(maze: Maze) -> None:
     if max(width, height) > LARGEST or width * height > LARGEST_AREA:
         raise UnsolvableError(
             f"the maze, with all that moves in it, is {width:.4g} by {height:.4g} m; more than {LARGEST:.0f} m or "
-            f"{LARGEST_AREA:.0f} m2 is not searched",
+            f"{LARGEST_AREA:.0f} m2 is too large to search",
             (right, top),
             "check the scale",
         )
@@ -106,7 +106,7 @@ def shortest_way(maze: Maze, radius: float | None = None) -> float | None:
         radius: what must fit everywhere: a disc of this radius, m; by default the one that PICO sweeps when it turns.
 
     Returns:
-        Metres, or None where no way leads there, or nowhere is to be reached.
+        Metres, or None if no way leads there, or there is no place to reach.
     """
     radius = RobotDescription().radius if radius is None else radius
     way = _way_on_grid(maze, radius, COARSE)
@@ -221,7 +221,7 @@ def _turned_outwards(maze: Maze) -> Maze:
         inner_right = reached[space.cell((middle[0] - left[0], middle[1] - left[1]))]
         if inner_left and inner_right:
             raise UnsolvableError(
-                f"the exit at ({ax:g}, {ay:g})-({bx:g}, {by:g}) m does not part the inside from the outside",
+                f"the exit at ({ax:g}, {ay:g})-({bx:g}, {by:g}) m does not separate the inside from the outside",
                 middle,
                 "both of its sides can be reached from the start without crossing an exit: close the other gaps",
             )

@@ -54,7 +54,7 @@ def _velocity(shape: pymunk.Shape, place: pymunk.Vec2d) -> pymunk.Vec2d:
 
 
 class PhysicalWorld:
-    """Everything solid in one maze, and time."""
+    """All solid bodies in one maze, and time."""
 
     def __init__(
         self, maze: Maze, robots: Mapping[str, tuple[RobotDescription, Pose]], substep: float, began: float = 0.0
@@ -124,7 +124,7 @@ class PhysicalWorld:
                 self._touching[pair] = max(self._touching.get(pair, 0) - 1, 0)
 
     def carry(self, targets: Mapping[str, Twist], substeps: int) -> None:
-        """Let time pass while every robot strives for its target velocity.
+        """Let time pass while every robot accelerates to its target velocity.
 
         Args:
             targets: a velocity for each robot, within its limits.

@@ -1,4 +1,4 @@
-"""All that skills offer to machines, by name: motion skills, chance, and what the strategies must remember."""
+"""All names that skills offer to machines: motion skills, chance, and the memory of strategies."""
 
 from __future__ import annotations
 

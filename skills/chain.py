@@ -1,4 +1,4 @@
-"""From what a skill asks for to what the base is sent: limits of the robot, then the guard against walls."""
+"""From the velocity that a skill requests to the one that is sent to the base: the robot's limits, then the guard."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ class MotionChain:
         self._last = STOP
 
     def shape(self, wanted: Command, facts: Facts) -> Command:
-        """The command to send for a wanted one, in answer to a tick; to be called once a tick, in every tick.
+        """The command to send for a requested one; call it exactly once in every tick.
 
-        A robot that sees nothing stops, as does one whose wish is not a number, as comes of an odometry that is none.
-        Where the robot's own navigation is to reach a goal, it sees to obstacles by itself, and the twist is not sent.
-        A robot that rings stands still, as the rules of the door want it, also where the guard would have it move off.
+        A robot without valid readings stops, and so does one whose requested velocity is not a number, as after a fault
+        of the odometry. If the robot's own navigation drives to a goal, it avoids obstacles itself, and the twist is
+        not sent. A robot that rings stands still, as the rules of the door require, even if the guard would move it
+        away.
         """
         twist, points = wanted.twist, self._surroundings.update(facts)
         if not facts.sweep.known_share or not math.isfinite(twist.forward + twist.left + twist.turn):
@@ -41,7 +42,7 @@ class MotionChain:
         return Command(self._last, wanted.ring, facts.observation.stamp)
 
     def stop(self, facts: Facts) -> Command:
-        """Stop at once, in answer to a tick whose sensors cannot be believed: the base brakes as hard as it can."""
+        """Stop at once, in answer to a tick whose sensors cannot be trusted: the base brakes as hard as it can."""
         self._surroundings.update(facts)
         self._last = STOP
         return Command(answers=facts.observation.stamp)

@@ -8,7 +8,7 @@ from perception.facts import Facts
 from transport.messages import wrap_angle
 
 TRUSTED = math.radians(30)
-"""A compass that says more than this shows of another axis of the maze than the one that is being kept."""
+"""A larger compass reading belongs to another axis of the maze than the one that is kept."""
 
 
 class Course:

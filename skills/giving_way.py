@@ -1,4 +1,4 @@
-"""What a robot may do instead of what it wants, where that would bring it too near to something."""
+"""Alternatives for a velocity that would bring the robot too near to something."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TURNING = 0.5
 
 
 def alternatives(base: Base, wanted: Twist, away: Point, push: float, pressed: float) -> Iterator[Twist]:
-    """What to try instead, the nearest to the wanted velocity first.
+    """The velocities to try instead, the nearest to the requested one first.
 
     Args:
         base: how the robot moves.
@@ -54,7 +54,7 @@ def _aside(wanted: Twist, away: Point, push: float, pressed: float) -> Iterator[
 def _forward_or_back(wanted: Twist, away: Point, push: float, pressed: float) -> Iterator[Twist]:
     """Slower, steered away, forward or back off what is ahead or behind, turned away from what is beside.
 
-    What comes from the side such a robot cannot give way to: it can only drive on, or turn.
+    Such a robot cannot give way to something from the side: it can only drive on, or turn.
     """
     off = math.copysign(TURNING, away[1])
     apart = math.copysign(push, away[0]) if abs(away[0]) >= SIDEWAYS else 0.0

@@ -1,4 +1,4 @@
-"""What driving skills share: their robot's steering, the check of their arguments, and when they give up."""
+"""The common part of driving skills: steering, checks of arguments, and timeouts."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from transport.messages import Pose
 
 DONE, BLOCKED = Outcome("done"), Outcome("blocked")
 PATIENCE = 2.0
-"""After this long without headway the way is blocked, s."""
+"""After this long without progress the way is blocked, s."""
 PAUSE = 4.0
-"""An activity that was not asked for this many periods has been kept waiting: that time is not its own."""
+"""An activity that was not ticked for this many periods was paused: that time does not count."""
 
 
 class Skill:
@@ -65,11 +65,11 @@ def finite(name: str, value: float) -> float:
 
 
 MOVED = 0.05
-"""A robot that has moved less has not got anywhere, m."""
+"""The least movement that counts as progress, m."""
 
 
 class Stopwatch:
-    """Counts the time for which an activity has been at work: while the loop keeps the robot stopped, it is not asked.
+    """Counts the active time of an activity, without the time for which the loop keeps the robot stopped.
 
     Attributes:
         elapsed: s.
@@ -80,7 +80,7 @@ class Stopwatch:
         self._last: float | None = None
 
     def update(self, facts: Facts) -> float:
-        """Take in a tick and return the time so far, s; a pause counts as one period."""
+        """Process a tick and return the time so far, s; a pause counts as one period."""
         time = facts.time
         if self._last is not None:
             gone = time - self._last
@@ -90,7 +90,7 @@ class Stopwatch:
 
 
 class Headway:
-    """Notices that the robot does not get anywhere."""
+    """Detects that the robot makes no progress."""
 
     def __init__(self, patience: float = PATIENCE, speed: float = math.inf) -> None:
         """Args: how long it may rest, s, and the speed that it is to have, m/s: a slow robot is given longer."""
@@ -100,7 +100,7 @@ class Headway:
         self._pose = Pose()
 
     def lost(self, facts: Facts) -> bool:
-        """Whether the robot has moved less than 5 cm and turned less than 0.1 rad for the time of its patience (s)."""
+        """Whether the robot has moved less than 5 cm and turned less than 0.1 rad for the timeout (s)."""
         time, pose = self._watch.update(facts), facts.observation.odometry.pose
         moved = norm(pose.x - self._pose.x, pose.y - self._pose.y) > MOVED
         if self._since is None or moved or abs(math.remainder(pose.heading - self._pose.heading, math.tau)) > 0.1:
@@ -109,7 +109,7 @@ class Headway:
 
 
 class Progress:
-    """Notices that a distance that is to be driven does not shrink, whatever the robot does meanwhile."""
+    """Detects that a remaining distance does not shrink."""
 
     def __init__(self, patience: float, speed: float) -> None:
         """Args: for how long it may not shrink, s, and the speed that the robot is to have, m/s."""
@@ -119,7 +119,7 @@ class Progress:
         self._least = math.inf
 
     def lost(self, left: float, facts: Facts) -> bool:
-        """Whether what is left (m) has not shrunk by 5 cm for the time of its patience."""
+        """Whether what is left (m) has not shrunk by 5 cm for the timeout."""
         time = self._watch.update(facts)
         if self._since is None or left < self._least - MOVED:
             self._since, self._least = time, left

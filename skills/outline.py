@@ -1,4 +1,4 @@
-"""The robot's outline as the guard takes it: a box with rounded corners, so that a round robot has none."""
+"""The guard's model of the robot's outline: a box with rounded corners, so that a round robot has none."""
 
 from __future__ import annotations
 

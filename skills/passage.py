@@ -14,7 +14,7 @@ from transport.arithmetic import cos_sin
 from transport.description import RobotDescription
 
 DENSE = math.radians(0.3)
-"""Of beams closer together than this every second one will do, rad."""
+"""Of beams closer together than this, every second one is used, rad."""
 
 Gap = tuple[float, float]
 NOWHERE: Gap = (-math.inf, math.inf)

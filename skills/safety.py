@@ -1,4 +1,4 @@
-"""The last word on every command: the robot's outline stays clear of the walls, and it can always still stop."""
+"""The guard: every command keeps the robot's outline away from the walls, and it can always stop."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ STANDING = np.zeros((1, 3))
 
 
 class CollisionGuard:
-    """Cuts a command, or turns it away, where it would bring the outline within the margin of a wall.
+    """Reduces or redirects a command that would bring the outline within the margin of a wall.
 
     A command is admitted if the robot, having followed it for one period and braking hard from then on, keeps its
     margin all the way. So there is always a command left that is safe: to brake. The outline is a rounded box, which is
@@ -44,8 +44,9 @@ class CollisionGuard:
     the robot backs away from.
 
     A round robot turns on the spot anywhere, for a turn brings it nearer to nothing. One that cannot move
-    sideways gets away from a wall beside it only by a turn, in which its rear corner comes nearer to that wall; nor can
-    it first make room for a turn on the spot. So it may spend a little of its margin on these two, and on nothing else.
+    sideways gets away from a wall beside it only by driving on while it turns, in which its rear corner, if it has one,
+    comes nearer to that wall; nor can it first make room for a turn on the spot. So it may spend a little of its margin
+    on these two, and on nothing else; once only, where it has no corners.
     """
 
     def __init__(self, robot: RobotDescription, settings: SafetySettings) -> None:
@@ -101,9 +102,10 @@ class CollisionGuard:
             away: how much of the direction away from what is nearest is to the left.
         """
         settings = self._settings
-        if not self._sideways and abs(away) > BESIDE and twist.turn * away > 0 and twist.forward >= 0:
+        turns_away = not self._sideways and abs(away) > BESIDE and twist.turn * away > 0 and twist.forward >= 0
+        if turns_away and not self._outline.is_round:
             return min(keep, max(keep - settings.turn_away, settings.least_margin / 2))
-        if not self._sideways and not twist.forward:
+        if turns_away or (not self._sideways and not twist.forward):
             return min(keep, max(margin - settings.turn_away, settings.least_margin)) - SAME
         return keep - SAME
 

@@ -1,7 +1,7 @@
 """Skills' section of a robot profile: gains, distances and margins.
 
 Lengths and speeds are given for the default robot and grow with the robot's radius and its largest speed, unless a
-profile says them. What is measured against the laser's noise does not grow: the dead zone and the tolerances.
+profile sets them. Values that are compared with the laser's noise do not grow: the dead zone and the tolerances.
 """
 
 from __future__ import annotations
@@ -20,6 +20,10 @@ class MotionSettings(Settings):
     """Largest sideways velocity of a correction, m/s."""
     settle: Positive = 1.2
     """A base that cannot move sideways slants so that it would be where it should be after this time, s."""
+    to_spot_gain: Positive = 4.0
+    """Velocity of a base on two wheels for the way that is left to where it turns, 1/s."""
+    to_spot_speed: Speed = 0.4
+    """Its largest velocity there, m/s."""
     dead_zone: Positive = 0.02
     """Errors of the position below this are left alone, m."""
     look_ahead: Length = 0.5
@@ -68,7 +72,7 @@ class OpeningSettings(Settings):
     near_corner: Length = 0.15
     """What lies farther ahead than this belongs to the far side of the opening, m."""
     smallest: Length = 0.45
-    """What is narrower than this is no opening for the robot, m."""
+    """What is narrower than this is not an opening for the robot, m."""
     same_wall: Length = 0.2
     """How far aside from the wall beside the robot its continuation may lie, m."""
     into: Length = 1.0
@@ -109,7 +113,7 @@ class RotateSettings(Settings):
     room: Length = 0.04
     """Distance that every corner of the robot keeps from the walls while it turns, m."""
     patience: Positive = 4.0
-    """A turn that makes no headway for this long is blocked, s."""
+    """A turn without progress for this long is blocked, s."""
 
 
 class ArcSettings(Settings):
@@ -150,7 +154,7 @@ class RingSettings(Settings):
 
 
 class SafetySettings(Settings):
-    """The last word on every command."""
+    """The guard of every command."""
 
     margin: Length = 0.12
     """Distance that the robot's outline keeps from anything that the laser sees, where there is room, m."""
@@ -164,15 +168,15 @@ class SafetySettings(Settings):
     """Up to so far ahead of the robot's centre a passage may be narrower, m: where it can stop, and the margin there.
     Much farther ahead a turning robot would take the wall that it turns away from for one side of a narrow passage."""
     clear: Length = 0.2
-    """Distance from the robot's outline that is room enough for going on, m."""
+    """Distance from the robot's outline that is enough room to continue, m."""
     reach: Length = 1.0
-    """Points farther away than this are left out of account, m."""
+    """Points farther away than this are ignored, m."""
     push: Speed = 0.1
     """Velocity with which the robot moves away from what is nearer than the margin, m/s."""
 
 
 class SkillSettings(Settings):
-    """Everything tunable of the motion skills."""
+    """All settings of the motion skills."""
 
     motion: MotionSettings = MotionSettings()
     """Feedback that every driving skill shares."""

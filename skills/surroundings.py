@@ -1,4 +1,4 @@
-"""What is near the robot on all sides: the newest scan, and behind it what earlier scans saw there."""
+"""Points near the robot on all sides: from the newest scan, and behind it from earlier scans."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Surroundings:
         self._last: tuple[Pose, Points] | None = None
 
     def update(self, facts: Facts) -> Points:
-        """Take in a tick and return all points within reach, in the robot's frame, m, shape (n, 2)."""
+        """Process a tick and return all points within reach, in the robot's frame, m, shape (n, 2)."""
         pose = facts.observation.odometry.pose
         points = np.concatenate([near_points(facts.sweep, self._reach), self._behind(facts.sweep, pose)])
         self._last = pose, points

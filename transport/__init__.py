@@ -1,1 +1,1 @@
-"""The robot as seen from outside: its messages, its description and the ways to reach it."""
+"""The interface to a robot: its messages, its description and its connections."""

@@ -1,7 +1,7 @@
 """How a base moves: which velocities it can have, how it gets from one to another, and where one carries it.
 
-One rule for all who ask: the gate in front of a base, the simulator's body, the guard against walls and the steering of
-the motion skills.
+The gate in front of a base, the simulator's body, the guard against walls and the steering of the motion skills share
+these rules.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from transport.section import Positive, Settings
 
 
 class Limits(Settings):
-    """What the base may be asked for."""
+    """The limits of the base."""
 
     speed: Positive = 0.5
     """Largest translational speed, m/s."""

@@ -1,4 +1,4 @@
-"""Messages on keys: what every network that carries the link must be able to do, in a form that memory can do too."""
+"""Messages on keys: the interface of a network, which an in-memory network can implement too."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MAX_PAYLOAD = 1_000_000
 
 
 class Message(NamedTuple):
-    """One message as it came from the network: whether it makes sense is for the reader to find out."""
+    """One message from the network, not validated yet."""
 
     payload: bytes
     attachment: bytes = b""
@@ -26,7 +26,7 @@ class Reply(Protocol):
     """Sends the answer to a question."""
 
     def __call__(self, payload: bytes, attachment: bytes = b"") -> None:
-        """Send it, with what rides with it."""
+        """Send it, with an attachment."""
         ...
 
 
@@ -37,7 +37,7 @@ class Request:
     Attributes:
         payload: the question.
         reply: sends the answer; must be called at most once.
-        attachment: what rides with the question.
+        attachment: the attachment of the question.
     """
 
     payload: bytes
@@ -48,7 +48,7 @@ class Request:
 class Mailbox(Generic[T]):
     """A bounded queue between a network's thread and the one thread that reads it.
 
-    When it is full the oldest item goes, because in a control loop the newest counts.
+    When it is full the oldest item is dropped, because in a control loop the newest counts.
 
     Attributes:
         dropped: how many items went unread.
@@ -99,7 +99,7 @@ class Bus(Protocol):
         ...
 
     def announce(self, token: str) -> None:
-        """Have others know a token for as long as this participant is there."""
+        """Declare a liveliness token while this participant exists."""
         ...
 
     def publisher(self, key: str, *, urgent: bool = False) -> Publisher:
@@ -107,7 +107,7 @@ class Bus(Protocol):
         ...
 
     def subscribe(self, key: str, deliver: Callable[[Message], None]) -> None:
-        """Have every message on ``key`` handed to ``deliver``, from the network's thread: a mailbox's ``put``."""
+        """Call ``deliver`` with every message on ``key``, in the network's thread; often a mailbox's ``put``."""
         ...
 
     def newest(self, key: str) -> Newest:
@@ -115,32 +115,32 @@ class Bus(Protocol):
         ...
 
     def serve(self, key: str, deliver: Callable[[Request], None]) -> None:
-        """Have every question on ``key`` handed to ``deliver``, from the network's thread: a mailbox's ``put``."""
+        """Call ``deliver`` with every question on ``key``, in the network's thread; often a mailbox's ``put``."""
         ...
 
     def ask(self, key: str, payload: bytes, timeout: float, attachment: bytes = b"") -> bytes | None:
-        """One question: its answer, or None if nobody answered within ``timeout`` seconds."""
+        """Ask a question; return its answer, or None without one within ``timeout`` seconds."""
         ...
 
     def survey(self, seconds: float) -> set[str]:
-        """The keys on which anything is said within a time, and the liveliness tokens of ROS 2 that are there."""
+        """The keys with messages within a time, and the liveliness tokens of ROS 2."""
         ...
 
     def close(self) -> None:
-        """Released the network; a second call does nothing."""
+        """Release the network; a second call does nothing."""
         ...
 
 
 def ask_until(
     bus: Bus, key: str, payload: bytes, timeout: float, clock: Clock, *, attempt: float = 0.5
 ) -> bytes | None:
-    """Ask until somebody answers: a question that leaves before the other side was discovered is lost without a word.
+    """Ask until there is an answer: a question that is sent before the other side is discovered is lost silently.
 
     Args:
         bus: the network.
         key: whom to ask.
-        payload: the question, which must have being asked twice.
-        timeout: when to give up, s.
+        payload: the question, which must tolerate being asked twice.
+        timeout: in total, s.
         clock: what time is measured on.
         attempt: how long to wait for one answer, s.
     """
@@ -149,6 +149,6 @@ def ask_until(
         began = clock.now()
         if (answer := bus.ask(key, payload, min(attempt, left))) is not None:
             return answer
-        # Where nobody is known yet, the answer "nobody" comes at once.
+        # Before discovery the answer "nobody" comes immediately.
         clock.wait(max(0.0, min(0.02 - (clock.now() - began), left)))
     return None

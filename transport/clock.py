@@ -31,10 +31,10 @@ class MonotonicClock:
 
 
 class Pace:
-    """A beat that does not drift: a caller that is too late for one beat is counted, and continues with the next.
+    """A periodic timer without drift: a period that the caller misses is counted and skipped.
 
     Attributes:
-        overruns: how many beats were missed.
+        overruns: how many periods were missed.
     """
 
     def __init__(self, period: float, clock: Clock) -> None:
@@ -43,17 +43,17 @@ class Pace:
         self._next = clock.now()
 
     def due(self) -> float:
-        """Time until the next beat, s; not positive where it has come."""
+        """Time until the next period, s; not positive if it has begun."""
         return self._next - self._clock.now()
 
     def beat(self) -> None:
-        """Take the present beat, and drop those that are over already."""
+        """Start the current period, and skip those that are over already."""
         missed = max(0, int(-self.due() / self._period))
         self.overruns += missed
         self._next += (missed + 1) * self._period
 
     def wait(self) -> None:
-        """Wait for the next beat and take it."""
+        """Wait for the next period and start it."""
         while (left := self.due()) > 0:
             self._clock.wait(left)
         self.beat()

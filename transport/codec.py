@@ -49,7 +49,7 @@ _UPRIGHT = 0.05
 
 
 class CodecError(ValueError):
-    """A payload is not the message that it should be."""
+    """A payload that is not the expected message."""
 
 
 TYPES = get_typestore(Stores.ROS2_HUMBLE)
@@ -121,7 +121,7 @@ def _decode(payload: bytes, name: str) -> Any:
     try:
         return TYPES.deserialize_cdr(payload, name)
     except Exception as error:
-        # Whatever a hostile payload does inside the decoder, it is one thing to the caller: not this message.
+        # Any error of the decoder means to the caller: not this message.
         raise CodecError(f"not a {name}: {error or type(error).__name__}") from error
 
 

@@ -1,4 +1,4 @@
-"""The ways to reach a robot and to show one, ready made."""
+"""Ready-made connections to a robot and for serving one."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 
 
 def controller_name() -> str:
-    """Who this process is, for people: host and process number."""
+    """The name of this process for people: host and process number."""
     return f"{socket.gethostname()}, process {os.getpid()}"
 
 
 @contextmanager
 def listening(endpoint: str, *, security: Mapping[str, object] | None = None) -> Iterator[ZenohBus]:
-    """A bus that others dial, for as long as the block runs.
+    """A bus that other programs connect to, while the block runs.
 
     Args:
         endpoint: where to listen, such as ``tcp/127.0.0.1:7447``.
         security: settings for TLS and access control, as :mod:`transport.security` makes them.
 
     Raises:
-        EndpointError: the endpoint is not written as one.
+        EndpointError: the endpoint is malformed.
         LinkError: it is taken.
     """
     bus = ZenohBus(session_settings("peer", listen=endpoint, security=security))
@@ -51,14 +51,14 @@ def listening(endpoint: str, *, security: Mapping[str, object] | None = None) ->
 
 @contextmanager
 def routing(endpoint: str, *, security: Mapping[str, object] | None = None) -> Iterator[None]:
-    """A router, for as long as the block runs: robots and controllers that all dial it hear each other.
+    """A router, while the block runs: robots and controllers that connect to it reach each other.
 
     Args:
         endpoint: where to listen, such as ``tcp/127.0.0.1:7447``.
         security: settings for TLS and access control, as :mod:`transport.security` makes them.
 
     Raises:
-        EndpointError: the endpoint is not written as one.
+        EndpointError: the endpoint is malformed.
         LinkError: it is taken.
     """
     bus = ZenohBus(session_settings("router", listen=endpoint, security=security))
@@ -72,16 +72,16 @@ def routing(endpoint: str, *, security: Mapping[str, object] | None = None) -> I
 def dialling(
     endpoint: str, *, wait: float = LinkSettings().connect, security: Mapping[str, object] | None = None
 ) -> Iterator[ZenohBus]:
-    """A bus that dials a robot's side or a router, for as long as the block runs.
+    """A bus that connects to a robot's side or a router, while the block runs.
 
     Args:
-        endpoint: what to dial, such as ``tcp/127.0.0.1:7447``.
-        wait: how long to dial, s.
+        endpoint: the endpoint to connect to, such as ``tcp/127.0.0.1:7447``.
+        wait: timeout for connecting, s.
         security: settings for TLS, as :mod:`transport.security` makes them.
 
     Raises:
-        EndpointError: the endpoint is not written as one.
-        LinkError: nobody answers there within the time.
+        EndpointError: the endpoint is malformed.
+        LinkError: there is no answer within the time.
     """
     bus = ZenohBus(session_settings("client", connect=endpoint, security=security, wait=wait))
     try:
@@ -100,14 +100,14 @@ def connect_robot(
 ) -> RemoteLockstep | RealtimeRobot:
     """Take the robot at an endpoint: simulated in lockstep or in real time, behind a gate, or a bare ROS 2 driver.
 
-    Whether time waits for the controller is the robot's side's to say. In real time nothing drives before scan and
-    odometry are there, fresh and as the description says.
+    The robot's side decides whether time waits for the controller. In real time the robot does not move before scan and
+    odometry have arrived, fresh and matching the description.
 
     Args:
         endpoint: where the robot's side or a router listens, such as ``tcp/127.0.0.1:7447``.
         description: the robot; by default PICO.
-        settings: how it is reached, and how patient to be.
-        seed: the run to simulate; None leaves it to the simulator, and hardware does not mind.
+        settings: the settings of the link.
+        seed: the run to simulate; None leaves it to the simulator, and hardware ignores it.
         security: settings for TLS, as :mod:`transport.security` makes them.
 
     Raises:
@@ -161,7 +161,7 @@ def open_robot(
 
 
 def _check_period(granted: Granted, description: RobotDescription) -> None:
-    """Refuse a robot whose commands follow one another in another time than its controller believes.
+    """Refuse a robot with another command period than the controller's profile.
 
     Raises:
         LinkError: the periods differ.

@@ -1,4 +1,4 @@
-"""What a controller, a simulator and a gate on the robot must know alike of one robot: its shape, limits and laser."""
+"""The description of one robot, shared by controller, simulator and gate: its shape, limits and laser."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Laser(Settings):
         if furthest > 2 * math.tau:
             raise ValueError(f"has its angles in radians: {furthest:g} degrees are {math.radians(furthest):.4f} rad")
         if not span <= math.tau + 1.5 * span / (self.beams - 1):
-            raise ValueError(f"cannot look at more than a full turn: it is {math.tau:.4f} rad, not {span:g}")
+            raise ValueError(f"cannot span more than a full turn: it is {math.tau:.4f} rad, not {span:g}")
         if self.range_min >= self.range_max:
             raise ValueError(f"must have `range_min` ({self.range_min:g}) below `range_max` ({self.range_max:g})")
         return self
@@ -116,7 +116,7 @@ class RobotDescription(Settings):
     @field_validator("base", mode="before")
     @classmethod
     def _with_wheels(cls, base: object, info: ValidationInfo) -> object:
-        """A base that is only named, or says only some of its wheels: at the robot's sides, as fast as its limits."""
+        """Complete a base that is only named, or lacks values: wheels at the robot's sides, as fast as its limits."""
         named = {"kind": base} if isinstance(base, str) else base
         footprint, limits = info.data.get("footprint"), info.data.get("limits")
         if not isinstance(named, dict) or named.get("kind") != "differential" or footprint is None or limits is None:

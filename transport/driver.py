@@ -27,12 +27,12 @@ from transport.ros_graph import RosGraph, RosPublisher, RosSender
 T = TypeVar("T")
 
 DOOR_LIMIT = 2.0
-"""How long the door's answer is waited for, s."""
+"""Timeout for the door's answer, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sensed:
-    """What came since the last time; None where nothing did."""
+    """The data since the last call; None if there is none."""
 
     scan: Scan | None = None
     odometry: Odometry | None = None
@@ -41,7 +41,7 @@ class Sensed:
 
 
 class RobotDriver(Protocol):
-    """What moves a robot and knows its sensors, at the other end of a network.
+    """The interface of a robot's driver over a network.
 
     Attributes:
         dropped: how many messages were dropped, by reason.
@@ -54,15 +54,15 @@ class RobotDriver(Protocol):
     finished: bool
 
     def sense(self) -> Sensed:
-        """The newest scan and odometry that came since the last call; never waits."""
+        """The newest scan and odometry since the last call; never waits."""
         ...
 
     def drive(self, command: Command) -> None:
-        """Pass a command on; never waits."""
+        """Send a command; never waits."""
         ...
 
     def heard(self) -> str:
-        """What can be heard where no data came, in words; empty where that is not known. Takes a moment."""
+        """The topics that exist if no data arrived, in words; empty if unknown. Takes a moment."""
         ...
 
     def report(self) -> Mapping[str, object]:
@@ -70,7 +70,7 @@ class RobotDriver(Protocol):
         ...
 
     def close(self) -> None:
-        """Stop the robot and released it; a second call does nothing."""
+        """Stop the robot and release it; a second call does nothing."""
         ...
 
 
@@ -101,7 +101,7 @@ class RosDriver:
         self._closed = False
 
     def sense(self) -> Sensed:
-        """The newest scan and odometry that came since the last call."""
+        """The newest scan and odometry since the last call."""
         return Sensed(
             self._take(self._scan, decode_scan),
             self._take(self._odometry, decode_odometry),
@@ -124,15 +124,15 @@ class RosDriver:
         self._publisher.put(encode_twist_stamped(twist, self._answered) if stamped else encode_twist(twist))
 
     def ring(self) -> None:
-        """Ask for the door; its answer comes with a later observation."""
+        """Ring at the door; the answer arrives with a later observation."""
         self._bell.ring()
 
     def heard(self) -> str:
-        """Where it was listened, what could not be read, and what else is on the network."""
+        """The subscribed keys, unreadable messages, and other topics on the network."""
         return self._unread or heard_instead(self._bus, self._keys)
 
     def report(self) -> Mapping[str, object]:
-        """Nothing: there is no referee."""
+        """Empty: there is no referee."""
         return {}
 
     def close(self) -> None:
@@ -153,7 +153,7 @@ class RosDriver:
             return decode(message.payload)
         except CodecError as error:
             self.dropped["malformed"] += 1
-            self._unread = f"a message came that cannot be read: {error}"
+            self._unread = f"received a message that cannot be read: {error}"
             return None
 
 
@@ -179,7 +179,7 @@ def _bell(bus: Bus, keys: RobotKeys, graph: RosGraph | None) -> Bell:
 
 
 class MessageBell:
-    """A bell that is rung by a plain message, and does not answer."""
+    """A bell that is rung by a plain message, without an answer."""
 
     def __init__(self, publisher: Publisher) -> None:
         self._publisher = publisher
@@ -194,7 +194,7 @@ class MessageBell:
 
 
 class ServiceBell:
-    """A bell that is rung by a call of a service, from a thread of its own: it must not hold up the loop.
+    """A bell that is rung by a service call, in a separate thread, so that it does not delay the loop.
 
     Args:
         bus: where the service answers.

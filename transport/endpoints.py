@@ -1,4 +1,4 @@
-"""Where somebody listens or is dialled, as it is written."""
+"""Endpoints as text."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ _FILE = re.compile(r"unixsock-stream/.+")
 
 
 class EndpointError(LinkError):
-    """What was given as an endpoint is none."""
+    """A malformed endpoint."""
 
 
 def check_endpoint(endpoint: str) -> str:
-    """The endpoint itself, if it is one.
+    """The endpoint itself, if it is well-formed.
 
     Raises:
-        EndpointError: it is not written as one.
+        EndpointError: it is malformed.
     """
     if _FILE.fullmatch(endpoint):
         return endpoint
     found = _NETWORK.fullmatch(endpoint)
     if found is None:
-        raise EndpointError(f"`{endpoint}` is no endpoint: it reads tcp/HOST:PORT, such as tcp/127.0.0.1:7447")
+        raise EndpointError(f"`{endpoint}` is not an endpoint: write tcp/HOST:PORT, such as tcp/127.0.0.1:7447")
     if not 0 < int(found["port"]) < 2**16:
-        raise EndpointError(f"`{endpoint}` is no endpoint: ports go from 1 to 65535")
+        raise EndpointError(f"`{endpoint}` is not an endpoint: ports go from 1 to 65535")
     return endpoint

@@ -1,9 +1,9 @@
-"""What ROS 2 messages cannot carry, as the attachment of the Zenoh message that carries them.
+"""Attachments of Zenoh messages: the values that ROS 2 messages have no fields for.
 
 Both attachments are little-endian and begin with a version; both have a CRC-32 of themselves and of the payload, so
-that a message that was damaged anywhere between the two programs is never taken for a good one. A command is
-signed with the secret of its lease, so that nobody commands a robot who has only read what others send.
-``docs/reference/link.md`` lists them field by field.
+that a message that was damaged anywhere between the two programs is never accepted. A command is signed with the secret
+of its lease, so that a program that only reads messages cannot command a robot. ``docs/reference/link.md`` lists them
+field by field.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ VERSION = 2
 MAX_REASON = 200
 """Longest reason of a door's answer, bytes of UTF-8; a longer one is cut."""
 
-# version, flags, two bytes of nothing, CRC-32, then what the class lists
+# version, flags, two unused bytes, CRC-32, then what the class lists
 _COMMAND = struct.Struct("<BBxxIQQq")
 _SIGNATURE = 8
 _OBSERVATION = struct.Struct("<BBxxIIIQQQq")
@@ -33,14 +33,14 @@ _MOST = 2**32 - 1
 
 
 class CommandTag(NamedTuple):
-    """Rides with a command.
+    """The attachment of a command.
 
     Attributes:
         epoch: the lease under which it is given.
         sequence: in lockstep the number of the observation that it answers; in real time a strictly rising number.
         answers: stamp of the observation that it answers, ns on the robot's clock.
         ring: ring the door bell.
-        again: carries no command, only the wish to hear the last observation again.
+        again: contains no command, only a request to repeat the last observation.
     """
 
     epoch: int
@@ -81,7 +81,7 @@ def _signature(attachment: bytes, payload: bytes, secret: str) -> bytes:
 
 
 class ObservationTag(NamedTuple):
-    """Rides with every scan and every odometry.
+    """The attachment of every scan and every odometry.
 
     Attributes:
         epoch: the lease that is held, 0 where none is.
@@ -143,7 +143,7 @@ def is_tagged(attachment: bytes) -> bool:
 
 
 def is_whole(payload: bytes, attachment: bytes) -> bool:
-    """Whether a payload and the attachment that rides with it came as they were sent."""
+    """Whether a payload and its attachment arrived undamaged."""
     return attachment[_SEAL:_SEALED] == _checksum(attachment, payload)
 
 
@@ -171,5 +171,5 @@ def _opened(layout: struct.Struct, attachment: bytes, payload: bytes) -> tuple[i
     if version != VERSION:
         raise CodecError(f"the attachment has version {version}, this program speaks version {VERSION}")
     if not is_whole(payload, attachment):
-        raise CodecError("the message was damaged on its way")
+        raise CodecError("the message was damaged")
     return flags, *fields

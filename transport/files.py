@@ -1,7 +1,7 @@
-"""Files that are replaced whole or not at all: written beside, and renamed when all of it is on the disk.
+"""Files that are replaced completely or not at all: written beside, and renamed when complete on the disk.
 
 What is replaced keeps its permissions, and a symbolic link stays one: the file that it leads to is replaced. Something
-that is no regular file (a pipe, a terminal, ``/dev/null``) is written to as it is.
+that is not a regular file (a pipe, a terminal, ``/dev/null``) is written to as it is.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def append_line(path: Path, line: str) -> None:
 
 
 class Stream:
-    """A file that grows while something goes on, such as the trace or the recording of a run.
+    """A file that grows while something runs, such as the trace or the recording of a run.
 
     Where nothing is replaced it is written in its place, so that a crash leaves it there; otherwise beside, and it
     takes the other one's place when it is closed. One program at a time writes it.
@@ -135,7 +135,7 @@ class Stream:
                 self.file.truncate()
 
     def write(self, content: bytes) -> None:
-        """Write on.
+        """Write more.
 
         Raises:
             OSError: the disk failed, with the file's name and where what could be written is; the stream is over.
@@ -170,14 +170,14 @@ class Stream:
             self.file.close()
 
     def cause(self, error: OSError) -> str:
-        """What went wrong, and where what could be written is."""
+        """The error, and the place of the written part."""
         kept = "" if self.place == self._target else f" (what was written before is in {self.place})"
         return f"{error.strerror or error}{kept}"
 
 
 @contextmanager
 def locked(path: Path, holder: str) -> Iterator[None]:
-    """Be the only program that works on ``path``, for as long as the block runs, or as this process lives.
+    """Lock ``path`` for this program, while the block runs or this process lives.
 
     The lock is a file beside it, with the holder's name in it.
 
@@ -209,7 +209,7 @@ def locked(path: Path, holder: str) -> Iterator[None]:
 
 
 def _claimed(beside: Path, path: Path) -> BinaryIO:
-    """A file to read and write that no other program has claimed, made if need be."""
+    """An unlocked file to read and write, created if necessary."""
     while True:
         file = os.fdopen(os.open(beside, os.O_RDWR | os.O_CREAT, 0o666), "r+b")
         try:
@@ -218,7 +218,7 @@ def _claimed(beside: Path, path: Path) -> BinaryIO:
             holder = file.read(300).decode(errors="replace") if beside.suffix == ".lock" else ""
             file.close()
             raise BusyFileError(path, *([holder] if holder else [])) from None
-        # The one before may have renamed or removed it in between.
+        # The previous holder may have renamed or removed it in between.
         with suppress(OSError):
             if os.path.samestat(os.fstat(file.fileno()), beside.stat()):
                 return file
@@ -226,7 +226,7 @@ def _claimed(beside: Path, path: Path) -> BinaryIO:
 
 
 def _claim(file: BinaryIO, path: Path) -> None:
-    """Have a file to oneself until it is closed."""
+    """Lock a file until it is closed."""
     if fcntl is None:
         return
     try:
@@ -239,7 +239,7 @@ def _claim(file: BinaryIO, path: Path) -> None:
 
 @contextmanager
 def _named(path: Path) -> Iterator[None]:
-    """Have an error of the operating system name this file: a write that fails names none, or the one beside."""
+    """Make an error of the operating system name this file: a failed write names none, or the temporary one."""
     try:
         yield
     except BusyFileError:
@@ -269,7 +269,7 @@ def _check_writable(target: Path, before: os.stat_result | None) -> None:
 
 
 def _settle(file: BinaryIO, before: os.stat_result | None) -> None:
-    """Have all of a file on the disk, with the permissions of the one that it replaces."""
+    """Flush a file to the disk, with the permissions of the one that it replaces."""
     file.flush()
     if before is not None:
         os.chmod(file.fileno(), stat.S_IMODE(before.st_mode))  # noqa: PTH101 - of the open file
@@ -279,7 +279,7 @@ def _settle(file: BinaryIO, before: os.stat_result | None) -> None:
 
 
 def _put(beside: Path, target: Path, before: os.stat_result | None) -> None:
-    """Have a finished file take its place.
+    """Move a finished file to its place.
 
     One with other names (hard links) is written over from the finished copy, so that all of them name the new contents.
     """
@@ -289,7 +289,7 @@ def _put(beside: Path, target: Path, before: os.stat_result | None) -> None:
     content = beside.read_bytes()
     with target.open("r+b") as file:
         if hasattr(os, "posix_fallocate") and content:
-            os.posix_fallocate(file.fileno(), 0, len(content))  # no room shows before anything is lost
+            os.posix_fallocate(file.fileno(), 0, len(content))  # a full disk shows before anything is lost
         file.write(content)
         file.truncate()
         file.flush()

@@ -1,4 +1,4 @@
-"""The robot's side of a lease in real time: it shows what the robot senses and guards its base.
+"""The robot's side of a lease in real time: it publishes sensor data and guards the base.
 
 It is in front of a simulator, or, as ``maze-machine gate``, in front of a driver without a command time-out.
 """
@@ -30,14 +30,14 @@ from transport.world import MakeWorld, World
 
 _LOG = logging.getLogger(__name__)
 _LOOK = 0.005
-"""Between two looks at a driver's sensors, s."""
+"""The interval of checks of a driver's sensors, s."""
 
 
 class GatedBase(Protocol):
-    """What a gate is in front of."""
+    """The base behind a gate."""
 
     def begin(self, question: Open) -> str:
-        """A controller takes the robot; the answer is why it cannot, or nothing."""
+        """A controller takes the robot; returns why it cannot, or nothing."""
         ...
 
     def end(self) -> None:
@@ -45,7 +45,7 @@ class GatedBase(Protocol):
         ...
 
     def due(self) -> float:
-        """After how many seconds it is worth asking for an observation again."""
+        """After how many seconds to ask for an observation again."""
         ...
 
     def sense(self) -> Observation | None:
@@ -57,7 +57,7 @@ class GatedBase(Protocol):
         ...
 
     def move(self, twist: Twist) -> None:
-        """Drive so until the next command."""
+        """Drive with this velocity until the next command."""
         ...
 
     def ring(self) -> None:
@@ -110,15 +110,15 @@ class Gate:
     def episodes(
         self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1, forsaken: float = math.inf
     ) -> Iterator[Mapping[str, object]]:
-        """Work; yields the referee's verdict on each episode that was given back or given up.
+        """Serve; yields the referee's verdict on each finished or abandoned episode.
 
         However it ends, the base is left stopped.
 
         Args:
-            stop: says when to end; asked at least every ``heartbeat`` seconds.
+            stop: returns whether to end; called at least every ``heartbeat`` seconds.
             heartbeat: s.
-            forsaken: an episode is given up when its controller was not heard for that long, s; by default only when
-                another one wants the robot, so that one that was held up may come back.
+            forsaken: an episode ends when its controller was silent for this long, s; by default only when another one
+                requests the robot, so that a delayed controller may come back.
         """
         try:
             order: TaggedCommand | None = None
@@ -132,7 +132,7 @@ class Gate:
             self._base.move(STOP)
 
     def pump(self, order: TaggedCommand | None = None) -> float:
-        """Do all that is due now, without waiting, beginning with a command that was taken already.
+        """Do everything that is due now, without waiting, beginning with a command that was received already.
 
         Returns:
             the time until something is due again, s.
@@ -211,7 +211,7 @@ class Gate:
         self._end()
 
     def _fail(self, error: Exception) -> None:
-        """The base cannot go on: it is stopped and the lease is over, but questions are still answered."""
+        """The base cannot continue: it is stopped and the lease is over, but questions are still answered."""
         self.dropped["failed step"] += 1
         _LOG.error("the robot failed: %s", printable(f"{type(error).__name__}: {error}"[:500]))
         _LOG.debug("where it failed", exc_info=True)
@@ -226,7 +226,7 @@ class Gate:
             self._base.end()
 
     def _move(self) -> None:
-        """Show the base what holds now: at once where it changed, and again every period in case that got lost."""
+        """Send the base its current command: immediately after a change, and again every period in case it was lost."""
         before, blind = self.trust.reason, self.trust.look(self._base.status(), self._clock.now())
         if bool(before) != bool(blind):
             _LOG.warning("%s", f"the base was stopped: {printable(blind)}" if blind else "the base may move again")
@@ -260,10 +260,10 @@ class Gate:
 
 
 class PacedWorld:
-    """A simulated base: its world moves on with the clock on the wall, commanded or not.
+    """A simulated base: its world advances with the wall clock, commanded or not.
 
     Its stamps keep to that clock as a robot's do: where the simulator was held up, the world has lost time, and the
-    stamps go on by it.
+    stamps continue by it.
 
     Attributes:
         overruns: how many periods the simulator was too slow for.
@@ -282,7 +282,7 @@ class PacedWorld:
         return self._pace.overruns
 
     def begin(self, question: Open) -> str:
-        """Begin an episode, or go on with it where its controller takes the robot again."""
+        """Begin an episode, or continue it if its controller takes the robot again."""
         if question.previous and self._world is None:
             return "the simulator was restarted: its episode is lost"
         if not question.previous:
@@ -298,7 +298,7 @@ class PacedWorld:
         return self._pace.due()
 
     def sense(self) -> Observation | None:
-        """At the end of a period, what the robot senses then."""
+        """The sensor data at the end of a period."""
         if self._world is None or self._pace.due() > 0:
             return None
         missed = self._pace.overruns
@@ -366,12 +366,12 @@ class DriverBase:
         """A controller takes the robot, once it senses anything."""
         del question
         if self._senses.refused:
-            return f"the robot's sensors cannot be believed: {self._senses.refused}"
+            return f"the robot's sensors cannot be trusted: {self._senses.refused}"
         sensing = self._senses.scan is not None and self._senses.odometry is not None
         return "" if sensing else "the robot's driver sends no scan or no odometry"
 
     def end(self) -> None:
-        """Hardware goes on."""
+        """Hardware continues."""
 
     def due(self) -> float:
         """When to look again, s."""
@@ -404,5 +404,5 @@ class DriverBase:
         self._driver.ring()
 
     def report(self) -> Mapping[str, object] | None:
-        """Nothing: there is no referee."""
+        """Empty: there is no referee."""
         return None

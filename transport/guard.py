@@ -1,6 +1,6 @@
-"""What is between a controller and a base on the robot's side: lease, age of answers, limits, command time-out.
+"""The guard between a controller and a base on the robot's side: lease, age of answers, limits, command time-out.
 
-Nothing here waits or reads a clock of its own, so that every promise can be tested to the millisecond.
+It never waits or reads a clock, so that every promise can be tested to the millisecond.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class CommandGuard:
         if not self.lease.epoch or tag.epoch != self.lease.epoch:
             return "no lease"
         self.lease.heard()
-        # A command that came too late to restart the command time-out must not be taken for one that came in time.
+        # A command that came too late to restart the command time-out must not count as timely.
         self.twist()
         if self.stopped:
             return "stopped by the command time-out"
@@ -101,7 +101,7 @@ class CommandGuard:
             return "not finite"
         age = next((self._clock() - at for stamp, at in reversed(self._shown) if stamp == tag.answers), None)
         if age is None:
-            return "answers nothing that was shown"
+            return "answers no observation that was sent"
         if age > self._settings.answer_age:
-            return "answers too old an observation"
+            return "answers an observation that is too old"
         return ""

@@ -1,4 +1,4 @@
-"""What can be heard on a network on which a robot's topics are missed, and which settings would reach them."""
+"""Finds the topics on a network if a robot's own are missing, and the settings that would reach them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from transport.bus import Bus
 from transport.keys import RobotKeys
 
 LISTENED = 1.0
-"""How long to listen, s: a sensor speaks several times in that time."""
+"""How long to listen, s: a sensor sends several messages in that time."""
 SHOWN = 8
 """This many keys are named at most."""
 
@@ -47,7 +47,7 @@ def topic_of(key: str) -> Topic | None:
 
 
 def heard_instead(bus: Bus, keys: RobotKeys) -> str:
-    """One sentence on where a robot's scan was listened for and what is on the network instead, with a way out.
+    """One sentence: the keys where a robot's scan was expected, the topics that exist instead, and a suggestion.
 
     Args:
         bus: the network; it is listened to for a second.
@@ -56,7 +56,7 @@ def heard_instead(bus: Bus, keys: RobotKeys) -> str:
     topics = sorted({topic for key in bus.survey(LISTENED) if (topic := topic_of(key)) is not None})
     listened = f"listened on `{keys.scan}` and `{keys.odometry}`"
     if not topics:
-        return f"{listened}; nothing else is to be heard there"
+        return f"{listened}; there are no other topics"
     named = ", ".join(topic.shown for topic in topics[:SHOWN])
     more = f" and {len(topics) - SHOWN} more" if len(topics) > SHOWN else ""
     settings = _settings(topics, keys)

@@ -1,4 +1,4 @@
-"""On which keys a robot speaks.
+"""The keys of a robot.
 
 zenoh-bridge-ros2dds: the key is the ROS name without its leading slash, below a namespace (``pico1/cmd_vel``).
 rmw_zenoh: ``DOMAIN/NAME/TYPE/HASH``, with the type as DDS spells it and the hash of REP 2011.
@@ -86,20 +86,25 @@ class MachineKeys:
 
     @property
     def model(self) -> str:
-        """A question with any text: answered by what does not change during the run."""
+        """A question with any text: answered with the constant part of the run."""
         return f"{self.robot}/machine/model"
 
     @property
     def step(self) -> str:
-        """What the machine did: the newest tick, best effort."""
+        """The newest tick of the machine, best effort."""
         return f"{self.robot}/machine/step"
 
     @property
     def why(self) -> str:
-        """A question with a state's name: what became of its transitions in the newest tick."""
+        """A question with a state's name: the verdicts about its transitions in the newest tick."""
         return f"{self.robot}/machine/why"
 
     @property
+    def sights(self) -> str:
+        """A question with any text: what perception found in the newest tick."""
+        return f"{self.robot}/machine/sights"
+
+    @property
     def operate(self) -> str:
-        """What an operator wants: an event, a pause, the end."""
+        """The requests of an operator: an event, a pause, the end."""
         return f"{self.robot}/machine/operate"

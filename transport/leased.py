@@ -54,7 +54,7 @@ class LeasedDriver:
         self._publisher = bus.publisher(keys.command, urgent=True)
 
     def sense(self) -> Sensed:
-        """The newest scan and odometry that came since the last call."""
+        """The newest scan and odometry since the last call."""
         odometry = self._take("odometry", self._odometry, decode_odometry)
         scan = self._take("scan", self._scan, decode_scan)
         door, self._door = self._door, None
@@ -70,7 +70,7 @@ class LeasedDriver:
         self._publisher.put(payload, tag.encode(payload, self._secret))
 
     def heard(self) -> str:
-        """Nothing: the robot's side has answered, so it is what has no data."""
+        """Nothing: the robot's side has answered but has no data."""
         return ""
 
     def report(self) -> Mapping[str, object]:
@@ -81,7 +81,7 @@ class LeasedDriver:
         """
         state = ask_state(self._bus, self._keys.namespace, self._secret, 2.0, self._clock)
         if not state.held:
-            raise LinkError(f"{self._keys.namespace!r} gave up the episode: {state.reason}")
+            raise LinkError(f"{self._keys.namespace!r} ended the episode: {state.reason}")
         return state.report or {}
 
     def close(self) -> None:
@@ -97,7 +97,7 @@ class LeasedDriver:
             self._bus.close()
 
     def _retake(self) -> None:
-        # Where only the answer was lost, the same question is answered alike.
+        # If only the answer was lost, the same question gets the same answer.
         if self._question.previous != self._secret:
             self._question = self._question.model_copy(
                 update={"request": secrets.token_hex(8), "previous": self._secret}

@@ -1,7 +1,7 @@
-"""Lockstep over a network: the simulator's stamp is the clock, and each command carries the world one period on.
+"""Lockstep over a network: the simulator's stamp is the clock, and each command advances the world by one period.
 
-``step{epoch, k, command}`` is answered by ``observation{epoch, k + 1}``. The simulator carries out each k once, answers
-a repeat from what it sent before and drops the rest; the controller asks again where an answer stays away.
+``step{epoch, k, command}`` is answered by ``observation{epoch, k + 1}``. The simulator executes each k once, answers a
+repeated one with the same observation and drops the rest; the controller repeats its question if there is no answer.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _SHORTEST_RESEND, _DOUBTFUL, _LONGEST_RESEND = 0.02, 0.1, 1.0
 
 
 class LockstepServer:
-    """Shows a world to one controller after the other.
+    """Serves a world to one controller at a time.
 
     Attributes:
         lease: who drives now.
@@ -73,13 +73,13 @@ class LockstepServer:
     def episodes(
         self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1, forsaken: float = math.inf
     ) -> Iterator[Mapping[str, object]]:
-        """Answer controllers; yields the referee's verdict on each episode that was given back or given up.
+        """Answer controllers; yields the referee's verdict on each finished or abandoned episode.
 
         Args:
-            stop: says when to end; asked at least every ``heartbeat`` seconds.
+            stop: returns whether to end; called at least every ``heartbeat`` seconds.
             heartbeat: s.
-            forsaken: an episode is given up when its controller was not heard for that long, s; by default only when
-                another one wants the robot, so that one that was held up may come back.
+            forsaken: an episode ends when its controller was silent for this long, s; by default only when another one
+                requests the robot, so that a delayed controller may come back.
         """
         while not stop():
             if (order := self._side.take(heartbeat)) is not None:
@@ -133,7 +133,7 @@ class LockstepServer:
         return SessionState.model_validate({"held": True, **parts, "attempts": [dict(verdict) for verdict in attempts]})
 
     def again(self, question: Retry) -> SessionState:
-        """Begin another attempt in the episode of a controller, if its world grants one."""
+        """Begin another attempt in the episode of a controller, if its world allows one."""
         held = self._world is not None and self.lease.proves(question.secret)
         if held and question.attempt == self._attempt + 1 and self._begin_again():
             self._attempt += 1
@@ -156,7 +156,7 @@ class LockstepServer:
             self._reports.append(world.report())
 
     def _fail(self, error: Exception) -> None:
-        """The world cannot go on: the episode is over, and the next controller begins another."""
+        """The world cannot continue: the episode is over, and the next controller begins another."""
         self.dropped["failed step"] += 1
         self._failure = printable(f"the simulation failed: {type(error).__name__}: {error}"[:500])
         _LOG.error("%s", self._failure)
@@ -251,7 +251,7 @@ class RemoteLockstep:
         return self._held(ask_state(self._bus, self._robot, self._secret, self._limit)).attempts
 
     def try_again(self) -> bool:
-        """Have the robot put back to the start, if the simulator grants another attempt; whether it does.
+        """Put the robot back to the start, if the simulator allows another attempt; return whether it does.
 
         Raises:
             LinkError: as :meth:`report`.
@@ -276,7 +276,7 @@ class RemoteLockstep:
         return self._observation
 
     def command(self, command: Command) -> None:
-        """Have the world carried one period on."""
+        """Advance the world by one period."""
         self.observe()
         payload = encode_twist(command.twist)
         tag = CommandTag(self._epoch, self._sequence, command.answers, command.ring)
@@ -286,7 +286,7 @@ class RemoteLockstep:
         self._publisher.put(*self._step)
 
     def close(self) -> None:
-        """Give the episode back; the world stands still from now on."""
+        """Release the episode; the world is paused from now on."""
         if not self._closed:
             self._closed = True
             try:
@@ -326,7 +326,7 @@ class RemoteLockstep:
         return tag, value
 
     def _tag(self, message: Message) -> ObservationTag:
-        """What rides with a message; the parts of one observation have the same, which is taken apart once."""
+        """The attachment of a message; the parts of one observation share it, so it is decoded once."""
         if self._last and same_observation(self._last[0], message.attachment) and is_whole(*message):
             return self._last[1]
         tag = ObservationTag.decode(message.attachment, message.payload)
@@ -362,7 +362,7 @@ class RemoteLockstep:
         raise LinkError(f"the simulator of {self._robot!r} has not answered for {self._limit:g} s")
 
     def _check_lease(self, deadline: float) -> None:
-        """Show a simulator that was restarted from one that is only slow or gone."""
+        """Distinguish a restarted simulator from one that is only slow or gone."""
         left = max(0.05, min(0.3, deadline - time.monotonic()))
         try:
             state = ask_state(self._bus, self._robot, self._secret, left)
@@ -372,5 +372,5 @@ class RemoteLockstep:
 
     def _held(self, state: SessionState) -> SessionState:
         if not state.held:
-            raise LinkError(f"the simulator of {self._robot!r} gave up the episode: {state.reason}")
+            raise LinkError(f"the simulator of {self._robot!r} ended the episode: {state.reason}")
         return state

@@ -1,4 +1,4 @@
-"""A network within one process: the same bus without sockets, for tests and for faults that no real network repeats."""
+"""A network within one process: the same bus without sockets, for tests and for reproducible faults."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LOOK = 0.001
 """Between two looks for an answer, s."""
 
 DeliveryFault = Callable[[str, Message], Iterable[Message]]
-"""What a network makes of one message on a key: nothing, the same, another, or several."""
+"""The result of sending one message on a key: nothing, the same, another, or several messages."""
 
 
 def faultless(_key: str, message: Message) -> Iterable[Message]:
@@ -43,19 +43,19 @@ class MemoryNetwork:
         return MemoryBus(self)
 
     def put(self, key: str, message: Message) -> None:
-        """Carry a message to all who listen."""
+        """Deliver a message to all subscribers."""
         self.said.add(key)
         for arriving in self.fault(key, message):
             for deliver in tuple(self._subscribers[key]):
                 deliver(arriving)
 
     def subscribe(self, key: str, deliver: Callable[[Message], None]) -> Callable[[], None]:
-        """Add a listener; the answer removes it."""
+        """Add a subscriber; returns a function that removes it."""
         self._subscribers[key].append(deliver)
         return lambda: self._subscribers[key].remove(deliver)
 
     def serve(self, key: str, deliver: Callable[[Request], None]) -> Callable[[], None]:
-        """Add somebody who answers; the answer removes them."""
+        """Add a server of questions; returns a function that removes it."""
         self._servers[key].append(deliver)
         return lambda: self._servers[key].remove(deliver)
 
@@ -84,7 +84,7 @@ class MemoryBus:
         return MemoryPublisher(lambda message: self._put(key, message))
 
     def subscribe(self, key: str, deliver: Callable[[Message], None]) -> None:
-        """Have every message on ``key`` handed over, from the sender's thread."""
+        """Subscribe to ``key``; messages are delivered in the sender's thread."""
         self._leave.append(self._network.subscribe(key, deliver))
 
     def newest(self, key: str) -> MemoryNewest:
@@ -94,7 +94,7 @@ class MemoryBus:
         return MemoryNewest(slot)
 
     def serve(self, key: str, deliver: Callable[[Request], None]) -> None:
-        """Have every question on ``key`` handed over, from the asker's thread."""
+        """Serve ``key``; questions are delivered in the asker's thread."""
         self._leave.append(self._network.serve(key, deliver))
 
     def ask(self, key: str, payload: bytes, timeout: float, attachment: bytes = b"") -> bytes | None:
@@ -121,7 +121,7 @@ class MemoryBus:
 
     def _put(self, key: str, message: Message) -> None:
         if self._closed:
-            raise LinkError("nothing can be sent any more: the bus is closed")
+            raise LinkError("cannot send: the bus is closed")
         self._network.put(key, message)
 
 

@@ -1,4 +1,4 @@
-"""What a robot and its controller show each other.
+"""The messages between a robot and its controller.
 
 Plain frozen values in SI units, shaped after the ROS 2 messages that carry them over a network. Where such a message is
 narrower than a Python float (``sensor_msgs/LaserScan`` is single precision, ``nav_msgs/Odometry`` has a quaternion),
@@ -119,7 +119,7 @@ class Scan:
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Where the wheels say that the robot is; it drifts and its origin means nothing.
+    """The pose of the robot by its wheels; it drifts and its origin is arbitrary.
 
     Attributes:
         stamp: time of the measurement, ns.
@@ -151,7 +151,7 @@ class Odometry:
 
 @dataclass(frozen=True, slots=True)
 class DoorReply:
-    """The answer to a ring of the door bell: whether a door will open, and why not where it won't."""
+    """The answer to a ring of the door bell: whether a door will open, or why not."""
 
     accepted: bool
     reason: str = ""
@@ -159,7 +159,7 @@ class DoorReply:
 
 @dataclass(frozen=True, slots=True)
 class Navigation:
-    """How the robot's own navigation does with a goal.
+    """The state of a goal of the robot's own navigation.
 
     Attributes:
         goal: the pose to be reached, in the navigation's map.
@@ -174,14 +174,14 @@ class Navigation:
 
 @dataclass(frozen=True, slots=True)
 class LinkStatus:
-    """How the link is doing, as the machine may want to know.
+    """The state of the link.
 
     Attributes:
-        scan_age: age of the newest scan when it was handed out, s; zero in lockstep.
+        scan_age: age of the newest scan when it was delivered, s; zero in lockstep.
         odometry_age: the same for odometry, s.
         reconnects: how often the link was lost and found again in this run.
         stopped: the robot's command time-out has stopped it and waits for a new lease.
-        refused: why the newest scan or odometry cannot be believed; empty where both can.
+        refused: why the newest scan or odometry cannot be trusted; empty where both can.
         blind: why the controller keeps the base stopped; empty where it may drive by what is sensed.
     """
 
@@ -195,7 +195,7 @@ class LinkStatus:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """All that a controller learns of the robot in one tick.
+    """All data about the robot in one tick.
 
     Attributes:
         stamp: the tick's time, ns, of the newest sensor message; the only clock a supervisor knows.
@@ -222,7 +222,7 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What a controller asks of the robot until its next command.
+    """The command of a controller to the robot, until the next one.
 
     Attributes:
         twist: the velocity to drive with.

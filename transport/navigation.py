@@ -3,7 +3,7 @@
 An action is made of services and topics below ``NAME/_action/``: a goal with a number of its own is sent by
 ``send_goal``, ``get_result`` answers when it has ended, ``cancel_goal`` gives it up (design.ros2.org, *Actions*).
 rmw_zenoh lays them out like any others. The types' hashes differ between distributions, so the services' keys are not
-made up but read from the liveliness tokens of who serves them. Of a result only the status is read, which every
+made up but read from the liveliness tokens of who serves them. Only the status of a result is read, which every
 distribution has in its first byte.
 """
 
@@ -28,9 +28,9 @@ from transport.ros_graph import RosGraph, RosSender
 
 SERVICES = ("send_goal", "get_result", "cancel_goal")
 SURVEY = 0.3
-"""How long a look at who serves an action takes, s."""
+"""How long the search for servers of an action takes, s."""
 SHORT = 2.0
-"""How long the answer to a goal, or to giving one up, is waited for, s."""
+"""Timeout for the answer to a goal, or to its cancellation, s."""
 LONG = 5.0
 """How long one question for the result waits, s; then it is asked again."""
 GONE = 0.05
@@ -77,7 +77,7 @@ class Navigator:
         self._pursuit: _Pursuit | None = None
 
     def pursue(self, goal: Pose | None) -> None:
-        """Reach a goal, or go on; with none, or another one, the last one is given up. Never waits."""
+        """Drive to a goal, or continue; without a goal, or with another one, the last one is cancelled. Never waits."""
         if self._pursuit is not None and self._pursuit.goal == goal:
             return
         if self._pursuit is not None:
@@ -92,14 +92,14 @@ class Navigator:
         return None if self._pursuit is None else self._pursuit.news
 
     def close(self) -> None:
-        """Give the goal up, and see to it that this is heard."""
+        """Cancel the goal, and make sure that the request arrives."""
         if self._pursuit is not None:
             self._pursuit.give_up()
             self._pursuit.join(SHORT)
             self._pursuit = None
 
     def _found(self) -> dict[str, Service]:
-        """The action's services; empty where nobody serves it."""
+        """The action's services; empty without a server."""
         if not self._services:
             keys = {one: f"{self._keys.navigation}/_action/{one}" for one in SERVICES}
             if self._graph is None:
@@ -137,10 +137,10 @@ class _Pursuit(Thread):
         self._given_up.set()
 
     def run(self) -> None:
-        """Send the goal, and watch over it until it has ended or is given up."""
+        """Send the goal, and watch it until it has ended or is cancelled."""
         services = self._find()
         if not services:
-            self._tell("missing", "nobody on the network serves the action")
+            self._tell("missing", "there is no server for the action on the network")
             return
         answer = self._ask(services["send_goal"], self._request(), _SEND_GOAL, SHORT)
         if answer is None:
@@ -159,7 +159,7 @@ class _Pursuit(Thread):
                 self._ask(services["cancel_goal"], codec.MESSAGES[_CANCEL](goal_info=info), _CANCEL, SHORT)
 
     def _watch(self, service: Service) -> None:
-        """Wait for the result, until the goal is given up."""
+        """Wait for the result, until the goal is cancelled."""
         while not self._given_up.is_set():
             asked = time.monotonic()
             answer = self._ask(service, codec.MESSAGES[_NUMBER](goal_id=self._number), _NUMBER, LONG)

@@ -1,4 +1,4 @@
-"""Whether an outline is one of a body: enough corners, an area, and no side that crosses another."""
+"""Checks an outline: enough corners, an area, and no crossing sides."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ Corner = tuple[float, float]
 MOST = 100
 """No outline has more corners."""
 LEAST_AREA = 1e-4
-"""A smaller one is none, m^2: a square of a centimetre."""
+"""The least area, m^2: a square centimetre."""
 
 
 def outline_fault(corners: Sequence[Corner]) -> str:
-    """Why corners, in m, are no outline of a body, or nothing."""
+    """Why corners, in m, do not outline a body; None if they do."""
     if not 3 <= len(corners) <= MOST:
         return f"must have 3 to {MOST} corners, not {len(corners)}"
     if abs(area_of(corners)) < LEAST_AREA:
@@ -23,7 +23,7 @@ def outline_fault(corners: Sequence[Corner]) -> str:
     if any(one == other for one, other in sides):
         return "must not have a corner twice in a row"
     for number, side in enumerate(sides):
-        # Neighbouring sides share a corner, which is no crossing.
+        # Neighbouring sides share a corner, which is not a crossing.
         for other in sides[number + 2 : len(sides) - (number == 0)]:
             if _cross(*side, *other):
                 return (

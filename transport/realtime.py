@@ -1,4 +1,4 @@
-"""A robot in real time, seen from its controller: ten beats a second, the newest data of each, and how old they are."""
+"""A robot in real time, seen from its controller: the newest data of each period, and their age."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from transport.settings import LinkSettings
 from transport.timeline import Timeline
 
 _FIRST = 0.02
-"""Between two looks for the first data, s."""
+"""The interval of checks for the first data, s."""
 
 
 class RealtimeRobot:
@@ -65,11 +65,11 @@ class RealtimeRobot:
 
     @property
     def overruns(self) -> int:
-        """How many beats the controller missed because it was too slow."""
+        """How many periods the controller missed because it was too slow."""
         return self._pace.overruns
 
     def ready(self) -> None:
-        """Wait until scan and odometry are there, fresh and sane; before, nothing drives.
+        """Wait until scan and odometry are available, fresh and plausible; the robot does not move before.
 
         Raises:
             LinkError: they are not within the time limit; the message says what is wrong with them.
@@ -77,13 +77,13 @@ class RealtimeRobot:
         deadline = self._clock.now() + self._settings.connect
         while not self._complete():
             if self._clock.now() >= deadline:
-                raise LinkError(f"will not drive {self._description.name!r}: {self._missing()}")
+                raise LinkError(f"cannot drive {self._description.name!r}: {self._missing()}")
             self._clock.wait(_FIRST)
             self._senses.take(self._driver.sense(), self._clock.now())
         self._pace = Pace(self._description.period, self._clock)
 
     def observe(self) -> Observation:
-        """Wait for the next beat; the newest data then.
+        """Wait for the next period, and return the newest data.
 
         The observation's stamp is the robot's own as long as its clock runs: see :class:`transport.timeline.Timeline`.
 
@@ -106,14 +106,14 @@ class RealtimeRobot:
         self._driver.drive(replace(command, answers=self._answers))
 
     def close(self) -> None:
-        """Stop the robot and released it; a second call does nothing."""
+        """Stop the robot and release it; a second call does nothing."""
         self._driver.close()
 
     def _complete(self) -> bool:
         return not self._senses.refused and max(self._senses.ages(self._clock.now())) < self._settings.stale
 
     def _missing(self) -> str:
-        """What has not come since the robot was looked for, or why what came is of no use."""
+        """The data that is missing since the start of the search, or why the data is unusable."""
         limit = self._settings.connect
         missing = self._senses.silent(self._clock.now(), limit) or "fresh scan or odometry"
         if self._senses.refused:
@@ -122,12 +122,12 @@ class RealtimeRobot:
         return f"no {missing} has come within {limit:g} s" + (f": {heard}" if heard else "")
 
     def _lost(self) -> str:
-        """What the robot no longer does."""
+        """What the robot no longer sends."""
         limit, refused = self._settings.silence, self._senses.refused
         silent = self._senses.silent(self._clock.now(), limit)
         if refused:
-            return f"has sent nothing to drive by for {limit:g} s: {refused}"
-        return f"has not been heard for {limit:g} s" if "and" in silent else f"has sent no {silent} for {limit:g} s"
+            return f"has sent no usable data for {limit:g} s: {refused}"
+        return f"has sent no data for {limit:g} s" if "and" in silent else f"has sent no {silent} for {limit:g} s"
 
     def _status(self, now: float) -> LinkStatus:
         ages = self._senses.ages(now)

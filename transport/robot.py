@@ -1,4 +1,4 @@
-"""The one seam between a controller and a robot, wherever the robot is."""
+"""The interface between a controller and a robot, in one process or over a network."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from transport.messages import Command, Observation
 
 
 class LinkError(Exception):
-    """The robot cannot be reached, or no longer; the message says what was tried and what to do."""
+    """The robot cannot be reached, or no longer; the message says what was tried and how to fix it."""
 
 
 class Robot(Protocol):
     """A robot that is observed and commanded in turns: in memory, over a network or in hardware.
 
-    In lockstep, a command carries the world to the next observation. In real time, ``observe`` waits for the next
-    period and hands out the newest data.
+    In lockstep, a command advances the world to the next observation. In real time, ``observe`` waits for the next
+    period and returns the newest data.
     """
 
     def observe(self) -> Observation:
         """The newest observation.
 
         Raises:
-            LinkError: the robot has not been heard within the link's time limit.
+            LinkError: no data arrived from the robot within the link's time limit.
         """
         ...
 
@@ -30,10 +30,10 @@ class Robot(Protocol):
         """Send a command in answer to the last observation.
 
         Raises:
-            LinkError: the command could not be handed over.
+            LinkError: the command could not be passed.
         """
         ...
 
     def close(self) -> None:
-        """Stop the robot and released it; a second call does nothing."""
+        """Stop the robot and release it; a second call does nothing."""
         ...

@@ -1,4 +1,4 @@
-"""How a program becomes known in the ROS graph of rmw_zenoh: liveliness tokens under ``@ros2_lv/``.
+"""Announces a program in the ROS graph of rmw_zenoh: liveliness tokens under ``@ros2_lv/``.
 
 A token is a key that is there for as long as the session that declared it. It reads
 ``@ros2_lv/DOMAIN/SESSION/NODE/ENTITY/KIND/ENCLAVE/NAMESPACE/NAME``, and for a publisher, subscriber or client further
@@ -74,7 +74,7 @@ class RosGraph:
 
 
 class RosSender:
-    """Counts what one publisher or client sends, and says what must ride with it.
+    """Counts the messages of one publisher or client, and makes their attachments.
 
     Args:
         gid: 16 bytes that name the sender.
@@ -84,13 +84,13 @@ class RosSender:
         self._gid, self._sent = gid, 0
 
     def attachment(self) -> bytes:
-        """What rides with the next message."""
+        """The attachment of the next message."""
         self._sent += 1
         return rmw_attachment(self._sent, time.time_ns(), self._gid)
 
 
 class RosPublisher:
-    """A publisher whose messages have what rmw_zenoh expects of them.
+    """A publisher of messages with the attachment of rmw_zenoh.
 
     Args:
         publisher: sends on the topic's key.
@@ -107,7 +107,7 @@ class RosPublisher:
 
 
 def rmw_attachment(sequence: int, sent: int, gid: bytes) -> bytes:
-    """What rides with a message of rmw_zenoh 0.6 or later (Jazzy, Kilted, Rolling), in zenoh's own serialisation.
+    """The attachment of a message of rmw_zenoh 0.6 or later (Jazzy, Kilted, Rolling), in zenoh's own serialisation.
 
     Args:
         sequence: number of the message, from 1.

@@ -33,9 +33,9 @@ _NODE = "simulator"
 
 
 class RosRobot:
-    """Publishes what a base senses, and drives it as it gets.
+    """Publishes a base's sensor data, and drives it by any command.
 
-    Like a driver of hardware it stops the base where no command has come for ``link.dead_man``. An episode begins with
+    Like a hardware driver it stops the base if no command has arrived for ``link.dead_man``. An episode begins with
     the first command to move, and again with the first one after the referee has ended it.
 
     Attributes:
@@ -68,14 +68,14 @@ class RosRobot:
     def episodes(
         self, stop: Callable[[], bool] = lambda: False, *, heartbeat: float = 0.1, forsaken: float = math.inf
     ) -> Iterator[Mapping[str, object]]:
-        """Work; yields the referee's verdict on each episode in which the base was commanded to move.
+        """Serve; yields the referee's verdict on each episode in which the base was commanded to move.
 
         However it ends, the base is left stopped.
 
         Args:
-            stop: says when to end; asked at least every ``heartbeat`` seconds.
+            stop: returns whether to end; called at least every ``heartbeat`` seconds.
             heartbeat: s.
-            forsaken: an episode is given up when nobody has commanded for that long, s.
+            forsaken: an episode ends without commands for this long, s.
         """
         self._begin()
         try:
@@ -153,7 +153,7 @@ def _publisher(bus: Bus, key: str, graph: RosGraph | None) -> Publisher:
 
 
 def _answer_to(request: Request) -> bytes:
-    """What rides with the answer to a call of rmw_zenoh: the call's number and sender, and the present time."""
+    """The attachment of the answer to a call of rmw_zenoh: the call's number and sender, and the current time."""
     with suppress(struct.error):
         sequence, _, length = _REQUEST.unpack_from(request.attachment)
         return rmw_attachment(sequence, time.time_ns(), request.attachment[_REQUEST.size :][:length])
@@ -161,5 +161,5 @@ def _answer_to(request: Request) -> bytes:
 
 
 def _nobody(payload: bytes, attachment: bytes = b"") -> None:
-    """Who rings by a message waits for no answer."""
+    """A ring by message has no answer."""
     del payload, attachment

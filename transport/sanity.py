@@ -1,4 +1,4 @@
-"""Whether what a robot's sensors say can be believed, before anything drives by it."""
+"""Checks whether sensor data can be trusted, before it is used."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _REACHED = 1.5
 
 
 class ScanError(ValueError):
-    """A scan that cannot be believed; the message says why."""
+    """A scan that cannot be trusted; the message says why."""
 
 
 def conformed(scan: Scan, laser: Laser) -> Scan:
@@ -37,7 +37,7 @@ def conformed(scan: Scan, laser: Laser) -> Scan:
         laser: what the profile says.
 
     Raises:
-        ScanError: the scan is of another laser, or shows next to nothing.
+        ScanError: the scan is of another laser, or shows almost nothing.
     """
     expected, given = laser.geometry(), scan.geometry
     if np.shape(scan.ranges) != (given.beams,):
@@ -102,7 +102,7 @@ def _beams(given: ScanGeometry, expected: ScanGeometry) -> NDArray[np.intp] | No
 
 
 def blindness(scan: Scan) -> str:
-    """That a laser sees next to nothing, or nothing.
+    """That a laser sees almost nothing, or nothing.
 
     A beam that reads below the shortest range, as of a laser that has stopped turning, measures nothing; one that reads
     minus infinity, infinity or more than the longest range does.
@@ -112,7 +112,7 @@ def blindness(scan: Scan) -> str:
     if seeing < _SEEING * beams:
         seeing += int(np.count_nonzero(ranges == -np.inf))
     if seeing < _SEEING * beams:
-        return f"the laser sees next to nothing: {seeing} of {beams} beams measure anything"
+        return f"the laser sees almost nothing: {seeing} of {beams} beams measure anything"
     if (ranges < 0).any() and bool(((ranges < 0) & np.isfinite(ranges)).any()):
         return "the scan has negative ranges"
     return ""
@@ -125,7 +125,7 @@ def odometry_fault(odometry: Odometry) -> str:
         return "the odometry is not finite"
     length = norm(odometry.qz, odometry.qw)
     if not abs(length - 1) < 0.01:
-        return f"the odometry's heading is no unit quaternion about the vertical: its norm is {length:.3f}"
+        return f"the odometry's heading is not a unit quaternion about the vertical: its norm is {length:.3f}"
     return ""
 
 

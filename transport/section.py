@@ -1,4 +1,4 @@
-"""What every section of a robot profile is made of."""
+"""The base class of all sections of a robot profile."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from transport.arithmetic import power
 
 Positive = Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
-"""A measure that makes sense."""
+"""A plausible length."""
 NotNegative = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 Coordinate = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 """A place on a robot, m from its origin."""
@@ -72,10 +72,10 @@ def grown(section: _Section, size: float, speed: float) -> _Section:
 
 
 ROBOT_NAME = r"^[A-Za-z][A-Za-z0-9_-]*(/[A-Za-z][A-Za-z0-9_-]*)*$"
-"""What a robot may be called on a network, as a regular expression."""
+"""The form of a robot's name on a network, as a regular expression."""
 _NAME = re.compile(ROBOT_NAME)
 
 
 def is_network_name(name: str) -> bool:
-    """Whether a robot can be called so on a network: letters, digits, - and _, a letter first; parts divided by /."""
+    """Whether this is a valid robot name on a network: letters, digits, - and _, a letter first; parts divided by /."""
     return bool(_NAME.fullmatch(name))

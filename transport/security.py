@@ -1,4 +1,4 @@
-"""Who may speak to whom: TLS with certificates on both sides, and access control by the names in them.
+"""TLS with certificates on both sides, and access control by the names in them.
 
 A folder holds the authority's certificate ``ca.pem``, for each participant ``NAME.pem`` and ``NAME.key``, and
 ``access.toml``, which says who may drive which robot. The listening side (a robot or a router) enforces it; what it
@@ -33,11 +33,11 @@ class Access(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     robots: list[str] = Field(default_factory=list)
-    """Robots: each may show itself as itself, and as nothing else."""
+    """Robots: each may appear only under its own name."""
     controllers: dict[str, list[str]] = Field(default_factory=dict)
     """Controllers, and the robots that each may drive."""
     watchers: dict[str, list[str]] = Field(default_factory=dict)
-    """Who may only look on, and at which robots and their machines."""
+    """Who may only watch, and at which robots and their machines."""
     operators: dict[str, list[str]] = Field(default_factory=dict)
     """Who may also send events to the machines that drive these robots, and pause and end their runs."""
 
@@ -78,7 +78,7 @@ class Identity:
         return self.folder / f"{self.name}.key"
 
     def dialling(self) -> dict[str, object]:
-        """Session settings for the dialling side: it shows its certificate and asks for the other's."""
+        """Session settings for the connecting side: it shows its certificate and requires the other's."""
         side = {"certificate": str(self.certificate), "private_key": str(self.key)}
         return {
             "transport/link/tls/root_ca_certificate": str(self.folder / AUTHORITY),
@@ -95,7 +95,7 @@ class Identity:
         """Session settings for the listening side: the same, and what ``access.toml`` allows is all that is allowed.
 
         Raises:
-            SecurityError: ``access.toml`` is missing or makes no sense.
+            SecurityError: ``access.toml`` is missing or invalid.
         """
         access = read_access(self.folder / ACCESS)
         return {**self.dialling(), "access_control": access_control(access, settings or LinkSettings())}
@@ -105,7 +105,7 @@ def read_access(path: Path) -> Access:
     """Read an access file.
 
     Raises:
-        SecurityError: it is missing or makes no sense.
+        SecurityError: it is missing or invalid.
     """
     try:
         return Access.model_validate(read_toml(path))
@@ -134,7 +134,12 @@ def access_control(access: Access, settings: LinkSettings) -> dict[str, object]:
             rules.allow(name, "ingress", ["query"], [keys.session, keys.door])
             machine = MachineKeys(robot)
             rules.allow(name, "ingress", ["put"], [machine.step])
-            rules.allow(name, "ingress", ["declare_queryable", "reply"], [machine.model, machine.why, machine.operate])
+            rules.allow(
+                name,
+                "ingress",
+                ["declare_queryable", "reply"],
+                [machine.model, machine.step, machine.why, machine.sights, machine.operate],
+            )
             _look_on(rules, name, keys)
     for name, robots in access.watchers.items():
         for robot in robots:
@@ -152,7 +157,7 @@ _ALL = ("put", "reply", "query", "declare_subscriber", "declare_queryable")
 def _look_on(rules: _Rules, name: str, keys: RobotKeys) -> None:
     machine = MachineKeys(keys.namespace)
     rules.allow(name, "ingress", ["declare_subscriber"], [keys.scan, keys.odometry, keys.clock, machine.step])
-    rules.allow(name, "ingress", ["query"], [machine.model, machine.why])
+    rules.allow(name, "ingress", ["query"], [machine.model, machine.step, machine.why, machine.sights])
     rules.allow(name, "egress", _ALL, [f"{keys.namespace}/**"])
 
 
@@ -189,14 +194,14 @@ class _Rules:
 
 
 def make_certificates(folder: Path, access: Access, hosts: Sequence[str] = ()) -> list[Path]:
-    """Make an authority and a certificate for everybody in an access file: for tests and for a bench, not for a plant.
+    """Make an authority and a certificate for every participant in an access file: for tests, not for production.
 
     The authority's key is not kept, so nobody can be added later: make a new set.
 
     Args:
         folder: where to write; made if it is not there.
         access: who takes part.
-        hosts: names and addresses at which participants are dialled, besides this computer's own loopback.
+        hosts: names and addresses of participants, besides this computer's own loopback.
 
     Returns:
         the files that were written.
@@ -232,7 +237,7 @@ def access_text(access: Access) -> str:
     lines = ["# Who may do what, by the names in their certificates; everything else is denied.", ""]
     lines += [f"robots = {_names(access.robots)}", "", "# who may drive which robots", "[controllers]"]
     lines += [f'"{name}" = {_names(robots)}' for name, robots in access.controllers.items()]
-    lines += ["", "# who may look on at which robots", "[watchers]"]
+    lines += ["", "# who may watch at which robots", "[watchers]"]
     lines += [f'"{name}" = {_names(robots)}' for name, robots in access.watchers.items()]
     lines += ["", "# who may send events to the machines that drive which robots", "[operators]"]
     lines += [f'"{name}" = {_names(robots)}' for name, robots in access.operators.items()]

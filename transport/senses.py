@@ -1,4 +1,4 @@
-"""The newest scan and odometry that can be believed, how old they are, and why others were refused."""
+"""The newest scan and odometry that can be trusted, how old they are, and why others were refused."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ DRIFT = 500e-6
 
 
 class Freshness:
-    """How old a sensor's newest message is, without the robot's clock and this one's agreeing.
+    """The age of a sensor's newest message, without synchronised clocks.
 
-    The quickest message so far is taken to have come at once; what another took longer is its delay.
+    The fastest message so far counts as having no delay; the extra time of another one is its delay.
     """
 
     def __init__(self) -> None:
@@ -27,7 +27,7 @@ class Freshness:
     def arrived(self, stamp: int, now: float) -> None:
         """A message with this stamp (ns) was taken at ``now`` (s).
 
-        One that has the stamp of the last one, unless that is zero, is the last one once more, and no younger.
+        A message with the stamp of the last one, unless that is zero, is the same message again, and no newer.
         """
         if self._at is not None and stamp == self._stamp != 0:
             return
@@ -51,11 +51,11 @@ class Freshness:
 
 
 class Senses:
-    """Takes in what a robot's driver sends.
+    """Receives the data of a robot's driver.
 
     Attributes:
-        scan: the newest scan that can be believed, as the profile's laser gives it.
-        odometry: the newest odometry that can be believed.
+        scan: the newest scan that can be trusted, as the profile's laser gives it.
+        odometry: the newest odometry that can be trusted.
         dropped: how many messages were refused, by reason.
     """
 
@@ -68,7 +68,7 @@ class Senses:
         self._scan_fault = self._odometry_fault = ""
 
     def take(self, sensed: Sensed, now: float) -> None:
-        """Take in what came, at ``now`` (s, monotonic)."""
+        """Process data that arrived at ``now`` (s, monotonic)."""
         if sensed.scan is not None:
             try:
                 self.scan = conformed(sensed.scan, self._laser)
@@ -96,6 +96,6 @@ class Senses:
         return self._scan.age(now), self._odometry.age(now)
 
     def silent(self, now: float, limit: float) -> str:
-        """Which sensor has sent nothing that can be believed for longer than a limit (s), or nothing."""
+        """Which sensor has sent nothing that can be trusted for longer than a limit (s), or nothing."""
         silences = (("scan", self._scan.silence(now)), ("odometry", self._odometry.silence(now)))
         return " and no ".join(sensor for sensor, silence in silences if silence > limit)

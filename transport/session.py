@@ -1,8 +1,8 @@
-"""How a controller takes and gives back a robot: questions and answers in JSON on ``<robot>/session``.
+"""Sessions: a controller takes and releases a robot by questions and answers in JSON on ``<robot>/session``.
 
-The JSON is followed by a line with its CRC-32 in eight hexadecimal digits, so that a damaged question is never taken
-for a good one: the robot's side answers that it could not read it, and the controller asks again. Every field is
-bounded by its type; a whole question with a value out of bounds is refused, and the refusal names the field.
+The JSON is followed by a line with its CRC-32 in eight hexadecimal digits, so that a damaged question is never
+accepted: the robot's side answers that it could not read it, and the controller asks again. Every field is bounded by
+its type; a whole question with a value out of bounds is refused, and the refusal names the field.
 """
 
 from __future__ import annotations
@@ -60,10 +60,10 @@ Number = Annotated[int, Field(ge=0, lt=2**63)]
 Count = Annotated[int, Field(ge=0, lt=2**31)]
 Seconds = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 Label = Annotated[str, Field(max_length=200), AfterValidator(printable)]
-"""A short text for people; what would steer a terminal is replaced."""
+"""A short text for people, without control characters."""
 Text = Annotated[str, Field(max_length=1000), AfterValidator(printable)]
 Secret = Annotated[str, Field(max_length=64, pattern="^[0-9a-f]*$")]
-"""What the holder of a lease knows and nobody else; empty where there is none."""
+"""The secret of the holder of a lease; empty if there is none."""
 Report = Annotated[dict[str, JsonValue], AfterValidator(_printable_report)]
 
 
@@ -79,13 +79,13 @@ class Open(_Part):
     kind: Literal["open"] = "open"
     protocol: Count = PROTOCOL
     request: Label
-    """A name that no other request has: asked twice, the question is answered alike."""
+    """A unique name of the request: a repeated question gets the same answer."""
     controller: Label
     """Who asks, for people."""
     seed: Number | None = None
     """Which run to simulate; None leaves it to the simulator."""
     previous: Secret = ""
-    """The secret of the asker's last lease, if it takes the robot again: a simulator then goes on where it was."""
+    """The secret of the asker's last lease, if it takes the robot again: a simulator then continues where it was."""
 
 
 class Close(_Part):
@@ -118,14 +118,14 @@ class Retry(_Part):
 
 
 class Granted(_Part):
-    """The robot is the asker's."""
+    """The robot is granted."""
 
     kind: Literal["granted"] = "granted"
     protocol: Count = PROTOCOL
     epoch: Number
-    """The lease's number, which rides in clear with every observation and every command."""
+    """The lease's number, which every observation and every command contains in clear text."""
     secret: Secret
-    """Proves that a question comes from the holder, and seals its commands; it never rides with an observation."""
+    """Proves that a question comes from the holder, and signs its commands; observations never contain it."""
     robot: Annotated[str, Field(max_length=200, pattern=ROBOT_NAME)]
     """Name of the robot."""
     mode: Mode
@@ -135,7 +135,7 @@ class Granted(_Part):
 
 
 class Refused(_Part):
-    """The robot is not the asker's."""
+    """The robot is refused."""
 
     kind: Literal["refused"] = "refused"
     protocol: Count = PROTOCOL
@@ -143,9 +143,9 @@ class Refused(_Part):
     holder: Label = ""
     """Who holds the lease."""
     idle: Seconds = 0.0
-    """How long its holder has not been heard, s."""
+    """How long its holder has been silent, s."""
     patience: Seconds = 0.0
-    """After how long without a word the lease is free, s."""
+    """The silence after which the lease is free, s."""
 
 
 class SessionState(_Part):
@@ -168,7 +168,7 @@ class SessionState(_Part):
 
 
 class Unread(_Part):
-    """The question came damaged, or in another language."""
+    """The question was damaged or of another protocol."""
 
     kind: Literal["unread"] = "unread"
     protocol: Count = PROTOCOL
@@ -182,7 +182,7 @@ _ANSWER: TypeAdapter[Granted | Refused | SessionState | Unread] = TypeAdapter(_A
 
 
 class ProtocolError(CodecError):
-    """A question came whole, but it is not one that this program can answer; the message says why."""
+    """An intact question that this program cannot answer; the message says why."""
 
 
 def written(part: BaseModel) -> bytes:
@@ -194,7 +194,7 @@ def written(part: BaseModel) -> bytes:
 def _text(payload: bytes) -> bytes:
     text, _, checksum = payload.rpartition(b"\n")
     if checksum != b"%08x" % zlib.crc32(text):
-        raise CodecError("not a question or an answer, or one that was damaged on its way")
+        raise CodecError("not a question or an answer, or a damaged one")
     return text
 
 
@@ -202,8 +202,8 @@ def read_question(payload: bytes) -> Open | Close | Ask | Retry:
     """The question in a payload.
 
     Raises:
-        CodecError: it is none, or it was damaged on its way.
-        ProtocolError: it came whole, but it is of another version, or a value in it is out of bounds.
+        CodecError: it is not a question, or it is damaged. ProtocolError: it is intact, but of another version, or a
+            value in it is out of bounds.
     """
     if len(payload) > MAX_QUESTION:
         raise ProtocolError("the question is too long")
@@ -222,7 +222,7 @@ def read_question(payload: bytes) -> Open | Close | Ask | Retry:
 
 
 def _version(text: bytes) -> int | None:
-    """The version that a question says it is of, whatever else is in it."""
+    """The version of a question, whatever else is in it."""
     try:
         question = json.loads(text)
     except (ValueError, RecursionError):
@@ -235,7 +235,7 @@ def read_answer(payload: bytes) -> Granted | Refused | SessionState | Unread:
     """The answer in a payload.
 
     Raises:
-        CodecError: it is none.
+        CodecError: it is not an answer.
     """
     try:
         return _ANSWER.validate_json(_text(payload))
@@ -245,13 +245,13 @@ def read_answer(payload: bytes) -> Granted | Refused | SessionState | Unread:
 
 @dataclass
 class Lease:
-    """The one controller that a robot's side listens to.
+    """The lease: the one controller that a robot's side obeys.
 
     Attributes:
-        patience: a holder that was not heard for that long may be replaced, s.
+        patience: a holder that was silent for this long may be replaced, s.
         clock: monotonic time, s.
         epoch: the lease's number; 0 where none is held.
-        secret: what its holder alone has been given; empty where none is held.
+        secret: the secret of its holder; empty if none is held.
         holder: who holds it, for people.
     """
 
@@ -267,7 +267,7 @@ class Lease:
         """Whether the asker may have the robot; if so, a new epoch has begun."""
         if self.epoch and self.idle < self.patience and not self.proves(question.previous):
             return False
-        # Random, so that a robot's side that was restarted never takes an old command for one of its own.
+        # Random, so that a restarted robot's side never accepts an old command.
         self.epoch = secrets.randbits(62) + 1
         self.secret = secrets.token_hex(16)
         self.holder, self._request = question.controller, question.request
@@ -288,15 +288,15 @@ class Lease:
 
     @property
     def idle(self) -> float:
-        """How long its holder has not been heard, s."""
+        """How long its holder has been silent, s."""
         return self.clock() - self._heard
 
     def release(self) -> None:
-        """Nobody holds it any more."""
+        """Free the lease."""
         self.epoch, self.secret, self.holder, self._request = 0, "", "", ""
 
     def refusal(self) -> Refused:
-        """What a second controller hears."""
+        """The answer to a second controller."""
         return Refused(
             reason=f"the robot is driven by {self.holder}",
             holder=self.holder,
@@ -314,26 +314,26 @@ class SessionHandler(Protocol):
         ...
 
     def open(self, question: Open) -> Granted | Refused:
-        """Somebody wants the robot."""
+        """A controller requests the robot."""
         ...
 
     def close(self, question: Close) -> SessionState:
-        """Somebody gives the robot back."""
+        """A controller releases the robot."""
         ...
 
     def state(self, question: Ask) -> SessionState:
-        """Somebody asks for the state."""
+        """A controller asks for the state."""
         ...
 
     def again(self, question: Retry) -> SessionState:
-        """Somebody wants another attempt; the answer's number says whether it has begun."""
+        """A controller requests another attempt; the answer's number shows whether it has begun."""
         ...
 
 
 def respond(desk: SessionHandler, payload: bytes) -> tuple[bytes, str]:
-    """The answer to a question, and under which reason to count it as one that failed, or nothing.
+    """The answer to a question, and the reason to count it as failed, or nothing.
 
-    Nothing that a question says, and nothing that goes wrong while it is answered, gets further than its answer.
+    Neither the contents of a question nor an error while it is answered has an effect beyond its answer.
     """
     try:
         question = read_question(payload)
@@ -363,7 +363,7 @@ def _answered(desk: SessionHandler, question: Open | Close | Ask | Retry) -> Gra
 def _converse(
     bus: Bus, robot: str, question: Open | Close | Ask | Retry, timeout: float, clock: Clock
 ) -> Granted | Refused | SessionState | None:
-    """The answer to a question, which is asked until both have come through whole; None where nobody answers."""
+    """The answer to a question, repeated until both arrive undamaged; None without an answer."""
     deadline = clock.now() + timeout
     spoken = ""
     while (left := deadline - clock.now()) > 0:
@@ -392,10 +392,10 @@ def _understood(payload: bytes) -> Granted | Refused | SessionState | Unread | N
 def open_session(bus: Bus, robot: str, question: Open, timeout: float, clock: Clock = _MONOTONIC) -> Granted:
     """Take a robot.
 
-    A lease whose holder is dead frees after its patience, which is waited for; a holder that lives is not disturbed.
+    The lease of a dead holder becomes free after its timeout, which this waits for; a live holder is not disturbed.
 
     Raises:
-        LinkError: nobody answers within ``timeout`` seconds, or the robot is refused.
+        LinkError: there is no answer within ``timeout`` seconds, or the robot is refused.
     """
     deadline = clock.now() + timeout
     idle: float | None = None
@@ -405,10 +405,10 @@ def open_session(bus: Bus, robot: str, question: Open, timeout: float, clock: Cl
             raise LinkError(f"no robot named {robot!r} answered within {timeout:g} s")
         if isinstance(answer, Granted):
             if answer.robot != robot:
-                raise LinkError(f"{robot!r} was asked for, and {answer.robot!r} was granted")
+                raise LinkError(f"{robot!r} was requested, and {answer.robot!r} was granted")
             return answer
         if not isinstance(answer, Refused):
-            raise LinkError("the robot's side answered with something else than a lease")
+            raise LinkError("the robot's side did not answer with a lease")
         alive = idle is not None and answer.idle < idle + _PAUSE / 2
         if alive or not answer.holder or clock.now() >= deadline:
             raise LinkError(answer.reason)
@@ -420,16 +420,16 @@ def ask_state(bus: Bus, robot: str, secret: str, timeout: float, clock: Clock = 
     """The state of a lease and its episode.
 
     Raises:
-        LinkError: nobody answers within ``timeout`` seconds, or the robot's side cannot answer.
+        LinkError: there is no answer within ``timeout`` seconds, or the robot's side cannot answer.
     """
     return _state(bus, robot, Ask(secret=secret), timeout, clock)
 
 
 def check_name(bus: Bus, robot: str) -> None:
-    """Make sure that nobody else on the network answers for a robot: two of one name would confuse every controller.
+    """Make sure that no other program on the network serves a robot of this name.
 
     Raises:
-        LinkError: somebody does.
+        LinkError: there is one.
     """
     if bus.ask(RobotKeys(robot).session, written(Ask(secret="")), _NEIGHBOUR) is not None:
         raise LinkError(f"there is a robot named {robot!r} on this network already: choose another `robot.name`")
@@ -439,7 +439,7 @@ def begin_again(bus: Bus, robot: str, question: Retry, timeout: float) -> Sessio
     """Ask for another attempt, which has begun if the answer has its number.
 
     Raises:
-        LinkError: nobody answers within ``timeout`` seconds, or the robot's side cannot answer.
+        LinkError: there is no answer within ``timeout`` seconds, or the robot's side cannot answer.
     """
     return _state(bus, robot, question, timeout, _MONOTONIC)
 
@@ -449,10 +449,10 @@ def _state(bus: Bus, robot: str, question: Ask | Retry, timeout: float, clock: C
     if isinstance(answer, Refused):
         raise LinkError(answer.reason)
     if not isinstance(answer, SessionState):
-        raise LinkError(f"{robot!r} no longer answers: it was asked for {timeout:g} s")
+        raise LinkError(f"{robot!r} has not answered for {timeout:g} s")
     return answer
 
 
 def close_session(bus: Bus, robot: str, secret: str, timeout: float, clock: Clock = _MONOTONIC) -> None:
-    """Give a robot back; where nobody answers, its side frees the lease by itself."""
+    """Release a robot; without an answer, its side frees the lease by itself."""
     _converse(bus, robot, Close(secret=secret), timeout, clock)

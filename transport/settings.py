@@ -1,4 +1,4 @@
-"""What is tunable of the link to a robot: the section ``[link]`` of a robot profile."""
+"""The settings of the link to a robot: the section ``[link]`` of a robot profile."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from transport.section import Positive, Settings
 
 
 class LinkSettings(Settings):
-    """How a robot is reached, and when either side of the link loses patience with the other."""
+    """How to reach a robot, and the timeouts of the link."""
 
     gate: bool = True
     """Whether a simulator or `maze-machine gate` answers at the other end, with leases and a command time-out; if not,
@@ -26,15 +26,14 @@ class LinkSettings(Settings):
     command: str = "cmd_vel"
     """Name of the velocity command's topic."""
     command_type: Literal["Twist", "TwistStamped"] = "Twist"
-    """Type of the velocity command that a bare driver takes, of geometry_msgs: newer ones want TwistStamped. Its stamp
+    """Type of the velocity command of a bare driver, of geometry_msgs: newer ones require TwistStamped. Its stamp
     is that of the observation which the command answers."""
     door: str = "open_door"
     """Name of the door bell: a service or a topic."""
     door_call: Literal["service", "message"] = "service"
-    """Whether the door is asked for with a service call (std_srvs/Trigger) that is answered, or with a plain message
-    (std_msgs/Empty)."""
+    """Whether the door bell is a service call (std_srvs/Trigger) with an answer, or a message (std_msgs/Empty)."""
     navigation: str = "navigate_to_pose"
-    """Name of the action by which a bare driver's own navigation is given a goal (nav2_msgs/NavigateToPose)."""
+    """Name of the action of a bare driver's own navigation (nav2_msgs/NavigateToPose)."""
     navigation_frame: str = "map"
     """The frame in which that goal is given."""
     dead_man: Positive = 0.25
@@ -42,22 +41,22 @@ class LinkSettings(Settings):
     answer_age: Positive = 0.35
     """The robot's side rejects a command that answers an observation older than this, s."""
     patience: Positive = 1.0
-    """The lease of a controller that was not heard for this long may be given to another, s."""
+    """The lease of a controller that was silent for this long may go to another, s."""
     stale: Positive = 0.35
     """The base is stopped when scan or odometry is older than this, s: by the controller, and by a gate on its own."""
     resume: Positive = 0.3
-    """It is driven again when both have been fresh and credible for this long, s."""
+    """It may move again when both have been fresh and credible for this long, s."""
     silence: Positive = 5.0
-    """A controller that has heard nothing for this long gives the run up, s."""
+    """A controller without any message for this long ends the run, s."""
     step: Positive = 10.0
-    """How long one step of a simulator in lockstep is waited for, s: its first may compile."""
+    """Timeout for one step of a simulator in lockstep, s: the first one may compile code."""
     connect: Positive = 5.0
-    """How long a robot is looked for, s."""
+    """Timeout for connecting to a robot, s."""
 
     @model_validator(mode="before")
     @classmethod
     def _bare(cls, values: object) -> object:
-        """Programs of rmw_zenoh know no gate, so none is asked for where nothing is said of one."""
+        """Programs of rmw_zenoh have no gate, so that is the default for them."""
         if isinstance(values, dict) and values.get("keys") == "rmw_zenoh":
             return {"gate": False} | values
         return values
@@ -65,5 +64,5 @@ class LinkSettings(Settings):
     @model_validator(mode="after")
     def _goes_together(self) -> Self:
         if self.keys == "rmw_zenoh" and self.gate:
-            raise ValueError('must have `gate = false` with `keys = "rmw_zenoh"`: its programs know no gate')
+            raise ValueError('must have `gate = false` with `keys = "rmw_zenoh"`: its programs have no gate')
         return self

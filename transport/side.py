@@ -1,4 +1,4 @@
-"""The robot's side of the network: where a controller's messages come in, and where observations go out."""
+"""The robot's side of the network: receives a controller's messages, and sends observations."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from transport.messages import Observation, Twist
 from transport.session import SessionHandler, check_name, respond
 
 TaggedCommand = tuple[CommandTag, Twist]
-"""A command as it was read from the network; its receiver decides whether it counts."""
+"""A command from the network; its receiver decides whether it is accepted."""
 
 
 class RobotEndpoint:
-    """Reads commands, has questions answered, and shows what the robot senses.
+    """Reads commands, answers questions, and publishes the robot's sensor data.
 
     Attributes:
         dropped: how many messages were dropped unread, by reason.
@@ -28,7 +28,7 @@ class RobotEndpoint:
         Args:
             bus: the network.
             keys: the robot's.
-            desk: who answers questions, from within :meth:`take`.
+            desk: answers questions, within :meth:`take`.
 
         Raises:
             LinkError: there is a robot of this name already.
@@ -66,7 +66,7 @@ class RobotEndpoint:
 
         Args:
             observation: what is sensed.
-            tag: what rides with each part.
+            tag: the attachment of each part.
             since: the last one shown; a reading that it holds already is not sent again, lest it looks like a new one.
         """
         self._shown.clear()
@@ -78,12 +78,12 @@ class RobotEndpoint:
         self._send(self._clock, encode_clock(observation.stamp), attachment)
 
     def repeat(self) -> None:
-        """Send the last observation again, as it was."""
+        """Send the last observation again, unchanged."""
         for publisher, payload, attachment in self._shown:
             publisher.put(payload, attachment)
 
     def forget(self) -> None:
-        """Have nothing to repeat any more."""
+        """Forget the last observation."""
         self._shown.clear()
 
     def _send(self, publisher: Publisher, payload: bytes, attachment: bytes) -> None:

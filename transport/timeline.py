@@ -13,16 +13,16 @@ JUMP = NANOSECONDS
 class Timeline:
     """Makes stamps of ticks from a robot's stamps: they never go back, and never jump.
 
-    As long as the robot's clock runs, its stamps are taken as they are. Where it is set back, jumps by more than a
-    second or stands still, the time that has passed on this side is added instead, and the robot's stamps count from
-    there. While nothing comes, time goes on by this side's clock, so that time limits hold.
+    While the robot's clock runs normally, its stamps are used unchanged. If it is set back, jumps by more than a second
+    or stops, the time that has passed on this side is added instead, and the robot's stamps count from there. Without
+    messages, time continues by this side's clock, so that time limits apply.
 
     Attributes:
         faults: how often the robot's clock misbehaved, by what it did.
     """
 
     def __init__(self, patience: float) -> None:
-        """Args: how long nothing may come before time goes on by this side's clock, s."""
+        """Args: the silence after which time continues by this side's clock, s."""
         self.faults: Counter[str] = Counter()
         self._patience = patience
         self._time: int | None = None
@@ -45,7 +45,7 @@ class Timeline:
                 self._time = self._followed(stamp, expected)
             elif now - self._moved_at > self._patience:
                 self._time = expected
-                # A clock that stands still does so at every tick: that is one fault.
+                # A stopped clock is detected at every tick but counts as one fault.
                 self.faults.update(["stood still"] if fresh and "stood still" not in self.faults else [])
         if stamp != self._stamp:
             self._stamp, self._moved_at = stamp, now

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 LARGEST = 2**20
-"""No file that is read has more bytes."""
+"""The largest file, bytes."""
 
 
 class TomlError(ValueError):
-    """A text that is no TOML, or a file of settings that nobody wrote."""
+    """A text that is not valid TOML, or a file that cannot be a settings file."""
 
 
 class NoTomlError(TomlError):
-    """A text that is no TOML."""
+    """A text that is not valid TOML."""
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -25,10 +25,10 @@ def read_toml(path: Path) -> dict[str, Any]:
         TomlError: it is not TOML in UTF-8, or larger than a MiB.
         OSError: it cannot be read.
     """
-    with path.open("rb") as file:  # not to its end, which a device may not have
+    with path.open("rb") as file:  # not to the end: a device may have none
         content = file.read(LARGEST + 1)
     if len(content) > LARGEST:
-        raise TomlError("it is larger than 1 MiB, which no settings are")
+        raise TomlError("it is larger than 1 MiB, the limit for settings")
     try:
         return parse_toml(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:

@@ -1,4 +1,4 @@
-"""The rule by which a robot is stopped that does not know enough, and by which it goes on."""
+"""The rule that stops a robot without trustworthy sensor data, and lets it continue."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from transport.settings import LinkSettings
 
 
 class Trust:
-    """Whether a robot may be driven by what it senses.
+    """Whether a robot may move by its sensor data.
 
-    It is stopped at once when its newest scan or odometry was refused, or is older than ``link.stale``. It goes on once
+    It stops at once when its newest scan or odometry was refused, or is older than ``link.stale``. It continues once
     both have been fresh and credible for ``link.resume`` without a break, so a sensor that comes and goes stops it.
 
     Attributes:
-        reason: why the robot must stop; empty where it may be driven.
+        reason: why the robot must stop; empty if it may move.
     """
 
     def __init__(self, settings: LinkSettings) -> None:
@@ -24,7 +24,7 @@ class Trust:
         self._good_since: float | None = None
 
     def look(self, status: LinkStatus, time: float) -> str:
-        """Take in the state of the sensors.
+        """Update with the state of the sensors.
 
         Args:
             status: the ages of the sensors' data, and why they were refused.
@@ -43,7 +43,7 @@ class Trust:
         return self.reason
 
     def judged(self, observation: Observation) -> Observation:
-        """An observation that says in ``link.blind`` why the robot must stop."""
+        """An observation with the reason to stop in ``link.blind``."""
         reason = self.look(observation.link, observation.time)
         if observation.link.blind == reason:
             return observation

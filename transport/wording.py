@@ -1,4 +1,4 @@
-"""What is wrong with a value, in the words of its author: pydantic's errors, reworded."""
+"""Readable messages for invalid values: pydantic's errors, reworded."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ _SHAPES = {
 
 
 def printable(text: str) -> str:
-    """A text that a terminal shows as it is: control characters and lone surrogates are replaced by ``?``.
+    """A text that is safe for a terminal: control characters and lone surrogates are replaced by ``?``.
 
-    Escape codes in a name that came from elsewhere would otherwise move the cursor, hide text or worse.
+    Escape codes in a foreign name could otherwise move the cursor, hide text or worse.
     """
     return "".join(one if one.isprintable() else "?" for one in text)
 
@@ -74,7 +74,7 @@ def _shortened(value: object) -> str:
 
 
 def key_of(location: tuple[int | str, ...]) -> str:
-    """The key that an error's location means, as it is written: which kind of base is meant is no part of it."""
+    """The key that an error's location means, as it is written: which kind of base is meant is not part of it."""
     return ".".join(str(part) for part in location if part not in KINDS)
 
 

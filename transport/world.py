@@ -1,4 +1,4 @@
-"""A world in turns: what a simulator offers to its controllers, in this process or over a network."""
+"""A world in lockstep: the interface of a simulator for its controllers, in this process or over a network."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from transport.messages import Command, Observation
 
 
 class World(Protocol):
-    """One episode: a robot in its surroundings, moved on by commands, watched by a referee."""
+    """One episode: a robot in its surroundings, advanced by commands, watched by a referee."""
 
     @property
     def observation(self) -> Observation:
-        """What the robot senses now."""
+        """The current sensor data of the robot."""
         ...
 
     @property
@@ -22,7 +22,7 @@ class World(Protocol):
         ...
 
     def step(self, command: Command) -> Observation:
-        """Carry out a command for one period; the observation at its end."""
+        """Execute a command for one period; return the observation at its end."""
         ...
 
     def report(self) -> Mapping[str, object]:
@@ -32,10 +32,10 @@ class World(Protocol):
 
 @runtime_checkable
 class Repeatable(Protocol):
-    """A world, or a robot in one, that grants several attempts."""
+    """A world, or a robot in one, that allows several attempts."""
 
     def try_again(self) -> bool:
-        """Put the robot back to the start, if another attempt is granted; whether it is."""
+        """Put the robot back to the start, if another attempt is allowed; return whether it is."""
         ...
 
     def attempts(self) -> Sequence[Mapping[str, object]]:
@@ -48,7 +48,7 @@ MakeWorld = Callable[[int | None], World]
 
 
 class Refereed(Protocol):
-    """A robot that drives under a referee's eyes, as simulated ones do."""
+    """A robot with a referee, such as a simulated one."""
 
     @property
     def finished(self) -> bool:
@@ -65,7 +65,7 @@ class Refereed(Protocol):
 
 
 class LockstepRobot:
-    """The robot of a world in the same process: each command carries the world to its next observation."""
+    """The robot of a world in the same process: each command advances the world to its next observation."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -88,4 +88,4 @@ class LockstepRobot:
         self._world.step(command)
 
     def close(self) -> None:
-        """Nothing moves in a world that is no longer stepped."""
+        """Does nothing: a world that is not stepped does not move."""

@@ -1,7 +1,7 @@
 """Zenoh as the bus; the one module that imports it.
 
-The robot's side or a router listens and the controller dials, so that exactly one side dials. Nothing is scouted for:
-who talks to whom is said by their endpoints alone.
+The robot's side or a router listens and the controller connects. There is no scouting: only the endpoints define the
+connections.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from transport.robot import LinkError
 Role = Literal["peer", "client", "router"]
 
 _HANDSHAKE = 1.0
-"""How long one attempt to connect may take, s. A session that is closed waits for it where the other side is frozen."""
+"""How long one attempt to connect may take, s. Closing a session waits for it if the other side is frozen."""
 _RETRY = {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 2}
 
 
@@ -38,11 +38,11 @@ def session_settings(
     """The session's configuration, by the paths of Zenoh's own configuration file.
 
     Args:
-        role: how the session takes part; a dialling one is a client, and finds peers that listen as well as routers.
+        role: how the session takes part; a connecting one is a client, and finds listening peers as well as routers.
         listen: the endpoint to be reached at, such as ``tcp/127.0.0.1:7447``.
-        connect: the endpoint to dial.
+        connect: the endpoint to connect to.
         security: further settings for TLS and access control.
-        wait: how long to dial before giving up, s; a connection that was had once is dialled again for ever.
+        wait: timeout for connecting, s; a lost connection is retried for ever.
         lease: after how long without any sign a connection counts as lost, s.
 
     Raises:
@@ -78,7 +78,7 @@ class ZenohBus:
         """Open the session.
 
         Raises:
-            LinkError: the endpoint to listen at is taken, or nobody answers at the one to dial.
+            LinkError: the endpoint to listen at is taken, or there is no answer at the one to connect to.
         """
         self.dropped: Counter[str] = Counter()
         config = zenoh.Config()
@@ -88,7 +88,7 @@ class ZenohBus:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
             raise LinkError(_explain(error, configuration)) from None
-        # Zenoh undeclares what nobody holds.
+        # Keep references, since Zenoh undeclares unreferenced objects.
         self._declared: list[object] = []
 
     @property
@@ -101,7 +101,7 @@ class ZenohBus:
         self._declared.append(self._session.liveliness().declare_token(token))
 
     def publisher(self, key: str, *, urgent: bool = False) -> ZenohPublisher:
-        """A sender on ``key``; it drops rather than waits behind a reader that has stopped."""
+        """A sender on ``key``; it drops messages instead of waiting for a stopped reader."""
         return ZenohPublisher(
             self._session.declare_publisher(
                 key,
@@ -111,7 +111,7 @@ class ZenohBus:
         )
 
     def subscribe(self, key: str, deliver: Callable[[Message], None]) -> None:
-        """Have every message on ``key`` handed over, from Zenoh's thread."""
+        """Subscribe to ``key``; messages are delivered in Zenoh's thread."""
 
         def receive(sample: zenoh.Sample) -> None:
             if (message := self._read(sample)) is not None:
@@ -127,7 +127,7 @@ class ZenohBus:
         return ZenohNewest(subscriber.try_recv, self._read)
 
     def serve(self, key: str, deliver: Callable[[Request], None]) -> None:
-        """Have every question on ``key`` handed over, from Zenoh's thread."""
+        """Serve ``key``; questions are delivered in Zenoh's thread."""
 
         def receive(query: zenoh.Query) -> None:
             message = self._read(query)
@@ -142,7 +142,7 @@ class ZenohBus:
 
             deliver(Request(message.payload, reply, message.attachment))
 
-        # Clients of rmw_zenoh ask only those who call themselves complete.
+        # Clients of rmw_zenoh ask only complete queryables.
         self._declared.append(self._session.declare_queryable(key, receive, complete=True))
 
     def ask(self, key: str, payload: bytes, timeout: float, attachment: bytes = b"") -> bytes | None:
@@ -159,7 +159,7 @@ class ZenohBus:
         return None
 
     def survey(self, seconds: float) -> set[str]:
-        """The keys on which anything is said within a time, and the liveliness tokens of ROS 2 that are there."""
+        """The keys with messages within a time, and the liveliness tokens of ROS 2."""
         heard: set[str] = set()
         subscriber = self._session.declare_subscriber("**", lambda sample: heard.add(str(sample.key_expr)))
         try:
@@ -203,7 +203,7 @@ class ZenohPublisher:
         try:
             self._publisher.put(payload, attachment=attachment or None)
         except zenoh.ZError as error:
-            raise LinkError(f"nothing can be sent any more: {error}") from None
+            raise LinkError(f"cannot send: {error}") from None
 
 
 class ZenohNewest:
@@ -225,12 +225,12 @@ def _explain(error: zenoh.ZError, configuration: Mapping[str, object]) -> str:
     place = ", ".join([*(listen if isinstance(listen, list) else []), *(connect if isinstance(connect, list) else [])])
     text = str(error)
     refusals = {"98": "is taken by another program: stop it, or choose another port"}
-    refusals |= {"99": "is no address of this computer", "13": "may not be listened at by this user"}
+    refusals |= {"99": "is not an address of this computer", "13": "needs more rights than this user has"}
     for number, words in refusals.items():
         if f"os error {number})" in text:
             return f"{place} {words}"
     if "Unable to connect" in text or "timed out" in text.lower() or "timeout" in text.lower():
-        refused = ", and do both sides hold certificates of one authority?" if "tls/" in place else "?"
-        return f"nobody can be reached at {place}: is the simulator, gate or router running there{refused}"
+        refused = ", and do both sides have certificates of one authority?" if "tls/" in place else "?"
+        return f"nothing answers at {place}: is the simulator, gate or router running there{refused}"
     reason = text.split(" at /", maxsplit=1)[0].splitlines()[0]
     return f"cannot use {place}: {reason}"

@@ -14,7 +14,7 @@ import hsm
 
 @dataclass(frozen=True)
 class Facts:
-    """What the pot senses: moisture of the soil, 0 is dry and 1 is wet."""
+    """The facts of the pot: moisture of the soil, 0 is dry and 1 is wet."""
 
     moisture: float
 

@@ -6,18 +6,18 @@ from vacuum_robot import Facts, Floor, Wanted
 
 
 class Toy:
-    """Moves as it is asked to, ten times a second."""
+    """Moves on request, ten times a second."""
 
     def __init__(self) -> None:
         self.charge, self.place, self.heading = 0.23, 1.0, 0.0
 
     def sense(self) -> Facts:
-        """What the sensors say."""
+        """The sensor data."""
         floor = Floor.CARPET if 1.5 < self.place < 2.5 else Floor.HARD
         return Facts(self.charge, bumped=self.place >= 3 and math.cos(self.heading) > 0, floor=floor, dock=self.place)
 
     def move(self, wanted: list[Wanted]) -> None:
-        """Do what the activities want for a tenth of a second; the battery charges at the dock."""
+        """Execute the requests of the activities for a tenth of a second; the battery charges at the dock."""
         for one in wanted:
             self.heading += one.turn / 10
             self.place += (-1 if one.homing else math.cos(self.heading)) * one.forward / 10

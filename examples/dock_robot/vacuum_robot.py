@@ -1,4 +1,4 @@
-"""What a machine may name of a vacuum robot: signals, activities, actions and events, with their types and units."""
+"""The library of a vacuum robot: signals, activities, actions and events, with their types and units."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -14,7 +14,7 @@ class Floor(StrEnum):
 
 
 class Suction(StrEnum):
-    """How hard it sucks."""
+    """The power of suction."""
 
     GENTLE = "gentle"
     STRONG = "strong"
@@ -22,7 +22,7 @@ class Suction(StrEnum):
 
 @dataclass(frozen=True)
 class Facts:
-    """What the robot knows at one moment; the charge is a share of 1, lengths are in metres."""
+    """The sensor data at one moment; the charge is between 0 and 1, lengths are in metres."""
 
     charge: float
     bumped: bool
@@ -33,7 +33,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What an activity wants: speed in m/s, turn rate in rad/s, power of the brush from 0 to 1, the way to the dock."""
+    """The request of an activity: speed in m/s, turn rate in rad/s, power of the brush from 0 to 1, the dock."""
 
     forward: float = 0.0
     turn: float = 0.0

@@ -1,10 +1,9 @@
-"""From a file and all that it imports to a machine, or to everything that is wrong with it."""
+"""Load a file and all that it imports: the result is a machine, or all diagnostics."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from pathlib import Path
 
 from lark import Token
@@ -17,21 +16,17 @@ from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import place_of
 from hsm.dsl.syntax.layout import without_doubtful
 from hsm.dsl.syntax.parser import parse
+from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.chart import Model
-from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
 
-SUFFIX = ".maze-machine"
-"""What the name of a machine's file ends with."""
-
-_LARGEST = 2**25
-_DEEPEST = 100  # files, each imported by the one before
+_DEEPEST = 100  # files, each imported by the previous one
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What became of a file.
+    """The result of checking a file.
 
     Attributes:
         model: the machine; None where there are errors.
@@ -68,33 +63,14 @@ def check_file(path: str | Path, library: Library, *, remarks: bool = True) -> C
     Args:
         path: where it is.
         library: the registry.
-        remarks: whether warnings and notes are wanted for a machine without errors; with errors they always are.
+        remarks: whether to report warnings and notes for a machine without errors; with errors they are always
+            reported.
     """
     try:
         text = read_text(path)
     except MachineError as error:
         return Checked(None, error.diagnostics)
     return check_text(text, library, str(path), remarks=remarks)
-
-
-def read_text(path: str | Path) -> str:
-    """The text of a file.
-
-    Raises:
-        MachineError: it cannot be read, or is no text.
-    """
-    try:
-        with Path(path).open("rb") as file:  # not to its end, which a device may not have
-            content = file.read(_LARGEST + 1)
-        if len(content) > _LARGEST:
-            raise _unreadable(path, "it is larger than 32 MiB", "move parts of it into machines that it imports")
-        return content.decode("utf-8-sig")
-    except FileNotFoundError as error:
-        raise _unreadable(path, _reason(error), _beside(Path(path))) from None
-    except UnicodeDecodeError as error:
-        raise _unreadable(path, f"byte {error.start + 1} is not UTF-8", "save it as UTF-8") from None
-    except (OSError, ValueError) as error:
-        raise _unreadable(path, _reason(error), "give the path of a file that you may read") from None
 
 
 def check_text(text: str, library: Library, file: str = "<text>", *, remarks: bool = True) -> Checked:
@@ -119,7 +95,7 @@ def check_tree(
 
 @dataclass(slots=True)
 class ImportedMachines:
-    """Compiled imports of one library, kept as long as their files, and what these import, stay as they are."""
+    """Compiled imports of one library, kept until their files, or the files that these import, change."""
 
     _units: dict[Path, tuple[CompilationUnit, str, frozenset[Path]]] = field(default_factory=dict)
     _stamps: dict[Path, tuple[int, int] | None] = field(default_factory=dict)
@@ -162,7 +138,7 @@ def _stamp(path: Path) -> tuple[int, int] | None:
 
 
 def find_import(name: str, beside: Path, library: Library) -> Path:
-    """Where an imported machine lies: beside the file, else in a folder of the library; beside it if it is nowhere."""
+    """The path of an imported machine: beside the file, or in a folder of the library if it exists only there."""
     relative = Path(*name.split(".")).with_suffix(SUFFIX)
     paths = [folder / relative for folder in (beside, *library.folders)]
     return next((path for path in paths if path.is_file()), paths[0])
@@ -178,21 +154,6 @@ def _model(checked: Checked) -> Model:
     if checked.model is None:
         raise MachineError(checked.diagnostics)
     return checked.model
-
-
-def _unreadable(path: str | Path, reason: str, suggestion: str) -> MachineError:
-    return MachineError([finding("E0107", None, f"{path} cannot be read: {reason}", suggestion)])
-
-
-def _beside(path: Path) -> str:
-    """What may have been meant by a file that is not there."""
-    suffix = path.suffix or SUFFIX
-    close = get_close_matches(path.stem, sorted(other.stem for other in path.parent.glob(f"*{suffix}")), n=1)
-    return f"did you mean `{path.with_name(close[0] + suffix)}`?" if close else "give the path of an existing file"
-
-
-def _reason(error: OSError | ValueError) -> str:
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def _position(found: Diagnostic) -> tuple[int, int, str]:
@@ -214,13 +175,13 @@ class _Loader:
     def check(
         self, text: str, file: str, *, remarks: bool, read: tuple[ast.File, Sequence[Diagnostic]] | None = None
     ) -> Checked:
-        """Compile a text and what it imports; collect what was found anywhere, file by file and line by line.
+        """Compile a text and its imports; collect all diagnostics, file by file and line by line.
 
         Args:
             text: the text.
             file: its name.
             remarks: whether warnings and notes are wanted for a machine without errors.
-            read: the syntax tree and what is wrong with it, where somebody has read the text already.
+            read: the syntax tree and its diagnostics, if the text was parsed already.
         """
         main = self._compile(text, file, read or parse(text, file))
         units = [main, *(unit for unit in self.units.values() if unit is not main)]
@@ -282,6 +243,6 @@ class _Loader:
             report.add("E0208", place, message, meant or f"put `{name}{SUFFIX}` beside this file")
             return None
         unit = self._compile(text, str(path), parse(text, str(path)))
-        if not self.cyclic:  # what is said of a cycle depends on where it was entered
+        if not self.cyclic:  # the message about a cycle depends on where it was entered
             self.imported.put(key, unit, text, frozenset(self.needed.get(key, ())))
         return unit

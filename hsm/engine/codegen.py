@@ -38,7 +38,7 @@ from hsm.model.messages import Emission, Occurrence
 from hsm.model.types import Integer, Quantity, Type
 
 NONE = -1
-"""What a chain gives when no transition fires."""
+"""The result of a chain if no transition fires."""
 
 FEW_PATHS = 16
 """A guard with up to this many paths is decided by nested ``if``s, one with more by adding up its path."""
@@ -107,7 +107,7 @@ def _frames(traceback: TracebackType | None) -> Iterator[tuple[CodeType, int]]:
 
 
 _Continuation = Callable[[int, int], None]
-"""Writes what follows where a condition is decided, at a depth and with the path so far."""
+"""Writes the code that follows a decided condition, at a depth and with the path so far."""
 
 
 @dataclass(slots=True)
@@ -147,7 +147,8 @@ class Generator:
         self._types = {one.name: one.type for one in model.variables}
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
         self.states = {state.name: state.index for state in model.states}
-        # Runs in several threads share the generator: a counter and ``setdefault`` keep two of them from one number.
+        # Runs in several threads share the generator: a counter and ``setdefault`` keep them from assigning a number
+        # twice.
         self._numbers = count()
         self._slots: dict[tuple[str, str], int] = {}
         self._decisions = [decision_of(transition) for transition in model.transitions]
@@ -165,14 +166,15 @@ class Generator:
         active: frozenset[int],
         ask: Callable[[SignalValue], Any],
     ) -> Evaluation:
-        """What expressions are evaluated against at one moment of a run."""
+        """The values that expressions use at one moment of a run."""
         return Evaluation(values, self.variables, active, self.states, memo, self.key, ask)
 
     def first_values(self, parameters: Sequence[Any]) -> list[Any]:
         """The values of all slots before a run begins: what is exposed can be read from the start.
 
         Args:
-            parameters: those of the parameters, in order; of a run that goes on, those of the variables behind them.
+            parameters: the values of the parameters, in order; for a run in progress followed by those of the
+                variables.
         """
         values = [*parameters, *[None] * (len(self.variables) - len(parameters))]
         for slot, variable in enumerate(self.model.variables, len(self.model.parameters)):
@@ -213,7 +215,7 @@ class Generator:
             self._nested(writer, index, decision, depth)
         else:
             self._flat(writer, index, decision, depth)
-        # Only the first condition of a guard is evaluated for certain, and none of a time-out that is not due.
+        # Only the first condition of a guard is always evaluated, and none of a time-out that is not due.
         first = _first(decision.tree)
         if isinstance(first, Condition) and not timed:
             known.update(self.slot(call) for call in eager_signals(decision.conditions[first.number]))
@@ -349,7 +351,7 @@ class Generator:
         return Block(run, actions, state, role, run.__code__, tuple(writer.places), watches)
 
     def arguments(self, expressions: tuple[Expression, ...]) -> Callable[..., tuple[Any, ...]]:
-        """A function of ``(f, m, v, c)`` that gives the values of some expressions."""
+        """A function of ``(f, m, v, c)`` that returns the values of some expressions."""
         writer = _Writer()
         writer.add(0, "def run(f, m, v, c):")
         writer.add(1, f"return ({''.join(f'{self._inline(writer, one)}, ' for one in expressions)})")
@@ -363,14 +365,14 @@ class Generator:
         return self._slots.setdefault(key, next(self._numbers)) if found is None else found
 
     def key(self, call: SignalValue, values: Sequence[Any]) -> Any:
-        """Where the value of a call is kept within a step, as the generated code has it."""
+        """Where the generated code keeps the value of a call within a step."""
         slot = self.slot(call)
         if not self.changing(call):
             return slot
         return (slot, *self.arguments(call.arguments)(None, {}, values, ()))
 
     def changing(self, call: SignalValue) -> bool:
-        """Whether the arguments of a call can be others later in a run."""
+        """Whether the arguments of a call can change during a run."""
         return any(name in self._changing for argument in call.arguments for name in _variables(argument))
 
     def function(self, lines: Sequence[str], name: str) -> Any:
@@ -392,7 +394,7 @@ class Generator:
         return name
 
     def _fetch(self, writer: _Writer, condition: Expression, depth: int) -> str:
-        """Write what fetches the signals of a condition, each at most once in a step; give the condition's code."""
+        """Write the code that fetches the signals of a condition, each once per step; return the condition's code."""
         for call in eager_signals(condition):
             slot = self.slot(call)
             if slot not in writer.known:
@@ -403,14 +405,14 @@ class Generator:
         return self._code(condition, writer.known)
 
     def _held(self, writer: _Writer, expression: Expression, kind: Type) -> str:
-        """The value of an expression as a variable of a type may hold it; beyond its limits the code raises."""
+        """The value of an expression, checked against the limits of a type; beyond them the code raises."""
         code = self._inline(writer, expression)
         if isinstance(expression, Literal) or not isinstance(kind, Integer | Quantity):
             return code
         return f"{self.named(whole if isinstance(kind, Integer) else finite)}({code})"
 
     def _occurrence(self, writer: _Writer, event: str, arguments: tuple[Expression, ...]) -> str:
-        """The code of an event with what it carries."""
+        """The code of an event with its data."""
         declared = self.model.data_of(event)
         assert declared is not None, "only declared events carry anything"
         parts = (
@@ -420,7 +422,7 @@ class Generator:
         return f"{self.named(Occurrence)}({event!r}, {{{', '.join(parts)}}})"
 
     def repeat(self, index: int) -> Block | None:
-        """What sets the next deadline of a repeated transition that was taken, and whose state stays."""
+        """The code that sets the next deadline of a repeated transition that was taken and whose state stays active."""
         transition = self.model.transitions[index]
         assert isinstance(transition.trigger, Every), "nothing else is repeated"
         writer = _Writer()
@@ -487,7 +489,7 @@ def operation_code(expression: Expression, operand: Callable[[Expression], str])
 
     Args:
         expression: the expression.
-        operand: gives the code of what is no operation.
+        operand: returns the code of a literal or a variable.
     """
     match expression:
         case Unary("abs", inner):

@@ -1,4 +1,4 @@
-"""A declared machine with everything that is computed from it; it knows nothing of the runs that share it."""
+"""A declared machine with everything that is computed from it, independent of its runs."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A configuration: the states that are active together, with what can be known about them before a step.
+"""A configuration: the states that are active together, with tables that do not depend on a step.
 
-Plans lead from one configuration to the next, and so do the leaves where the looks of a step end.
+Plans lead from one configuration to the next, and so do the leaves where the selections of a step end.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from hsm.model.messages import Occurrence
 from hsm.model.topology import Topology
 
 CACHE = 4096
-"""How many plans, or selectors of events, a configuration keeps before it forgets them all."""
+"""How many plans, or selectors of events, a configuration caches before it clears them all."""
 
 Picked = int | tuple[int, ...]
-"""What a selector gives: a transition, several of them in order, or ``NONE``."""
+"""The result of a selector: a transition, several in order, or ``NONE``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,15 +48,15 @@ class Plan:
         source: the configuration before, None for the start.
         target: the configuration afterwards.
         work: blocks of actions to run, each with the states active at that moment, and completions to announce.
-        remembered: what the history states within the states left now remember.
+        remembered: the new values of the history states within the states left.
         disarmed: time-outs that no longer run.
-        acted: conditions that have held long enough, and are not waited for again before they are false.
+        acted: conditions that have held long enough, and count again only after they were false.
         timed: whether time-outs start or end.
         stopped: states whose activity ends.
         restored: history states that were entered, each with whether it remembered something.
         outcome: the name of the top-level final state that is entered.
-        kept: whether the event is put aside until another state is active.
-        plain: whether nothing has to be done but to move to the target, and nothing follows at once.
+        kept: whether the event is deferred until another state is active.
+        plain: whether the microstep only moves to the target and nothing follows at once.
     """
 
     transitions: tuple[int, ...]
@@ -119,7 +119,7 @@ class Leaf:
         looked: the looks that are over.
         after: the configuration now.
         grown: how many trees grow from the same root as this leaf; one list for all of its leaves.
-        move: the event, or None for conditions, and what was picked for it, before steps go on from here.
+        move: the event, or None for conditions, and what was picked for it, before steps continue from here.
         rest: makes the rest of a look that was cut.
         go: the rest of a look that was cut, or else the next look for conditions; None where the step is over.
         found: the leaf as what is found, where it carries no values.
@@ -225,10 +225,9 @@ class Configuration:
         always: what fires without a trigger.
         after: what time-outs can fire.
         held: the transitions whose condition must hold for some time.
-        events: what an event can fire, for the events that were asked for; those that carry something, by their names
-            in brackets.
+        events: what an event can fire, for the events so far; events with data by their names in brackets.
         plans: what is done for the transitions that a selector picked.
-        moves: those of the plans that do nothing but move, whatever history states remember.
+        moves: the plans that only move, independent of history.
         root: where a step that only moves begins.
     """
 
@@ -312,7 +311,7 @@ class Configuration:
             for state in self.topology.up(leaf):
                 if state not in offered:
                     offered[state] = self._own(state, belongs)
-        # States that share all their candidates give the same answer: one of them is asked.
+        # States with the same candidates have the same result, so only one of them is evaluated.
         lists = dict.fromkeys(self._candidates(leaf, offered) for leaf in self.leaves)
         chains = tuple(self.generator.chain(candidates) for candidates in lists if candidates)
         if not chains:

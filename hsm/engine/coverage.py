@@ -1,4 +1,4 @@
-"""What a run has exercised of its machine: collected by the engine at every step, merged over runs, read by reports."""
+"""What a run has exercised of its machine: the engine collects it at every step, runs are merged, reports read it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _no_counts() -> Mapping[Any, int]:
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """Counts by the indices of a model; what was never exercised has no entry.
+    """Counts by the indices of a model; an item that was never exercised has no entry.
 
     Attributes:
         states: how often each state was entered.
@@ -53,7 +53,7 @@ class Coverage:
         )
 
     def to_json(self) -> dict[str, Any]:
-        """A form that JSON can carry."""
+        """The same as JSON values."""
         return {
             "states": [[state, count] for state, count in sorted(self.states.items())],
             "transitions": [[index, count] for index, count in sorted(self.transitions.items())],
@@ -82,7 +82,7 @@ def _sum(one: Mapping[_K, int], other: Mapping[_K, int]) -> dict[_K, int]:
 
 
 class Collector:
-    """Collects what one run exercises, at next to no cost for a step and with no more memory than what it exercises.
+    """Collects what one run exercises, at almost no cost per step, with memory only for exercised items.
 
     Attributes:
         hits: the paths through guards that steps in full have seen, with their transitions.

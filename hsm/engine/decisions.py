@@ -1,4 +1,4 @@
-"""What a guard decides, taken apart into conditions.
+"""Guards, decomposed into conditions.
 
 A guard is a tree of ``and``, ``or`` and ``not`` over conditions, which have no such operator at their top. Which of its
 conditions were evaluated, and to what, is one number, the *path*: a ternary numeral with one digit a condition (0: not
@@ -70,12 +70,12 @@ class Decision:
 
     @cached_property
     def paths(self) -> tuple[int, ...]:
-        """All paths, sorted; only to be asked where they are few."""
+        """All paths, sorted; call it only if there are few."""
         true, false = _walk(self.tree, (0,))
         return tuple(sorted((*true, *false)))
 
     def follow(self, evaluate: Callable[[Expression], bool]) -> tuple[bool, int]:
-        """The outcome and the path, asking for conditions in order and only where they matter."""
+        """The outcome and the path; conditions are evaluated in order and only if needed."""
         path = 0
 
         def ask(number: int) -> bool:
@@ -114,7 +114,7 @@ def _decide(tree: Tree, ask: Callable[[int], bool]) -> bool:
 
 
 def decision_of(transition: Transition) -> Decision:
-    """What decides, beside its event or time-out, whether a transition fires: its condition and its guard."""
+    """The conjunction of a transition's condition and guard, which decides besides its event or time-out."""
     needed = [transition.trigger.condition] if isinstance(transition.trigger, When | Held) else []
     if transition.guard is not None:
         needed.append(transition.guard)
@@ -145,7 +145,7 @@ def _tree(expression: Expression, conditions: list[Expression]) -> Tree:
 
 
 def _chain(expression: Expression, operator: str) -> list[Expression]:
-    """The operands of a run of one operator, which associates to the left: without recursion, however long it is."""
+    """The operands of a chain of one left-associative operator, without recursion."""
     operands = []
     while isinstance(expression, Binary) and expression.operator == operator and expression.type == BOOLEAN:
         operands.append(expression.right)
@@ -174,7 +174,7 @@ def _count(tree: Tree) -> tuple[int, int]:
 
 
 def _walk(tree: Tree, paths: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """How paths that reach a tree go on: those that leave it with true and those that leave it with false."""
+    """How paths through a tree continue: those that leave it with true and those that leave it with false."""
     match tree:
         case Condition(number):
             true, false = (tuple(path + digit * 3**number for path in paths) for digit in (TRUE, FALSE))

@@ -1,6 +1,6 @@
-"""Expressions evaluated one node at a time: to explain a step afterwards, and to carry on where a signal failed.
+"""Expressions evaluated one node at a time: to explain a step afterwards, and to continue after a signal failed.
 
-The engine runs generated code; this is its slow twin, with the same order of evaluation.
+The engine runs generated code; this evaluator is slower and has the same order of evaluation.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class SignalFault(Exception):  # noqa: N818 - a fault is the language's word
 
 @dataclass(slots=True)
 class Evaluation:
-    """What expressions are evaluated against: one moment within a step.
+    """The values that expressions use at one moment within a step.
 
     Attributes:
         values: the variables.

@@ -1,4 +1,4 @@
-"""One step in full: SCXML's main loop on a copy of a run's state, which the run adopts when all went well."""
+"""One step in full: SCXML's main loop on a copy of a run's state, which the run adopts on success."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hsm.engine.compiled import CompiledChart
 from hsm.engine.configuration import Picked, Plan, Selector
 from hsm.engine.evaluation import Evaluation, SignalFault
 from hsm.engine.invocations import Invocations
-from hsm.engine.limits import duration
+from hsm.engine.limits import duration, reason_of
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
 from hsm.engine.run_state import PendingFault, RunState, Work, event_of, fault_event
@@ -36,7 +36,7 @@ class MacrostepExecution:
 
     Attributes:
         state: the state of the run, as far as the step has come.
-        selections: what was looked at and done so far.
+        selections: the selections so far.
         stopped: states that were left and had an activity, in order.
         sent: events that were sent to other machines, in order.
         outbox: events for sessions that this one does not run, each with its target.
@@ -89,7 +89,7 @@ class MacrostepExecution:
 
         Args:
             events: outcomes of activities and events from outside, in order.
-            error: what a guard has just raised, when the step was tried the quick way.
+            error: the exception of a guard, if the fast path failed.
         """
         self._settled = True
         self._error = error
@@ -131,9 +131,9 @@ class MacrostepExecution:
         self.memo[STORE] = replace(store, event=event)
 
     def macrostep(self) -> Macrostep:
-        """What was done, once all is done."""
+        """The record of the completed step."""
         state = self.state
-        # The last look for conditions found nothing; a step that ends the machine, or enters it, has none.
+        # The last selection for conditions found nothing; a step that ends the machine, or enters it, has none.
         values = state.values if self._settled and state.outcome is None else None
         step = Macrostep()
         step.sending = tuple(self.sent)
@@ -198,7 +198,7 @@ class MacrostepExecution:
             self.state.sent = (*self.state.sent, (self._now + nanoseconds(send.delay), send))
 
     def _emit(self, emission: Emission) -> None:
-        """Send an event to other machines; the members of this one hear of it in the next step."""
+        """Send an event to other machines; the members of this one receive it in the next step."""
         event = emission.event
         self.sent.append(event)
         for name in emission.receivers:
@@ -233,14 +233,14 @@ class MacrostepExecution:
         return MacrostepExecution(session.chart, session.state, self._time, facts=self._facts, memo={}, hits=set())
 
     def _handle(self, entry: Event | ScxmlEvent | PendingFault) -> bool:
-        """Let one event fire what it can; whether there was anything."""
+        """Let one event fire its transitions; return whether it fired any."""
         if STORE in self.memo:
             self.bind(entry)
         event = event_of(entry)
         declared = self.chart.model.data_of(event.name) if isinstance(event, Occurrence) else None
         if declared is None or not isinstance(event, Occurrence):
             return self._let_fire(entry, event)
-        # What the event carries is among the variables for as long as it is handled.
+        # The data of the event is among the variables while it is handled.
         carried = {declared.variable(part): event.data[part.name] for part in declared.fields}
         self._put(carried)
         fired = self._let_fire(entry, event)
@@ -248,7 +248,7 @@ class MacrostepExecution:
         return fired
 
     def _put(self, carried: Mapping[str, Any]) -> None:
-        """Give slots other values; the old list stays as it is, for the record."""
+        """Give slots other values in a new list; the record keeps the old one."""
         values = self.state.values[:]
         for name, value in carried.items():
             values[self.chart.generator.variables[name]] = value
@@ -297,7 +297,7 @@ class MacrostepExecution:
             if when is None:
                 return
             if not self._fire(when, Phase.WHEN) and not self.queue:
-                self.selections.pop()  # the last look, which finds nothing, is part of every macrostep
+                self.selections.pop()  # the last selection, which finds nothing, is part of every macrostep
                 return
             self._run_to_stability()
             self._drain()
@@ -307,7 +307,7 @@ class MacrostepExecution:
         return Selection(trigger, self.state.configuration, self.state.values, due, plan)
 
     def _watch(self) -> None:
-        """Let the time of conditions begin that hold now, and end of those that do not."""
+        """Start the timers of conditions that hold now, and stop those of the others."""
         for _ in range(SPIN):
             state = self.state
             if state.outcome is not None or not (state.configuration.held or state.acted):
@@ -347,10 +347,10 @@ class MacrostepExecution:
         self.selections.append(self._selection(trigger, due, plan))
 
     def _fire(self, selector: Selector, trigger: Phase | Event, due: frozenset[int] = NOTHING_DUE) -> bool:
-        """Take what a selector picks; whether there was anything."""
+        """Take the transitions of a selector; return whether there were any."""
         picked = self._pick(selector, due if trigger is Phase.AFTER else None)
         while self._found:
-            # A fault comes before all else: it is handled first, then there is another look at what is left to do.
+            # A fault comes first: it is handled before everything else, then the selection is repeated.
             found, self._found = self._found, []
             for fault in found:
                 self._handle(fault)
@@ -373,7 +373,7 @@ class MacrostepExecution:
         return self._pick_carefully(selector, due)
 
     def _take(self, trigger: Phase | Event, due: frozenset[int], plan: Plan) -> None:
-        """Do what a microstep asks for; old values stay untouched for the record."""
+        """Execute a microstep; old values stay unchanged for the record."""
         self._moved = self._moved or bool(plan.exited or plan.entered)
         if self.chart.invokes:
             self._invocations.follow(plan)
@@ -416,7 +416,7 @@ class MacrostepExecution:
         state.outcome = plan.outcome or state.outcome
 
     def _put_out(self, raised: Iterable[Event | ScxmlEvent | Send | Emission | Cancel]) -> None:
-        """Queue what was raised; what is for other machines is sent at once, also when this one has ended."""
+        """Queue raised events; events for other machines are sent at once, even if this one has ended."""
         for entry in raised:
             if isinstance(entry, Emission):
                 self._emit(entry)
@@ -430,8 +430,8 @@ class MacrostepExecution:
     def _undo(self, plan: Plan, before: Work, block: Block, error: Exception) -> None:
         """Let a transition handle a microstep whose action failed; nothing of the microstep was done.
 
-        What failed is not tried again in this step: neither the transitions nor, where a state could not be left, its
-        exit actions.
+        The failed transitions are not tried again in this step, nor are the exit actions of a state that could not be
+        left.
         """
         state, fault = self.state, self._action_failed(block, error)
         if plan.source is None:
@@ -451,8 +451,8 @@ class MacrostepExecution:
     def _handler(self, fault: PendingFault, plan: Plan) -> int | None:
         """The transition that handles a failed action.
 
-        That is one of the state whose action it is, be it not entered yet, of the states around it, or of those that
-        the failed transitions belong to.
+        It belongs to the state of the action, even if that is not entered yet, to a state around it, or to a state of
+        the failed transitions.
         """
         topology, model = self.chart.topology, self.chart.model
         sources = [model.transitions[index].source for index in plan.transitions]
@@ -481,7 +481,7 @@ class MacrostepExecution:
         return self.chart.generator.evaluation(self.memo, state.values, state.configuration.active, self._ask)
 
     def _pick_carefully(self, selector: Selector, due: frozenset[int] | None) -> Picked:
-        """What a selector picks when something has failed in this step.
+        """The result of a selector after a fault in this step.
 
         A guard that needs a failed signal counts as false, and a transition that was undone is not tried again.
         """
@@ -508,7 +508,7 @@ class MacrostepExecution:
         return (tuple(found) if len(found) > 1 else found[0]) if found else NONE
 
     def _ask(self, call: SignalValue) -> Any:
-        """Evaluate a signal that was not asked yet; the first of them is the one that has just failed."""
+        """Evaluate a signal for the first time; the first such signal is the one that has just failed."""
         generator, values = self.chart.generator, self.state.values
         key = generator.key(call, values)
         error = self._failed.get(key)
@@ -528,7 +528,7 @@ class MacrostepExecution:
     def _report(self, transition: int, error: Exception) -> None:
         """Announce a failed guard, once for each state and cause in a step."""
         declared = self.chart.model.transitions[transition]
-        place, cause, reason = declared.place, error, f"the guard failed: {error!r}"
+        place, cause, reason = declared.place, error, f"the guard failed: {reason_of(error)}"
         known: Any = (declared.source, transition)
         if isinstance(error, SignalFault):
             known = (declared.source, self.chart.generator.key(error.call, self.state.values), None)
@@ -542,7 +542,7 @@ class MacrostepExecution:
 
     def _action_failed(self, block: Block, error: Exception) -> PendingFault:
         place = block.place_of(error) or self.chart.model.states[block.state].place
-        return PendingFault(fault_event(block.state), f"an action failed: {error!r}", place, error)
+        return PendingFault(fault_event(block.state), f"an action failed: {reason_of(error)}", place, error)
 
 
 def endless(model: Model, selections: Sequence[Selection]) -> Spin:

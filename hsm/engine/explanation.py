@@ -17,25 +17,25 @@ from hsm.model.unparse import call_text, expression_text, trigger_text, value_te
 
 
 class Verdict(Enum):
-    """What became of a transition that was looked at."""
+    """The verdict about a considered transition."""
 
     TAKEN = "taken"
     PREEMPTED = "another transition that was taken leaves the same states"
-    FALSE = "what it needs did not hold"
+    FALSE = "its condition did not hold"
     EARLIER = "another transition came first"
     NOT_DUE = "its time had not come"
-    FAILED = "what it needs could not be evaluated"
+    FAILED = "its condition could not be evaluated"
     UNDONE = "one of its actions failed, and it was undone"
 
 
 @dataclass(frozen=True, slots=True)
 class Considered:
-    """One transition at one look.
+    """One transition in one selection.
 
     Attributes:
         transition: the transition.
-        trigger: what was looked for: an event's name, ``always``, ``after`` or ``when``.
-        verdict: what became of it.
+        trigger: the trigger of the selection: an event's name, ``always``, ``after`` or ``when``.
+        verdict: its verdict.
         conditions: each condition of its guard, as text, with its value; None where it did not matter or failed.
         values: the signals and variables in the conditions that were evaluated, as text, with their values.
         remaining: for a time-out that is not due: the seconds to go.
@@ -66,7 +66,7 @@ class Considered:
 
 
 def explain(record: StepRecord) -> tuple[Considered, ...]:
-    """Every transition that was looked at in a step, in the order of the selections.
+    """Every transition that was considered in a step, in the order of the selections.
 
     Args:
         record: what the step recorded.

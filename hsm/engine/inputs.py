@@ -1,4 +1,4 @@
-"""What a run is given from Python: parameters and the time of a step, checked before anything is done."""
+"""Checks of the inputs of a run from Python: parameters and the time of a step."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def settled(model: Model, given: Mapping[str, Any]) -> dict[str, Any]:
         given: values by name, as the engine has them.
 
     Raises:
-        ValueError: what a parameter is made of divides by zero, or is no value of it.
+        ValueError: what a parameter is made of divides by zero, or is not a value of it.
     """
     values: dict[str, Any] = {}
     for parameter in model.parameters:
@@ -72,7 +72,7 @@ def follow(formula: Expression, parameter: Parameter, values: Mapping[str, Any])
         values: those of the parameters before it, by name.
 
     Raises:
-        ValueError: this is a division by zero, or is no value of the parameter.
+        ValueError: this is a division by zero, or is not a value of the parameter.
     """
     slots = {name: slot for slot, name in enumerate(values)}
     constants = Evaluation(tuple(values.values()), slots, (), {}, {}, _no_signal, _no_signal)
@@ -86,7 +86,7 @@ def follow(formula: Expression, parameter: Parameter, values: Mapping[str, Any])
 
 
 def _no_signal(*_: object) -> Any:
-    raise AssertionError("constants and parameters are made of no signal")
+    raise AssertionError("constants and parameters contain no signal")
 
 
 def _value(model: Model, parameter: Parameter, given: Any) -> Any:
@@ -145,7 +145,7 @@ def check_time(time: float, last: float) -> None:
 
     Raises:
         ValueError: it is before that of the step before, infinite, or no number.
-        TypeError: it is no number at all.
+        TypeError: it is not a number at all.
     """
     if not isinstance(time, Real):
         raise TypeError(f"the time of a step is a number of seconds, not {time!r:.{_WIDEST}} ({type(time).__name__})")

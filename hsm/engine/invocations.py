@@ -1,4 +1,4 @@
-"""What a step does with the charts that its chart has invoked: begin them, end them, and hand on what they send."""
+"""Invoked charts within a step: begin them, end them, and forward their events."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ class Invocations:
         self._take_over(session, execution)
 
     def run(self) -> bool:
-        """Let invoked charts handle what they were sent; whether this one has more to do then."""
+        """Let invoked charts handle their events; return whether this chart has more to do."""
         for session in self._step.state.sessions:
             due = session.inbox or session.name not in self._stepped
             if due and not session.ended and session in self._step.state.sessions:
@@ -119,7 +119,7 @@ class Invocations:
         return bool(self._step.external) or any(one.inbox for one in self._step.state.sessions)
 
     def _take_over(self, session: InvokedChart[RunState], execution: InvokingStep) -> None:
-        """Adopt what an invoked chart has done, and hand its events on."""
+        """Adopt the step of an invoked chart, and forward its events."""
         ended = execution.state.outcome is not None
         if ended:
             execution.leave()
@@ -155,7 +155,7 @@ class Invocations:
         self._step.outbox.append((send.target, message))
 
     def forward(self, entry: Event | ScxmlEvent | PendingFault) -> None:
-        """Before an event is handled: what the chart it comes from is finalized with, and copies for the others."""
+        """Before an event is handled: run `finalize` of the chart that sent it, and forward copies to the others."""
         if isinstance(entry, PendingFault | StateEvent) or STORE not in self._step.memo:
             return
         self._step.bind(entry)
@@ -170,7 +170,7 @@ class Invocations:
         )
 
     def _put_sessions(self, sessions: tuple[InvokedChart[RunState], ...]) -> None:
-        """Other sessions run now; the chart's data knows which can be reached."""
+        """The set of sessions has changed; update the reachable ones in the chart's data."""
         self._step.state.sessions = sessions
         store = self._step.memo.get(STORE)
         if store is not None:

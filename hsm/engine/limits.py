@@ -1,4 +1,4 @@
-"""The values that variables, time-outs and parameters may have; what exceeds them is a fault of the machine."""
+"""The limits of variables, time-outs and parameters; a value beyond them is a fault of the machine."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ from hsm.model.types import LARGEST_INTEGER, Integer, Quantity, Type
 
 class LimitError(ArithmeticError):
     """A value that a machine cannot hold; the message says why."""
-
-    def __repr__(self) -> str:
-        return str(self)
 
 
 def whole(value: int) -> int:
@@ -56,7 +53,20 @@ def interval(value: float) -> int:
     """
     if found := duration(value):
         return found
-    raise LimitError("`every` needs a duration above 0 s")
+    raise LimitError("`every` needs a duration of a nanosecond or more")
+
+
+def reason_of(error: Exception) -> str:
+    """Why a computation failed, in words that are the same in every version of Python."""
+    match error:
+        case LimitError():
+            return str(error)
+        case ZeroDivisionError():
+            return "division by zero"
+        case OverflowError():
+            return "a number is too large"
+        case _:
+            return repr(error)
 
 
 def following(deadline: int, now: int, step: int) -> int:

@@ -1,13 +1,13 @@
-"""The looks of a step that only moves, and what is known on the way through them.
+"""The selections of a step that only moves, as paths through decision trees.
 
-A *look* is the search for transitions that one trigger, an event or the conditions, can fire. For a configuration it
+A *look* is the selection of transitions for one trigger, an event or the conditions. For a configuration it
 is a decision tree, a generated function (``hsm.engine.trees``). A *leaf* is where it ends
 (``hsm.engine.configuration``): it knows which guards were decided and how, what was taken, and the truth of every
-condition on the way. So a step records its leaf and the values of those signals that are no truth values; its
-record and the coverage are computed from these when somebody asks. The next look of the step is a tree that grows at
-the leaf where the one before ended, once steps have come that way a few times.
+condition on the way. So a step records its leaf and the values of those signals that are not truth values; its record
+and the coverage are computed from these on demand. The next look of the step is a tree that grows at the leaf where the
+previous one ended, once steps have come that way a few times.
 
-``SlowPath`` is raised where there is more to do; the step is then done in full (``hsm.engine.execution``).
+``SlowPath`` is raised if there is more to do; the step then runs in full (``hsm.engine.execution``).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Found = tuple[Any, ...]
 """A leaf, and the values of the signals that it carries, in their order."""
 
 Look = Callable[[Any, Sequence[Any], Found], Found]
-"""Takes the facts, the variables and what was found so far; gives what is found now."""
+"""Takes the facts, the variables and the leaf so far; returns the next leaf."""
 
 
 class SlowPath(Exception):  # noqa: N818 - not an error

@@ -28,8 +28,8 @@ class Machine(CompiledChart, Generic[F, E]):
         """Start a run: set the parameters and enter the initial configuration.
 
         Args:
-            parameters: values by name, in SI units; the declared defaults represent what is left out.
-            facts: what signals and actions that are needed at the start are given.
+            parameters: values by name, in SI units; the others have their declared defaults.
+            facts: the argument of signals and actions at the start.
             time: the time of the start in seconds.
 
         Returns:
@@ -46,10 +46,10 @@ class Machine(CompiledChart, Generic[F, E]):
         return Supervisor.begin(self, values, facts, time)
 
     def restore(self, snapshot: Mapping[str, Any]) -> Supervisor[F, E]:
-        """Go on with a run from where ``Supervisor.snapshot`` left it; its activities begin again.
+        """Restore a run from a snapshot; its activities begin again.
 
         Args:
-            snapshot: what ``Supervisor.snapshot`` gave, also after a way through JSON.
+            snapshot: the result of ``Supervisor.snapshot``, possibly after a round trip through JSON.
 
         Returns:
             A run with the same future.

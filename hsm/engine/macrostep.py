@@ -34,9 +34,9 @@ class Microstep:
 
 
 class Macrostep:
-    """What one step did: a value that does not change; details are computed on demand.
+    """The record of one step: an immutable value; details are computed on demand.
 
-    Two are equal when the same was done at the same time. As a truth value: whether anything was done.
+    Two records are equal if the same was done at the same time. The truth value is whether anything was done.
 
     Attributes:
         raw: what the step records; everything else is computed from it.
@@ -67,7 +67,7 @@ class Macrostep:
 
     @property
     def selections(self) -> tuple[Selection, ...]:
-        """Which transitions were looked for and taken, except for the last selection, which took nothing."""
+        """The selections of the step, except for the last one, which took nothing."""
         return tuple(self.record.selections)
 
     @property
@@ -75,6 +75,22 @@ class Macrostep:
         """What was done, one microstep after the other."""
         model = self._model
         return tuple(_microstep(model, one.trigger, one.plan) for one in self.selections if one.plan is not None)
+
+    def begun(self, count: int) -> Macrostep:
+        """The same step as far as its first microsteps: what they did, and the states after them.
+
+        Args:
+            count: how many microsteps.
+        """
+        fired = [number for number, one in enumerate(self.selections) if one.plan is not None]
+        if count >= len(fired):
+            return self
+        upcoming = self.selections[fired[count]]
+        step = Macrostep()
+        step.raw = self.record._replace(
+            selections=self.selections[: fired[count]], values=None, timers={}, after=upcoming.configuration
+        )
+        return step
 
     @property
     def transitions(self) -> tuple[Transition, ...]:
@@ -103,12 +119,12 @@ class Macrostep:
 
     @property
     def deferred(self) -> tuple[str, ...]:
-        """The events that were put aside until another state is active, in order; one may be so several times."""
+        """The events that were deferred until another state is active, in order; one may be listed several times."""
         return tuple(str(one.trigger) for one in self._events() if one.plan is not None and one.plan.kept)
 
     @property
     def sent(self) -> tuple[str | Occurrence, ...]:
-        """The events that were sent to other machines, in order, with what they carry."""
+        """The events that were sent to other machines, in order, with their data."""
         return getattr(self, "sending", ())
 
     @property
@@ -118,14 +134,14 @@ class Macrostep:
 
     @property
     def considered(self) -> tuple[Considered, ...]:
-        """Every transition that was looked at, with what became of it and why.
+        """Every transition that was considered, with its verdict and the reason.
 
-        Computed from the signals and variables of the step, so it is true of the step whenever it is asked.
+        It is computed from the recorded signals and variables of the step, so the time of the call does not matter.
         """
         return explain(self.record)
 
     def why(self, state: str) -> tuple[Considered, ...]:
-        """What became of the transitions of one state, and why.
+        """The verdicts about the transitions of one state, with reasons.
 
         Args:
             state: its full name.

@@ -1,4 +1,4 @@
-"""Properties watched over a run, step by step. What a monitor remembers is a value, so that runs can branch."""
+"""Properties watched over a run, step by step. The memory of a monitor is a value, so that runs can branch."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ from hsm.model.expressions import Active, Expression, SignalValue
 from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
 
 Holds = Callable[[Expression], bool | None]
-"""Whether a condition holds after a step; None where that cannot be said."""
+"""Whether a condition holds after a step; None if it cannot be evaluated."""
 
 Memory = float | None
-"""What is remembered of one property: the time until which it waits, or that it waits for something, or None."""
+"""The memory of one property: its deadline, or that it waits for something, or None."""
 
 IDLE = -inf
-"""In place of a memory: the instance that a property is about does not run."""
+"""Marks that the instance of a property is not active."""
 
 _ARMED = 1.0
 
 
 def begin(stated: Property, time: float) -> Memory:
-    """What is remembered of a property at the start of a run."""
+    """The memory of a property at the start of a run."""
     return IDLE if stated.scope is not None else _begun(stated.claim, time)
 
 
 def look(
     stated: Property, memory: Memory, time: float, holds: Holds, entered: Collection[str] = ()
 ) -> tuple[Memory, bool]:
-    """Look at a property after a step.
+    """Check a property after a step.
 
     Args:
         stated: the property.
-        memory: what was remembered after the step before.
+        memory: the memory after the previous step.
         time: of the step, in seconds.
         holds: evaluates a condition.
         entered: the states entered in the step, by name.
 
     Returns:
-        What is to be remembered, and whether the property was violated in this step.
+        The new memory, and whether the property was violated in this step.
     """
     if stated.scope is not None:
         if not holds(Active(stated.scope)):
@@ -90,7 +90,7 @@ def _look(claim: Claim, memory: Memory, time: float, holds: Holds) -> tuple[Memo
 
 
 def _late(due: float, time: float, *, met: bool) -> bool:
-    """Whether a time is over: what is met may be met at its very end, what comes after it comes too late."""
+    """Whether a deadline has passed; exactly at the deadline is still in time."""
     end = nanoseconds(due)
     return nanoseconds(time) > end + tolerance(time) if met else reached(end, time)
 
@@ -130,7 +130,7 @@ class Monitor:
         self._violated: set[str] = set()
 
     def look(self, facts: object, step: Macrostep) -> tuple[Violation, ...]:
-        """What is violated, and was not before; to be called after each step, with its facts."""
+        """The new violations; call this after each step, with its facts."""
         found: list[Violation] = []
         holds, entered = holding(self._supervisor, facts), step.entered
         for index, one in enumerate(self._properties):
@@ -143,7 +143,7 @@ class Monitor:
 
 
 def holding(supervisor: Supervisor, facts: object) -> Holds:
-    """Evaluates conditions at the present moment of a run; each signal is asked for at most once."""
+    """Evaluates conditions at the current moment of a run; each signal is evaluated at most once."""
     machine = supervisor.machine
     memo: dict[Any, Any] = {}
     values = [supervisor.variables.get(name) for name in machine.generator.variables]

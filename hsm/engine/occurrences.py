@@ -1,7 +1,7 @@
-"""Events from outside: their names and what they carry, checked before anything is done, and as texts.
+"""Events from outside, with their data: checks of their values, and their form as text.
 
-As a text an event is its name, followed by what it carries in parentheses: ``floor(number = 3)``. That is how commands,
-scenarios, recordings and the network hold it.
+As a text an event is its name, followed by its data in parentheses: ``floor(number = 3)``. Commands, scenarios,
+recordings and the network use this form.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ def checked_events(model: Model, events: Iterable[str | Occurrence]) -> list[str
 
     Args:
         model: the machine.
-        events: their names, with what they carry either as texts such as ``floor(number = 3)`` or as ``Occurrence``.
+        events: their names, with data either as texts such as ``floor(number = 3)`` or as ``Occurrence``.
 
     Raises:
-        TypeError: it is no list or one text, something in the list is no event, or a value is of another type
+        TypeError: it is not a list or one text, something in the list is not an event, or a value is of another type
             than declared.
         ValueError: neither the machine nor its library declares an event of that name, something that it carries is
             missing, unknown or given twice, or a value is infinite, no number or too large.
@@ -44,7 +44,7 @@ def checked_events(model: Model, events: Iterable[str | Occurrence]) -> list[str
 
 
 def event_text(model: Model, event: str | Occurrence) -> str:
-    """An event as a text that is read as the same event: the one form in which recordings hold it.
+    """The text form of an event, which reads back as the same event; recordings use it.
 
     Raises:
         TypeError, ValueError: as for ``checked_events``.
@@ -87,11 +87,11 @@ def _checked(model: Model, event: str | Occurrence) -> str | Occurrence:
         return event
     if name not in model.events:
         known = ", ".join(sorted(model.events)) or "none"
-        raise ValueError(f"nobody declares an event `{name}` for machine {model.name}; its events: {known}")
+        raise ValueError(f"no event `{name}` is declared for machine {model.name}; its events: {known}")
     declared = model.data_of(name)
     if declared is None:
         if given:
-            raise ValueError(f"event `{name}` carries nothing; send `{name}` alone")
+            raise ValueError(f"event `{name}` has no data; send `{name}` alone")
         return name
     return Occurrence(name, _data(declared, given))
 
@@ -120,7 +120,7 @@ def _value(event: str, field: EventField, text: str) -> Any:
     try:
         return value_of(text, field.type, field.enumeration)
     except ValueError as way_out:
-        message = f"`{text:.{_WIDEST}}` is no value for `{field.name} : {field.type}` of event `{event}`"
+        message = f"`{text:.{_WIDEST}}` is not a value for `{field.name} : {field.type}` of event `{event}`"
         raise ValueError(f"{message}: {way_out}") from None
 
 
@@ -130,7 +130,7 @@ def _data(declared: EventData, given: Mapping[str, Any]) -> dict[str, Any]:
     unknown = [name for name in given if name not in fields]
     missing = [name for name in fields if name not in given]
     if unknown or missing:
-        wrong = f"`{unknown[0]}` is no part of it" if unknown else f"`{missing[0]}` is missing"
+        wrong = f"`{unknown[0]}` is not part of it" if unknown else f"`{missing[0]}` is missing"
         form = ", ".join(f"{one.name} : {one.type}" for one in declared.fields)
         raise ValueError(f"event `{declared.event}` carries ({form}); {wrong}")
     return {name: _held(declared.event, field, given[name]) for name, field in fields.items()}

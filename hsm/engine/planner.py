@@ -1,4 +1,4 @@
-"""What a microstep does, computed once for each combination of configuration, transitions and history.
+"""The effect of a microstep, computed once for each combination of configuration, transitions and history.
 
 SCXML's procedures ``removeConflictingTransitions``, ``computeExitSet``, ``computeEntrySet``, ``exitStates`` and
 ``enterStates``, as a value.
@@ -148,7 +148,7 @@ class Planner:
         return self._plan(None, entry)
 
     def plan(self, source: Configuration, picked: Picked, remembered: Remembered) -> Plan:
-        """What is done for the transitions that a selector picked, given what each history state remembers."""
+        """The plan for the transitions of a selector, given the values of the history states."""
         plan = source.plans.get(picked)
         if plan is not None:
             return plan
@@ -332,7 +332,7 @@ class Planner:
 
 @dataclass(slots=True)
 class _Work:
-    """What is to be done, while it is put together, and the states active at that moment."""
+    """The actions of a step while they are collected, and the states active at that moment."""
 
     active: set[int]
     done: list[tuple[Block, frozenset[int]] | StateEvent] = field(default_factory=list)

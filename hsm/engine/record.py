@@ -1,4 +1,4 @@
-"""What a step records: which transitions it looked for, on what grounds, and what it did."""
+"""The record of a step: its selections, the values behind them, and its effects."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hsm.model.events import Event
 
 
 class Phase(Enum):
-    """What a machine looks for, where that is not an event."""
+    """The triggers that are not events."""
 
     START = "start"
     ALWAYS = "always"
@@ -27,7 +27,7 @@ NOTHING_DUE: frozenset[int] = frozenset()
 
 
 class Selection(NamedTuple):
-    """The choice of transitions for one trigger.
+    """The selection of transitions for one trigger.
 
     Attributes:
         trigger: what was looked for.
@@ -85,7 +85,7 @@ RawRecord = StepRecord | tuple[float, Found, Sequence[Any], Mapping[int, int]]
 
 
 def record_of(raw: RawRecord) -> StepRecord:
-    """What a step records, computed."""
+    """The record of a step, computed."""
     if isinstance(raw, StepRecord):
         return raw
     time, found, values, timers = raw

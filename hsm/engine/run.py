@@ -34,7 +34,7 @@ def _same(one: ActivityCall | None, other: ActivityCall | None) -> bool:
 class Supervisor(Generic[F, E]):
     """A running machine: its configuration, variables, time-outs, history and activities.
 
-    Made by ``Machine.start`` or ``Machine.restore``, which know its chart; it knows no ``Machine``.
+    Made by ``Machine.start`` or ``Machine.restore``.
 
     Attributes:
         machine: the chart that is run.
@@ -62,7 +62,7 @@ class Supervisor(Generic[F, E]):
         return supervisor
 
     def _resume(self, machine: CompiledChart, run: SavedRun) -> None:
-        """Go on from where a run is."""
+        """Continue from where a run is."""
         self.machine = machine
         self._time = run.time
         self._state = run.state
@@ -73,7 +73,7 @@ class Supervisor(Generic[F, E]):
         self._leaves = self._collector.leaves
         self._set_wake()
 
-    # What can be seen of a run.
+    # The public state of a run.
 
     @property
     def time(self) -> float:
@@ -87,14 +87,14 @@ class Supervisor(Generic[F, E]):
 
     @property
     def outcome(self) -> str | None:
-        """The name of the top-level final state that ended the run; None while it goes on."""
+        """The name of the top-level final state that ended the run; None while it runs."""
         return self._state.outcome
 
     @property
     def due(self) -> float:
-        """When the run goes on by itself: the first deadline of a time-out or of an event on its way, in seconds.
+        """When the run continues by itself: the first deadline of a time-out or of an event on its way, in seconds.
 
-        Infinite where nothing happens without an event, an outcome or a change of a signal.
+        Infinite if nothing happens without an event, an outcome or a change of a signal.
         """
         return -inf if self._pending else self._state.wake
 
@@ -117,7 +117,7 @@ class Supervisor(Generic[F, E]):
     # Steps.
 
     def step(self, time: float, events: Sequence[str | Occurrence] = (), facts: F | None = None) -> Macrostep:
-        """Let the machine react to what happened and to what is now.
+        """Let the machine react to its inputs: one macrostep.
 
         First the outcomes of activities and the given events, one after the other, then time-outs that are due, then
         conditions, until nothing fires any more.
@@ -126,7 +126,7 @@ class Supervisor(Generic[F, E]):
             time: logical time in seconds; it never runs backwards.
             events: events from outside, in the order in which they happened: their names, with what they carry as
                 texts such as ``floor(number = 3)`` or as ``Occurrence``.
-            facts: what the signals and actions of this step are given.
+            facts: the argument of the signals and actions in this step.
 
         Returns:
             What was done.
@@ -136,11 +136,12 @@ class Supervisor(Generic[F, E]):
                 it was before the step.
             ValueError: the time is before that of the last step, infinite or no number, nobody declares an event, or it
                 carries something else than declared.
-            TypeError: the time is no number, the events are no list of events, or one carries a value of another type.
+            TypeError: the time is not a number, the events are not a list of events, or one carries a value of another
+                type.
         """
-        # A step in which only moves is a few generated functions, in a twentieth of the time that the
-        # full way takes with its queues and its copy of the state. Whatever else comes up, the step is done in full,
-        # with the signals that were evaluated; nothing was changed before. A property test holds the two together.
+        # A step that only moves runs a few generated functions, in a twentieth of the time of the full path with its
+        # queues and its copy of the state. In every other case the step runs in full, with the signals that were
+        # evaluated; nothing was changed before. A property test compares the two.
         state = self._state
         values = state.values
         leaf = state.configuration.root
@@ -162,7 +163,7 @@ class Supervisor(Generic[F, E]):
                 leaf = found[0]
         except Interrupted as stop:
             return self._react(time, events, facts, leaf.interrupted(found, values, stop.args[0]), stop.__cause__)
-        except (SlowPath, TypeError):  # TypeError: a time or events of the wrong kind, which the full way names
+        except (SlowPath, TypeError):  # TypeError: a time or events of the wrong kind, which the full path reports
             return self._react(time, events, facts, leaf.memo(found, values))
         try:
             self._leaves[leaf] += 1
@@ -191,7 +192,7 @@ class Supervisor(Generic[F, E]):
         return self._adopt(execution, time)
 
     def _adopt(self, execution: MacrostepExecution, time: float) -> Macrostep:
-        """Make what a step has come to the state of the run."""
+        """Adopt the result of a step as the state of the run."""
         self._time = time
         self._state = state = execution.state
         self._set_wake()
@@ -200,7 +201,7 @@ class Supervisor(Generic[F, E]):
         return execution.macrostep()
 
     def _set_wake(self) -> None:
-        """From when on a step has more to look at than events and conditions."""
+        """The time from which a step must also check time-outs."""
         state = self._state
         watched = state.configuration.always is not None or state.configuration.held or state.store is not None
         always = self._pending or watched or state.deferred or state.outcome is not None
@@ -209,23 +210,23 @@ class Supervisor(Generic[F, E]):
     # Saving, restoring, changing.
 
     def snapshot(self) -> dict[str, Any]:
-        """Where the run is, in a form that JSON can carry; ``Machine.restore`` goes on from it with the same trace.
+        """The state of the run as JSON values; ``Machine.restore`` continues from it with the same trace.
 
-        Activities are not in it: those that run begin again.
+        It does not contain activities: they begin again.
         """
         return to_json(self.machine, self._run())
 
     def reload(self, machine: CompiledChart) -> None:
-        """Go on with a machine that has changed.
+        """Continue with a changed machine.
 
-        Variables, time-outs and history are kept where the new machine still has them; activities run on where their
-        state does the same as before. Coverage starts again.
+        Variables, time-outs and history are kept where the new machine still has them; activities keep running if their
+        state has the same one. Coverage starts again.
 
         Args:
             machine: the changed machine.
 
         Raises:
-            SnapshotError: an active state is gone, with the reason; the run goes on with the old machine.
+            SnapshotError: an active state is gone, with the reason; the run continues with the old machine.
         """
         given = {name: value for name, value in self.variables.items() if name in self._parameter_names(machine)}
         run = carry_over(self.machine, self._run(), machine, parameter_values(machine.model, given))
@@ -256,12 +257,12 @@ class Supervisor(Generic[F, E]):
     # Activities.
 
     def act(self, facts: F) -> Sequence[tuple[str, E]]:
-        """Let the running activities do their part of this tick, in document order.
+        """Tick the running activities, in document order.
 
         An outcome is kept for the next step; an activity that is over is not ticked again.
 
         Args:
-            facts: what the activities are given.
+            facts: the argument of the activities.
 
         Returns:
             The name of the state and the effect, for each activity that gave one.
@@ -313,7 +314,7 @@ class Supervisor(Generic[F, E]):
         self._set_wake()
 
     def _stop(self, states: Sequence[int] | Mapping[int, Activity[F, E]]) -> None:
-        """Stop activities; a fault in one of them is seen by the next step, as one in a tick is."""
+        """Stop activities; a fault in one of them is handled in the next step, like a fault in a tick."""
         for state in tuple(states):
             activity = self._running.pop(state, None)
             if isinstance(activity, Stoppable):

@@ -1,4 +1,4 @@
-"""Where a run is, what a microstep changes of it, and faults on their way to a handler."""
+"""The state of a run, the changes of a microstep, and faults on their way to a handler."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hsm.model.topology import Remembered
 
 @dataclass(slots=True)
 class RunState:
-    """Where a run is. The collections in it are never changed, only replaced.
+    """The state of a run. Its collections are never modified, only replaced.
 
     Attributes:
         configuration: the active states.
@@ -62,13 +62,13 @@ class Work:
     raised: list[Event | ScxmlEvent | Send | Emission | Cancel]
 
     def copy(self) -> Work:
-        """The same, to go on from."""
+        """The same, to continue from."""
         return Work(self.values[:], dict(self.timers), self.raised[:])
 
 
 @dataclass(frozen=True, slots=True)
 class PendingFault:
-    """Something that went wrong, on its way to a transition that handles it."""
+    """A fault on its way to a transition that handles it."""
 
     event: StateEvent
     reason: str
@@ -88,7 +88,7 @@ def fault_event(state: int) -> StateEvent:
 
 
 def event_of(entry: Event | ScxmlEvent | PendingFault) -> Event:
-    """What transitions wait for, of something that is to be handled."""
+    """The event that transitions wait for, of an occurrence."""
     if isinstance(entry, ScxmlEvent):
         return entry.name
     return entry.event if isinstance(entry, PendingFault) else entry

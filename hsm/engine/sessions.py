@@ -1,4 +1,4 @@
-"""Charts that a chart has invoked: each a run of its own, as a value within its invoker's run."""
+"""Invoked charts: each is a separate run, stored as a value within its invoker's run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run as JSON: saved, restored, and carried over to a machine whose file has changed."""
+"""A run as JSON: saved, restored, and transferred to a machine whose file has changed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class SnapshotError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class SavedRun:
-    """What a snapshot holds, in terms of a machine.
+    """The contents of a snapshot, in terms of a machine.
 
     Attributes:
         time: logical time of the last step in seconds.
@@ -44,12 +44,13 @@ class SavedRun:
 
 
 def to_json(machine: CompiledChart, run: SavedRun) -> dict[str, Any]:
-    """A run in a form that JSON can carry: everything in it has a name, nothing a position.
+    """A run as JSON values: everything in it is identified by name, nothing by position.
 
-    A time-out goes by its state and its text, and has a deadline in nanoseconds, or none where it has acted already.
+    A time-out is identified by its state and its text, and has a deadline in nanoseconds, or none if it has acted
+    already.
     """
     if run.state.sessions:
-        raise SnapshotError(f"a chart that {machine.name} has invoked runs, and cannot be saved")
+        raise SnapshotError(f"a run with an active invoked chart cannot be saved ({machine.name})")
     state, names = run.state, [one.name for one in machine.model.states]
     events = [(one.event, one.reason) if isinstance(one, PendingFault) else (one, None) for one in run.pending]
     store = state.store or machine.model.store
@@ -85,7 +86,7 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
         SnapshotError: it was taken from another machine, or the machine has changed since.
     """
     if not isinstance(snapshot, Mapping):
-        raise SnapshotError(f"this is no snapshot of a run: {snapshot!r:.60}")
+        raise SnapshotError(f"this is not a snapshot of a run: {snapshot!r:.60}")
     if snapshot.get("machine") != machine.name:
         raise SnapshotError(f"the snapshot is of machine {snapshot.get('machine')}, not of {machine.name}")
     try:
@@ -112,13 +113,13 @@ def from_json(machine: CompiledChart, snapshot: Mapping[str, Any]) -> SavedRun:
     except SnapshotError:
         raise
     except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise SnapshotError(f"this is no snapshot of a run: {error!r}") from error
+        raise SnapshotError(f"this is not a snapshot of a run: {error!r}") from error
 
 
 def carry_over(old: CompiledChart, run: SavedRun, new: CompiledChart, parameters: Sequence[Any]) -> SavedRun:
-    """A run of one machine as a run of a changed one, where every active state still exists.
+    """Transfer a run to a changed machine in which every active state still exists.
 
-    Variables keep their values where name and type are the same. Time-outs go on where the state still has the same
+    Variables keep their values where name and type are the same. Time-outs continue where the state still has the same
     one, or one of the same duration; others of active states start now. History is kept where the remembered states
     still lie where it may lead.
 
@@ -184,7 +185,7 @@ def _kept_store(old: CompiledChart, run: SavedRun, new: CompiledChart) -> Store 
     if new.model.store is None or run.state.store is None:
         return None
     if run.state.sessions:
-        raise SnapshotError(f"a chart that {old.name} has invoked runs, and cannot be carried over")
+        raise SnapshotError(f"a run with an active invoked chart cannot be transferred ({old.name})")
     try:
         return store_of(new, store_json(old, run.state.store))
     except (KeyError, ValueError) as error:
@@ -202,7 +203,7 @@ def _sent(
     try:
         (found,) = checked_events(machine.model, (event,))
     except (TypeError, ValueError) as error:
-        raise SnapshotError(f"`{event}` is on its way: {error}") from error
+        raise SnapshotError(f"the pending event `{event}`: {error}") from error
     return Send(name_of(event), delay, label, message=found if isinstance(found, Occurrence) else None)
 
 
@@ -229,7 +230,7 @@ def _leaves(machine: CompiledChart, names: Sequence[str]) -> tuple[int, ...]:
     complete = machine.planner.completed(leaves)
     if sorted(leaves) != list(complete):
         missing = next(iter(sorted(set(complete) ^ set(leaves))))
-        raise SnapshotError(f"state `{machine.model.states[missing].name}` is missing beside the active ones")
+        raise SnapshotError(f"state `{machine.model.states[missing].name}` is missing among the active ones")
     return complete
 
 
@@ -299,7 +300,7 @@ def _restored_timers(
     for state, text, _ in sorted(given.keys() - known.keys()):
         raise SnapshotError(f"state `{state}` has no time-out `{text}`, which runs in the snapshot")
     for state, text, _ in sorted(known.keys() - given.keys()):
-        raise SnapshotError(f"state `{state}` has a time-out `{text}`, of which the snapshot says nothing")
+        raise SnapshotError(f"state `{state}` has a time-out `{text}` that is missing in the snapshot")
     return {known[key]: int(due) for key, due in given.items() if due is not None}
 
 

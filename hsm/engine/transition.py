@@ -1,4 +1,4 @@
-"""One step as a pure function: from a snapshot and what happens to the next snapshot, without a running machine."""
+"""One step as a pure function: from a snapshot and inputs to the next snapshot, without a run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hsm.model.registry import E, F
 
 @dataclass(frozen=True, slots=True)
 class Inputs(Generic[F]):
-    """What happens in one step.
+    """The inputs of one step.
 
     Attributes:
         time: logical time of the step in seconds.
@@ -39,25 +39,26 @@ class Inputs(Generic[F]):
 def transition(
     machine: Machine[F, E], snapshot: Mapping[str, Any], inputs: Inputs[F]
 ) -> tuple[dict[str, Any], Macrostep]:
-    """What a machine does in one step; nothing is changed, and no activity runs.
+    """One step as a pure function: it changes nothing, and runs no activity.
 
     The step is the one that a restored run would do: ``machine.restore(snapshot).step(...)``. Activities are not ticked
-    in between; how they end is among the inputs.
+    in between; their outcomes are inputs.
 
     Args:
         machine: the machine.
-        snapshot: where a run is, as ``Supervisor.snapshot`` gives it.
-        inputs: what happens.
+        snapshot: the state of a run, as from ``Supervisor.snapshot``.
+        inputs: the inputs of the step.
 
     Returns:
-        Where the run is afterwards, in the same form, and what was done.
+        The next snapshot, in the same form, and the record of the step.
 
     Raises:
         MachineFault: something failed that the machine does not handle, or its transitions spin.
         SnapshotError: the snapshot does not fit the machine.
         ValueError: the time is before that of the snapshot or not finite, nobody declares an event, it carries
             something else than declared, or no activity that runs has such an outcome.
-        TypeError: the time is no number, the events are no list of events, or one carries a value of another type.
+        TypeError: the time is not a number, the events are not a list of events, or one carries a value of another
+            type.
     """
     run = from_json(machine, snapshot)
     check_time(inputs.time, run.time)

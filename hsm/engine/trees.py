@@ -1,9 +1,9 @@
-"""Decision trees: the looks of a configuration as generated Python functions of nested ``if``.
+"""Decision trees: the selections of a configuration as generated Python functions of nested ``if``.
 
-A tree asks for each signal at most once, and for nothing that was decided on the way to it. It is cut where it grows
-large; the rest is written when steps come there. What trees do not decide is done in full: a transition that does
-anything but move, a second move by conditions, a signal that is to the right of an ``and`` within a comparison, the
-data of an SCXML chart, and guards so wide that hardly two steps go the same way through them.
+A tree evaluates each signal at most once, and no condition that was decided on the way to it. A large tree is cut; the
+rest is generated when steps reach it. These cases run in full: a transition that does more than move, a second move by
+conditions, a signal that is to the right of an ``and`` within a comparison, the data of an SCXML chart, and guards so
+wide that steps rarely take the same path twice.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Undecidable(Exception):  # noqa: N818 - not an error
 
 @dataclass(slots=True)
 class _Function:
-    """A look that is being written.
+    """The code of a look.
 
     Attributes:
         lines: its body.
@@ -63,7 +63,7 @@ _Rest = Callable[[_Function, int, Known], None]
 
 
 class Trees:
-    """Grows the trees of one machine.
+    """Generates the trees of one machine.
 
     Args:
         generator: gives signals, variables and functions their names.
@@ -206,7 +206,7 @@ class _Growth:
         return write
 
     def _fetch(self, function: _Function, depth: int, known: Known, expression: Expression) -> Known:
-        """Ask for the signals of a condition that were not asked yet."""
+        """Evaluate the signals of a condition that are not evaluated yet."""
         for call in eager_signals(expression):
             slot = self._trees.call(call)
             if slot not in known.carried and slot not in known.flags:
@@ -245,7 +245,7 @@ class _Growth:
     # Conditions.
 
     def _decided(self, expression: Expression, known: Known) -> bool | None:
-        """What a condition is known to be; None where that is open."""
+        """The known value of a condition; None if it is unknown."""
         if isinstance(expression, SignalValue) and (slot := self._trees.call(expression)) in known.flags:
             return known.flags[slot]
         if isinstance(expression, Active):

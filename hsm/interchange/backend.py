@@ -1,7 +1,7 @@
-"""The library ``transitions`` as a second engine, for the machines that it and this engine understand alike.
+"""The library ``transitions`` as a second engine, for machines in the subset that both engines share.
 
-The shared subset: states within states, final states at the top, events with guards, actions, assignments. What is
-beyond it (parallel states, history, time, conditions, activities, completion) is refused with a diagnostic.
+The shared subset: states within states, final states at the top, events with guards, actions, assignments. Everything
+else (parallel states, history, time, conditions, activities, completion) is refused with a diagnostic.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ class TransitionsMachine(HierarchicalMachine):
         machine = self.machine
         states = machine.model.states
         run = machine.generator.actions(transition.source, Occasion.TRANSITION, transition.actions)
-        # The root is no state of `transitions`: its transitions belong to each state at the top, after their own.
+        # The root is not a state of `transitions`: its transitions belong to each state at the top, after their own.
         tops = [states[child] for child in states[0].children if states[child].kind is not StateKind.FINAL]
         sources = [states[transition.source]] if transition.source else tops
         guard = None if transition.guard is None else machine.generator.arguments((transition.guard,))
@@ -162,7 +162,7 @@ def to_transitions(
         parameters: values by name, in SI units.
 
     Raises:
-        MachineError: the machine has something that ``transitions`` does not share; all of it is in the error.
+        MachineError: the machine uses features outside the shared subset; the error lists all of them.
         ValueError: a parameter is unknown, or one without a default is missing.
     """
     beyond = list(_beyond(machine))
@@ -177,7 +177,7 @@ def _path(machine: CompiledChart, state: State) -> str:
 
 
 def _beyond(machine: CompiledChart) -> Iterator[Diagnostic]:
-    """What the shared subset does not have."""
+    """The features outside the shared subset."""
     if machine.topology.depth > DEPTH:
         yield _refusal(f"states nested more than {DEPTH} deep", machine.model.states[0].place)
         return
@@ -194,7 +194,7 @@ def _beyond(machine: CompiledChart) -> Iterator[Diagnostic]:
 
 
 def _refusal(reason: str, place: Place | None) -> Diagnostic:
-    return finding("E0921", place, f"`transitions` does not share this: {reason}")
+    return finding("E0921", place, f"`transitions` does not support this: {reason}")
 
 
 def _state_beyond(machine: CompiledChart, state: State) -> Iterator[str]:
@@ -221,7 +221,7 @@ def _transition_beyond(machine: CompiledChart, transition: Transition) -> Iterat
     if len(transition.targets) > 1:
         yield "it has several targets"
     elif transition.targets and not _leaves_alike(machine, transition):
-        yield "it leaves and enters other states there than here"
+        yield "it exits and enters different states in `transitions`"
     names = transition.trigger.names if isinstance(transition.trigger, On) else ()
     if any(machine.model.data_of(name) is not None for name in names):
         yield "its event carries something"

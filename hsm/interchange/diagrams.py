@@ -1,8 +1,8 @@
 """Machines drawn, with the diagram support of the library ``transitions``: Graphviz pictures and Mermaid text.
 
 States lie within states; regions of a parallel state have a dashed border; history is a circle with an H (H* where it
-is deep); final states have a double border. A state says what it does, what it runs on entry and exit, and its internal
-transitions; a transition says trigger, guard and actions; time-outs are dashed. In pictures the transitions of a state
+is deep); final states have a double border. A state shows its activity, its entry and exit actions, and its internal
+transitions; a transition shows trigger, guard and actions; time-outs are dashed. In pictures the transitions of a state
 and their texts share a colour; those with the same ends share the line.
 """
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from hsm.engine.machine import Machine
 
 FORMATS = ("svg", "png", "dot", "mmd")
-"""What a diagram can be written as: pictures, Graphviz's language, Mermaid's language."""
+"""The formats of a diagram: pictures, Graphviz's language, Mermaid's language."""
 
 WIDTH = 32
 """Longer lines at transitions are broken, before `if`, `and`, `or` and `/` rather than elsewhere."""
@@ -40,7 +40,7 @@ BRIEF, BRIEF_LINES = 24, 3
 """In brief, a transition has that many characters, and several on one line that many lines."""
 
 WIDTH_IN_STATES = 36
-"""Longer lines in states are broken likewise."""
+"""Longer lines in states are broken too."""
 
 DEPTH = 60
 """States nested deeper than this are not drawn."""
@@ -55,7 +55,7 @@ class Theme:
     """The colours of a picture.
 
     Attributes:
-        paper: behind everything.
+        paper: the background.
         text: of states, and their borders.
         state: within states.
         compound: within states that have states in them.
@@ -94,10 +94,10 @@ class Look:
 
     Attributes:
         theme: name of a theme.
-        transparent: without a ground of its own.
+        transparent: with a transparent background.
         guards: with the conditions after ``if``.
-        brief: only the beginning of what is written at transitions and in states, for a picture that leads to the rest.
-        opened: which states show what lies in them.
+        brief: shortened texts of transitions and states, for an interactive picture.
+        opened: which states show their inner states.
         within: full name of the only state that is shown; None for the whole machine.
         fills: colours of states by their full names.
     """
@@ -164,7 +164,7 @@ def render(machine: Machine, form: str, look: Look = Look()) -> bytes:
         raise DiagramError("this needs pygraphviz: install maze-machine[diagrams], or write a .mmd") from error
     if form == "dot":
         text = str(graph.to_string())
-        if not text.rstrip().endswith("}"):  # Graphviz writes it to a temporary file and does not look back
+        if not text.rstrip().endswith("}"):  # Graphviz writes it to a temporary file and does not check the result
             raise DiagramError("the diagram is cut off: is the folder for temporary files full?")
         return text.encode()
     _read_fonts()
@@ -174,7 +174,7 @@ def render(machine: Machine, form: str, look: Look = Look()) -> bytes:
 
 @cache
 def _read_fonts() -> None:
-    """Have Graphviz read what fonts there are, which it does once.
+    """Have Graphviz load its fonts, which it does once.
 
     Its libraries warn on standard error, past Python, of each word in a newer system's settings that they do not know.
     """
@@ -215,7 +215,7 @@ def _mermaid_text(line: str) -> str:
 
 
 def _adapter(model: Model, config: dict[str, Any], styles: Any, attributes: dict[str, Any]) -> Any:
-    """What the diagrams of ``transitions`` ask of a machine."""
+    """The interface that the diagrams of ``transitions`` require of a machine."""
     return SimpleNamespace(
         title=model.name,
         initial=config["initial"],
@@ -276,7 +276,7 @@ def _path(model: Model, index: int) -> str:
 
 
 def _lines(part: Excerpt, look: Look, state: State) -> list[str]:
-    """What is written in a state."""
+    """The text of a state."""
     model = part.model
     if state.kind in HISTORY:
         return ["H*" if state.kind is StateKind.DEEP_HISTORY else "H"]
@@ -309,7 +309,7 @@ def _brief(text: str) -> str:
 
 
 def _bundle_label(bundle: Sequence[Transition], look: Look) -> str:
-    """What is written at the line of several transitions."""
+    """The label of the line of several transitions."""
     texts = [_transition_text(one, look) for one in bundle]
     if look.brief:
         texts = list(dict.fromkeys(texts))
@@ -366,7 +366,7 @@ class _Picture(NestedGraph):
         super().__init__(_adapter(model, config, _styles(theme), attributes))
 
     def generate(self) -> None:
-        """Draw states and transitions, then what ``transitions`` does not know."""
+        """Draw states and transitions, then the parts that ``transitions`` does not support."""
         super().generate()
         graph = self.fsm_graph
         graph.node_attr.update(fontname=_FONT, fontsize="11", margin="0.12,0.06", fontcolor=self._theme.text)
@@ -395,7 +395,7 @@ class _Picture(NestedGraph):
             node.attr.update(fillcolor=self._fills[state.name])
 
     def _mark_initial(self, state: State) -> None:
-        """An arrow from a dot to what is entered by default."""
+        """An arrow from a dot to the initial state."""
         graph = self.fsm_graph
         if state.kind is StateKind.PARALLEL or not state.initial:
             return

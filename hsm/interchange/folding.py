@@ -1,4 +1,4 @@
-"""Part of a machine as a machine of its own, to be drawn: states that are folded show nothing of what lies in them."""
+"""A part of a machine as a separate machine for drawing; folded states do not show their inner states."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from hsm.model.chart import Model, State, StateKind
 
 Opened = Callable[[State], bool]
-"""Whether what lies in a state is shown."""
+"""Whether the inner states of a state are shown."""
 
 
 @dataclass(frozen=True, slots=True)
 class Excerpt:
-    """What is shown of a machine.
+    """The visible part of a machine.
 
     Attributes:
         model: the states and transitions that are shown, numbered again.
@@ -59,7 +59,7 @@ def open_around(model: Model, names: Collection[str]) -> Opened:
 
 
 def excerpt(model: Model, opened: Opened = everything, within: str | None = None) -> Excerpt:
-    """What is shown of a machine.
+    """The visible part of a machine.
 
     A transition from or to a hidden state begins or ends at the state that hides it; one that stays within a folded
     state is left out.
@@ -67,7 +67,7 @@ def excerpt(model: Model, opened: Opened = everything, within: str | None = None
     Args:
         model: the machine.
         opened: which states show what lies in them.
-        within: full name of a state: only this one and what lies in it is shown.
+        within: full name of a state: only this one and its inner states are shown.
 
     Raises:
         LookupError: there is no such state.

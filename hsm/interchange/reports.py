@@ -1,7 +1,7 @@
-"""What a machine is and what one step of it did, as JSON values, for programs that show, record or send a run.
+"""A machine, and the record of one step, as JSON values, for programs that show, record or send a run.
 
-One value a step serves all of them. It is made of what the engine records; each part is computed when it is
-first asked for, which may be later and in another thread.
+One value per step serves all of them. It is computed from the engine's record; each part on first use, possibly later
+and in another thread.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from hsm.engine.compiled import CompiledChart
+from hsm.engine.evaluation import all_signals
 from hsm.engine.explanation import Considered
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.monitoring import Violation
@@ -21,18 +22,20 @@ from hsm.engine.occurrences import sent_text
 from hsm.model.chart import Model, State, StateKind, Transition
 from hsm.model.diagnostics import Place
 from hsm.model.events import StateEvent
+from hsm.model.expressions import SignalValue
+from hsm.model.rewriting import expressions_of
 from hsm.model.topology import HISTORY
-from hsm.model.unparse import action_text, activity_text, trigger_text, value_text
+from hsm.model.unparse import action_text, activity_text, call_text, trigger_text, value_text
 
 
 @dataclass(frozen=True)
 class StepReport:
-    """What one step of a run did.
+    """The report of one step of a run.
 
     Attributes:
         machine: the machine.
-        step: what the engine says of the step.
-        outcome: the final state that ended the run; None while it goes on.
+        step: the engine's record of the step.
+        outcome: the final state that ended the run; None while it runs.
         variables: variables and parameters after the step, by their full names.
         arguments: what the running activities were begun with, by the full names of their states.
         violations: properties that do not hold from this step on.
@@ -62,12 +65,12 @@ class StepReport:
 
     @cached_property
     def considered(self) -> tuple[Considered, ...]:
-        """Every transition that was looked at, with what became of it and why."""
+        """Every transition that was considered, with its verdict and the reason."""
         return self.step.considered
 
     @cached_property
     def outcomes(self) -> tuple[tuple[str, str], ...]:
-        """How activities ended and states completed, as the step heard of it: the state and the outcome."""
+        """The outcomes and completions that the step received: the state and the outcome."""
         heard = (one.trigger for one in self.step.selections)
         names = self.machine.model.states
         return tuple((names[one.origin].name, str(one)) for one in heard if isinstance(one, StateEvent))
@@ -87,7 +90,7 @@ class StepReport:
 
     @cached_property
     def activities(self) -> dict[str, dict[str, Any]]:
-        """What the active states do: the activity as it is written, and the values of its arguments."""
+        """The activities of the active states: as written, and with the values of their arguments."""
         found: dict[str, dict[str, Any]] = {}
         for name in self.states:
             call = self.machine.model.states[self.machine.indices[name]].activity
@@ -102,7 +105,7 @@ class StepReport:
 
     @cached_property
     def why(self) -> list[dict[str, Any]]:
-        """What became of each transition that was looked at: its index, a verdict, and the reason with its values."""
+        """The verdict about each considered transition: its index, the verdict, and the reason with its values."""
         return [
             {"transition": one.transition.index, "verdict": one.verdict.name.lower(), "reason": one.reason}
             for one in self.considered
@@ -132,13 +135,22 @@ def transition_text(model: Model, transition: Transition) -> str:
     return f"{model.states[transition.source].name}{arrow}{place}"
 
 
+def signals_of(model: Model) -> dict[str, SignalValue]:
+    """The signals that a machine asks for, each as it is written."""
+    found: dict[str, SignalValue] = {}
+    for expression in expressions_of(model):
+        for call in all_signals(expression):
+            found.setdefault(call_text(call.signal.name, call.signal.parameters, call.arguments), call)
+    return found
+
+
 def json_value(value: Any) -> Any:
     """A value of the language for JSON: a member of an enumeration is its name."""
     return str(value.value) if isinstance(value, Enum) else value
 
 
 def model_json(model: Model, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """What does not change during a run: states with their kinds and parents, transitions, events, parameters.
+    """The constant part of a run: states with their kinds and parents, transitions, events, parameters.
 
     Args:
         model: the machine.

@@ -1,4 +1,4 @@
-"""A machine as declared: immutable, flat, in document order; shared by every run of it.
+"""A machine as declared: immutable, flat, in document order; all its runs share it.
 
 Readers (the language, SCXML) fill it; the engine, diagrams, coverage and exports read it. States and transitions refer
 to one another by their index, so a deep machine needs no deep recursion. State 0 is the root, which represents the
@@ -32,7 +32,7 @@ class StateKind(Enum):
 
 
 class TransitionKind(Enum):
-    """How far a transition leaves its source.
+    """Which states around its source a transition leaves.
 
     INTERNAL has no target and leaves nothing. LOCAL, to a state inside its compound source, does not leave the source.
     EXTERNAL leaves and re-enters it.
@@ -62,7 +62,7 @@ class On:
 
 @dataclass(frozen=True, slots=True)
 class Defer(On):
-    """Keeps any of these events until another state is active, and lets them happen then."""
+    """Defers any of these events until another state is active."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +133,7 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Raise:
-    """Put an event into the machine's own queue, handled before those from outside.
+    """Put an event into the machine's internal queue, which is handled before events from outside.
 
     Attributes:
         event: its name.
@@ -148,7 +148,7 @@ class Raise:
 
 @dataclass(frozen=True, slots=True)
 class Send:
-    """Send an event to the machine itself as if from outside: handled after those that wait already, or later.
+    """Send an event to the machine itself as if from outside: after the events that wait already, or after a delay.
 
     Attributes:
         event: its name.
@@ -171,13 +171,13 @@ class Send:
 
 @dataclass(frozen=True, slots=True)
 class Emit:
-    """Send an event to other machines; they hear of it in their next step.
+    """Send an event to other machines; they receive it in their next step.
 
     Attributes:
         event: its name.
         place: where it is written.
         arguments: what it carries, in the order of its declaration.
-        receivers: how the members of this machine that hear of it call it; empty where others run elsewhere.
+        receivers: how the members of this machine that receive it call it; empty where others run elsewhere.
     """
 
     event: str
@@ -188,7 +188,7 @@ class Emit:
 
 @dataclass(frozen=True, slots=True)
 class Cancel:
-    """Take back events that were sent with this label and have not arrived."""
+    """Cancel events that were sent with this label and have not arrived."""
 
     label: str
     place: Place | None = None
@@ -262,7 +262,7 @@ class Transition:
         source: index of its state.
         targets: indices of the states to enter; empty for an internal transition.
         trigger: what it waits for.
-        guard: what must hold besides, or None.
+        guard: the extra condition, or None.
         actions: run between exits and entries.
         kind: how far it leaves its source.
         place: where it is written.
@@ -381,8 +381,8 @@ class Model:
         files: the source files it was read from, the machine's own first.
         doc: the comment at the top of the file.
         properties: what must hold of every run, those of instances included.
-        events: the events that may come from outside: those that the machine, what it imports and its library declare;
-            None where nothing is declared and any may come, as in SCXML.
+        events: the events that may come from outside: those that the machine, its imports and its library declare; None
+            if nothing is declared and any event may come, as in SCXML.
         store: what a chart's data is before it begins; None for a machine without a data model.
         enumerations: those that its files declare.
         event_data: what its events carry, of those that carry anything.

@@ -16,7 +16,7 @@ class Code:
 
     @property
     def severity(self) -> Severity:
-        """An E keeps a machine from being built, a W is likely a mistake, an N may be just what is meant."""
+        """An E keeps a machine from being built, a W is likely a mistake, an N may be intended."""
         return {"E": Severity.ERROR, "W": Severity.WARNING, "N": Severity.NOTE}[self.name[0]]
 
 
@@ -26,7 +26,7 @@ CODES: dict[str, Code] = {
         # the text
         "E0101": "a line that cannot be read",
         "E0102": "a tab",
-        "E0103": "a line that is indented under one that has no block",
+        "E0103": "a line indented under a line without a block",
         "E0104": "a bracket that is never closed",
         "E0105": "an indentation that fits no block",
         "E0106": "an expression nested too deep",
@@ -66,14 +66,14 @@ CODES: dict[str, Code] = {
         "E0409": "a machine without a state",
         "E0410": "an import cycle",
         "E0411": "two activities that use the same resource at once",
-        # the way through a machine
+        # reachability
         "W0501": "a state that nothing enters",
         "W0502": "a state with no way out",
         "W0503": "a transition that earlier ones hide",
         "W0504": "an outcome that nothing handles",
         "W0505": "transitions that repeat within one tick",
         "W0506": "a condition that never holds",
-        # what is there for nothing
+        # unused declarations
         "W0601": "an unused import",
         "W0602": "an unused parameter",
         "W0603": "an unused variable",
@@ -99,9 +99,9 @@ CODES: dict[str, Code] = {
         "E0910": "a value that cannot be read",
         "E0911": "targets of a chart that cannot be active together",
         # other engines and formats
-        "E0921": "something that the library transitions does not share",
-        "E0922": "something of a chart that the language does not have",
-        "W0923": "something of a machine that has another meaning in SCXML",
+        "E0921": "a feature that the library transitions lacks",
+        "E0922": "a feature of SCXML that the language lacks",
+        "W0923": "a feature that has another meaning in SCXML",
     }.items()
 }
 """All codes, in order."""

@@ -1,4 +1,4 @@
-"""What is wrong with a machine, where, and what to do about it: values that a program can sort, print and export."""
+"""Diagnostics: what is wrong, where, and how to fix it; values that a program can sort, print and export."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ class Diagnostic:
 
     Attributes:
         code: stable code with a section of its own in the reference, such as ``E0201``.
-        severity: whether the machine can be built all the same.
+        severity: whether the machine can still be built.
         message: the reason in the author's words.
         place: where; None where it concerns no place in a file.
-        suggestion: a way out, such as ``did you mean `turn_left`?``.
+        suggestion: how to fix it, such as ``did you mean `turn_left`?``.
         related: further places.
     """
 
@@ -64,7 +64,7 @@ class Diagnostic:
 
 
 class MachineError(Exception):
-    """A machine that cannot be built: all of its diagnostics, errors among them."""
+    """A machine that cannot be built; it has all diagnostics, at least one an error."""
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)

@@ -52,7 +52,7 @@ def matches(trigger: On, event: Event, source: int, last: int) -> bool:
     if isinstance(event, str):
         return any(name == event or (name.endswith("*") and event.startswith(name[:-1])) for name in trigger.names)
     if isinstance(trigger, Defer):
-        return False  # what a state reports itself is not kept
+        return False  # outcomes of the state itself are not deferred
     if event.origin == source and any(name in trigger.names for name in event.own):
         return True
     return source <= event.origin <= last and any(name in trigger.names for name in event.names)

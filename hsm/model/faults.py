@@ -1,4 +1,4 @@
-"""What reaches the caller of a running machine when something in it goes wrong."""
+"""The errors that a running machine raises to its caller."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from hsm.model.diagnostics import Place
 
 
 class MachineFault(Exception):  # noqa: N818 - a fault is the language's word
-    """Something that a machine called or computed went wrong, and the machine does not handle it.
+    """A call or a computation of a machine failed, and the machine does not handle the fault.
 
-    The machine is in the configuration before the step. The original exception, if there is one, is the ``__cause__``.
+    The machine is back in the configuration before the step. The original exception, if there is one, is the
+    ``__cause__``.
 
     Attributes:
         reason: what went wrong.

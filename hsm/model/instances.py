@@ -72,7 +72,7 @@ def instantiate(
         name: the instance's name, put before the name of each state, variable and parameter.
         state_offset: the index that the machine's root becomes.
         transition_offset: the index that its first transition becomes.
-        member: its signals, activities, actions and events are its own, and have its name as well.
+        member: its signals, activities, actions and events are its own and have its name as a prefix.
     """
     events = (model.events or frozenset()) if member else frozenset()
     outcomes = {one for state in model.states if state.activity for one in state.activity.activity.outcomes}
@@ -154,7 +154,7 @@ class _Copier:
         return with_expressions(trigger, self.expression)
 
     def _heard(self, name: str) -> tuple[str, ...]:
-        """The names of what a member hears of: its events have its name, what its own states report does not."""
+        """The names of the events of a member: events have its name as a prefix, outcomes of its states do not."""
         if name == "*":
             return (f"{self.prefix}*",)
         own = (name,) if name in self.reported or name not in self.events else ()

@@ -35,7 +35,7 @@ class MemberActivity:
         return self._inner.tick(facts[self._member])
 
     def stop(self) -> None:
-        """Say it that its state is left, if it wants to know."""
+        """Notify it that its state is left, if it has a method for that."""
         if isinstance(self._inner, Stoppable):
             self._inner.stop()
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 STORE = "store"
-"""Under this key the signals of a step keep the data of the chart."""
+"""The key under which the signals of a step hold the data of the chart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Emission:
 
     Attributes:
         event: the event.
-        receivers: how the members of this machine that hear of it call it.
+        receivers: how the members of this machine that receive it call it.
     """
 
     event: str | Occurrence

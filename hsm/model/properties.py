@@ -1,6 +1,6 @@
-"""What must hold of every run of a machine: stated in its file, watched while it runs, checked before it does.
+"""Properties that must hold for every run of a machine: stated in its file, monitored at run time, checked before.
 
-Conditions are looked at after each step, with the signals of that step.
+Conditions are evaluated after each step, with the signals of that step.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ class Property:
         claim: what must hold.
         text: the claim as it is written.
         place: where.
-        scope: the instance that it is about, by its state's full name: it is looked at while that state is active, from
-            each entry again; None where it is about the whole run.
+        scope: the instance that it is about, by its state's full name: it is checked while that state is active, and
+            starts again at each entry; None if it is about the whole run.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""The registry: everything outside itself that a machine may name, declared where it is written in Python.
+"""The registry: all names that a machine may use from outside, declared in Python.
 
 A robot's package fills a ``Library`` with decorated functions and classes; their annotations, defaults and docstrings
 are the declaration. The checker, editors, the reference and the engine all read this one registry.
@@ -86,15 +86,15 @@ class Stoppable(Protocol):
 
 @runtime_checkable
 class Choosy(Protocol):
-    """The class of an activity that cannot do all that its arguments' types allow."""
+    """The class of an activity that cannot handle all values that the types of its arguments allow."""
 
     def refuses(self, **arguments: Any) -> str:
-        """Why it cannot be done so, or nothing; asked of the class, with the arguments that are known beforehand."""
+        """Why it cannot run with these arguments, or nothing; called on the class, with the arguments known so far."""
         ...
 
 
 class RegistryError(Exception):
-    """A declaration in Python that the registry cannot take; the message names it."""
+    """A declaration in Python that the registry rejects; the message names it."""
 
 
 EnumerationClass: TypeAlias = type[StrEnum]
@@ -220,7 +220,7 @@ class Library(Generic[F, E]):
             name: how machines name it; dots are allowed, as in ``space.left``.
 
         Raises:
-            RegistryError: the name is taken, or an annotation is no type of the language.
+            RegistryError: the name is taken, or an annotation is not a type of the language.
         """
 
         def register(function: Callable[Concatenate[F, _P], _R]) -> Callable[Concatenate[F, _P], _R]:
@@ -237,10 +237,10 @@ class Library(Generic[F, E]):
         Args:
             name: how machines name it.
             outcomes: the names of the outcomes that ``tick`` may return.
-            holds: what it needs for itself alone; two activities that hold the same never run at once.
+            holds: the resources that it needs exclusively; two activities that use the same one never run at once.
 
         Raises:
-            RegistryError: the name is taken, or an annotation is no type of the language.
+            RegistryError: the name is taken, or an annotation is not a type of the language.
         """
 
         def register(factory: _A) -> _A:
@@ -260,7 +260,7 @@ class Library(Generic[F, E]):
             name: how machines name it.
 
         Raises:
-            RegistryError: the name is taken, or an annotation is no type of the language.
+            RegistryError: the name is taken, or an annotation is not a type of the language.
         """
 
         def register(function: Callable[Concatenate[F, _P], _R]) -> Callable[Concatenate[F, _P], _R]:
@@ -293,7 +293,7 @@ class Library(Generic[F, E]):
         self._add(self.constants, name, ConstantDeclaration(name, kind, value, doc))
 
     def include(self, other: Library[F, E]) -> None:
-        """Take over all declarations of another library.
+        """Include all declarations of another library.
 
         Raises:
             RegistryError: both declare the same name differently.

@@ -1,4 +1,4 @@
-"""A model with some of its parts replaced: the way to stand-ins for what a machine calls, and to mutants."""
+"""A model with some of its parts replaced: used for stand-ins for what a machine calls, and for mutants."""
 
 from __future__ import annotations
 
@@ -85,9 +85,9 @@ class Rewriter:
     """Makes a copy of a model; what is not overridden stays as it is.
 
     Args:
-        expression: what takes the place of each node of each expression.
-        action: what takes the place of each action, its expressions already rewritten.
-        activity: what takes the place of what a state does, its expressions already rewritten.
+        expression: replaces each node of each expression.
+        action: replaces each action, after its expressions are rewritten.
+        activity: replaces the activity of a state, after its expressions are rewritten.
     """
 
     def __init__(

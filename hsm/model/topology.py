@@ -1,4 +1,4 @@
-"""How the states of a model lie in one another: by index, without recursion, however deep they are."""
+"""The tree of the states of a model: by index, without recursion, at any depth."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Topology:
 
     @property
     def depth(self) -> int:
-        """How deep the states are nested; 1 for states that lie in nothing but the machine."""
+        """How deep the states are nested; 1 for top-level states."""
         depths = [0]
         for state in self.states[1:]:
             depths.append(depths[state.parent] + 1)
@@ -61,7 +61,7 @@ class Topology:
         return frozenset(found)
 
     def rivals(self, leaves: Iterable[int]) -> tuple[int, int] | None:
-        """Two states among some and those around them that cannot be active together; None where all can."""
+        """Two of the given states, or of the states around them, that cannot be active together; None if all can."""
         chosen: dict[int, int] = {}
         for state in self.closure(leaves) - {0}:
             parent = self.states[state].parent
@@ -94,7 +94,7 @@ class Topology:
         return found
 
     def has_history_target(self, transition: int) -> bool:
-        """Whether where a transition leads to depends on what is remembered."""
+        """Whether the target of a transition depends on a history."""
         return any(self.states[target].kind in HISTORY for target in self.model.transitions[transition].targets)
 
     def domain(self, transition: Transition, remembered: Remembered) -> int:

@@ -19,7 +19,7 @@ class Boolean:
 
 
 LARGEST_INTEGER = 2**63 - 1
-"""No whole number that a machine holds is larger, nor its negative smaller."""
+"""The largest absolute value of a whole number in a machine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,12 +102,12 @@ _FAR = 400
 class Unit:
     """A unit: the quantity it measures and how many SI units it is.
 
-    Used as an annotation in the registry: ``Annotated[float, UNITS["m/s"]]``; values are handed over in SI units.
+    Used as an annotation in the registry: ``Annotated[float, UNITS["m/s"]]``; values are passed in SI units.
 
     Attributes:
         name: how it is written.
         quantity: what it measures.
-        scale: how many SI units it is, exactly; of a degree to fifty digits.
+        scale: its value in SI units, exactly; for a degree to fifty digits.
     """
 
     name: str
@@ -131,7 +131,7 @@ def si_value(number: str, unit: Unit | None = None) -> float:
         The value, infinite where no float is that large.
 
     Raises:
-        ValueError: it is no decimal number.
+        ValueError: it is not a decimal number.
     """
     nearest = float(number)
     exact = Decimal(number)

@@ -22,7 +22,7 @@ def value_of(text: str, kind: Type, enumeration: type[StrEnum] | None = None) ->
         enumeration: where the members of an enumeration come from; without one a value of it is its name.
 
     Raises:
-        ValueError: it is no value of that type; the message says what to write.
+        ValueError: it is not a value of that type; the message says what to write.
     """
     match kind:
         case Boolean():

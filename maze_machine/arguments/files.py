@@ -1,9 +1,9 @@
-"""Files that a command reads and writes: no output may be an input, nor two outputs one file."""
+"""Files that a command reads and writes: each output is a file of its own, with a suffix that names its format."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from maze_machine.errors import UsageError
@@ -14,7 +14,7 @@ def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path | st
 
     Args:
         outputs: files to write, by the option that names each; None where it was not given.
-        inputs: files that are read; names of shipped things among them, which are no files, do no harm.
+        inputs: files that are read; names of shipped things among them, which are not files, do no harm.
 
     Raises:
         UsageError: an output is an input, or two outputs are one file.
@@ -28,6 +28,23 @@ def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path | st
         for other, written in named[:number]:
             if _same(path, written):
                 raise UsageError(f"{other} and {option} are one file, {path}", "choose another file")
+
+
+def check_suffix(option: str, path: Path | None, known: Sequence[str]) -> None:
+    """Make sure that the suffix of an output names a format that the command writes.
+
+    Args:
+        option: the option that names the output.
+        path: the output; None where the option was not given. A device, such as ``/dev/null``, needs no suffix.
+        known: the suffixes that the command knows, with their dots.
+
+    Raises:
+        UsageError: the suffix is another one, or missing.
+    """
+    if path is None or path.suffix in known or _is_device(path):
+        return
+    wrong = f"no format is named `{path.suffix}`" if path.suffix else "the name has no suffix"
+    raise UsageError(f"{option} {path}: {wrong}", f"use {' or '.join(known)}")
 
 
 def _is_device(path: Path) -> bool:

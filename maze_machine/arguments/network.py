@@ -19,10 +19,10 @@ def joined(listen: str, connect: str | None, identity: Path | None, settings: Li
     """A bus for as long as the block runs: dialled where there is something to dial, else listened at.
 
     Raises:
-        EndpointError: the endpoint is not written as one.
+        EndpointError: the endpoint is malformed.
         LinkError: it is taken, or nobody answers there.
         FileError: the certificate or the access file cannot be used.
-        UsageError: the endpoint and the certificate do not go together.
+        UsageError: the endpoint and the certificate do not match.
     """
     endpoint = listen if connect is None else connect
     security = secured(endpoint, identity, settings, listens=connect is None)
@@ -41,8 +41,8 @@ def secured(
 
     Raises:
         FileError: the certificate or the access file cannot be used.
-        EndpointError: the endpoint is not written as one.
-        UsageError: the endpoint and the certificate do not go together.
+        EndpointError: the endpoint is malformed.
+        UsageError: the endpoint and the certificate do not match.
     """
     check_endpoint(endpoint)
     if identity is None:

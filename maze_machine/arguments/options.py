@@ -28,28 +28,28 @@ MazeArgument = Annotated[
 ]
 StartOption = Annotated[
     str | None,
-    typer.Option(metavar='"X Y DEGREES"', help="Where the robot is put down in the maze. Default: what its file says."),
+    typer.Option(metavar='"X Y DEGREES"', help="Where the robot starts in the maze. Default: the start in the file."),
 ]
 ExitsOption = Annotated[
     list[str] | None,
     typer.Option(
         "--exit",
         metavar='"X Y X Y"',
-        help="A way out of the maze, by its two ends; walls along it are opened. May be repeated.",
+        help="An exit of the maze, by its two ends; walls along it are removed. May be repeated.",
     ),
 ]
 GoalOption = Annotated[
     str | None,
     typer.Option(
         metavar="GOAL",
-        help='What is to be done: "exit", a place to reach and how near ("X Y [RADIUS]"), "survive SECONDS" or "none". '
+        help='The goal: "exit", a place to reach and how near ("X Y [RADIUS]"), "survive SECONDS" or "none". '
         "Default: what the file says.",
     ),
 ]
 PixelOption = Annotated[
     float | None,
     typer.Option(
-        "--metres-a-pixel", min=0.001, max=10, metavar="METRES", help="Scale of images. Default: what the file says."
+        "--metres-a-pixel", min=0.001, max=10, metavar="METRES", help="Scale of images. Default: the scale in the file."
     ),
 ]
 CellOption = Annotated[
@@ -59,7 +59,7 @@ CellOption = Annotated[
 GreyOption = Annotated[
     Literal["door", "unknown", "split"] | None,
     typer.Option(
-        help="What grey pixels of an image are; `split` takes the darker half for walls. "
+        help="The meaning of grey pixels in an image; `split` counts the darker half as walls. "
         "Default: unknown in maps of mapping tools, doors in other images."
     ),
 ]
@@ -78,15 +78,17 @@ RecordedRobotOption = Annotated[
     str | None,
     typer.Option(
         "--robot",
-        help="Profile of the recorded robot; its laser is the recorded one. Default: what the recording says, or pico.",
+        help="Profile of the recorded robot; the laser is always the recorded one. "
+        "Default: the recorded profile, or pico.",
         autocompletion=complete_profile,
     ),
 ]
 ScanTopicOption = Annotated[
-    str | None, typer.Option("--scan", metavar="TOPIC", help="The laser's topic. Default: it is found.")
+    str | None, typer.Option("--scan", metavar="TOPIC", help="The laser's topic. Default: the only one of its type.")
 ]
 OdometryTopicOption = Annotated[
-    str | None, typer.Option("--odometry", metavar="TOPIC", help="The odometry's topic. Default: it is found.")
+    str | None,
+    typer.Option("--odometry", metavar="TOPIC", help="The odometry's topic. Default: the only one of its type."),
 ]
 
 RobotOption = Annotated[
@@ -102,7 +104,7 @@ SettingsOption = Annotated[
 ]
 TimeLimitOption = Annotated[
     float | None,
-    typer.Option(min=0, max=1e9, metavar="SECONDS", help="Give up a run after this much of the robot's time."),
+    typer.Option(min=0, max=1e9, metavar="SECONDS", help="Abort a run after this much of the robot's time."),
 ]
 TraceOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write states, poses and commands as JSON lines.")
@@ -116,7 +118,7 @@ SimulateOption = Annotated[
 ]
 FaultOption = Annotated[
     list[str] | None,
-    typer.Option(metavar="FAULT", help='Let something go wrong, such as "laser_blinded at=10 lasts=2".'),
+    typer.Option(metavar="FAULT", help='Inject a fault, such as "laser_blinded at=10 lasts=2".'),
 ]
 SpeedOption = Annotated[
     float | None,
@@ -125,10 +127,10 @@ SpeedOption = Annotated[
     ),
 ]
 
-ListenOption = Annotated[str, typer.Option(metavar="ENDPOINT", help="Where others dial this process.")]
+ListenOption = Annotated[str, typer.Option(metavar="ENDPOINT", help="The endpoint where this process listens.")]
 IdentityOption = Annotated[
     Path | None,
-    typer.Option(metavar="FOLDER/NAME", help="Speak TLS with this certificate; the endpoint is then tls/HOST:PORT."),
+    typer.Option(metavar="FOLDER/NAME", help="Use TLS with this certificate; the endpoint is then tls/HOST:PORT."),
 ]
 
 OpenOption = Annotated[
@@ -136,24 +138,30 @@ OpenOption = Annotated[
     typer.Option(
         "--open",
         metavar="ENDPOINT",
-        help="Let others watch and operate the machine from there, such as tcp/127.0.0.1:7448.",
+        help="Let other programs watch and operate the machine at this endpoint, such as tcp/127.0.0.1:7448.",
     ),
 ]
 ViewOption = Annotated[
     bool,
-    typer.Option("--view", help="Show the run on a page, and begin when a browser does. A simulation keeps real time."),
+    typer.Option(
+        "--view", help=("Show the run on a web page, and begin when a browser opens it. A simulation keeps real time.")
+    ),
 ]
 HostOption = Annotated[
     str,
-    typer.Option(metavar="ADDRESS", help="Where the page is served. Anything but the loopback is open to the network."),
+    typer.Option(
+        metavar="ADDRESS",
+        help="The address that serves the page. Any address but the loopback is open to the network.",
+    ),
 ]
-PortOption = Annotated[int, typer.Option(min=0, max=65535, help="The page's port; 0 takes any that is free.")]
+PortOption = Annotated[int, typer.Option(min=0, max=65535, help="The page's port; 0 takes any free port.")]
 TellOption = Annotated[
     list[str] | None,
     typer.Option(
         "--tell",
         metavar="ROBOT@ENDPOINT",
-        help="Hand what the machine sends on to the machine of another robot, which is open there; may be repeated.",
+        help="Forward the events that the machine sends to the machine of another robot, "
+        "whose run has that `--open`; may be repeated.",
     ),
 ]
 EventAtOption = Annotated[
@@ -161,15 +169,15 @@ EventAtOption = Annotated[
     typer.Option(
         "--event-at",
         metavar="SECONDS:EVENT",
-        help="Send an event, with what it carries, at a time of the run; may be repeated.",
+        help="Send an event, with its data, at a time of the run; may be repeated.",
     ),
 ]
 LibraryOption = Annotated[
     str | None,
     typer.Option(
         metavar="MODULE:NAME",
-        help="What machines may name: a Library, or a function that makes one. Default: those of the project, else "
-        "those of the maze robots.",
+        help="The names that machines may use: MODULE:NAME of a Library, or a function that makes one. Default: that "
+        "of the project, or of the maze robots.",
     ),
 ]
 

@@ -78,7 +78,7 @@ def _value(parameter: Parameter, text: str, enumerations: Mapping[str, type[StrE
 
 
 def _mismatch(parameter: Parameter, text: str, way_out: str) -> UsageError:
-    return UsageError(f"`{text}` is no value for parameter `{parameter.name}`, which is a {parameter.type}", way_out)
+    return UsageError(f"`{text}` is not a value for parameter `{parameter.name}`, which is a {parameter.type}", way_out)
 
 
 def _known(name: str, declared: Mapping[str, Parameter]) -> str:

@@ -1,4 +1,4 @@
-"""A dask.distributed cluster does the jobs of a campaign."""
+"""Run the jobs of a campaign on a dask.distributed cluster."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from distributed import Client
 
 FIRST, AGAIN = 10.0, 60.0
-"""How long a scheduler is looked for: when a campaign begins, and after it was lost, s."""
+"""The timeout for connecting to a scheduler: when a campaign begins, and after it was lost, s."""
 FRUITLESS = 5
-"""This often in a row a scheduler may be lost without a single result in between."""
+"""How often in a row a scheduler may be lost without a result in between."""
 
 
 class ClusterError(CommandError):
@@ -28,10 +28,10 @@ class ClusterError(CommandError):
 
 @contextmanager
 def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Iterator[Record]]:
-    """Do jobs as ``on_cores`` does on a dask.distributed cluster that runs already and has this project installed.
+    """Do jobs like ``on_cores``, on a running dask.distributed cluster that has this project installed.
 
-    Dask hands the jobs of a worker that has died to another one; a job that several workers have died of has the
-    outcome ``crashed``. Where the scheduler is lost and comes back, what was not done is handed to it again.
+    Dask gives the jobs of a dead worker to another one; a job that kills several workers has the outcome ``crashed``.
+    If the scheduler is lost and comes back, the unfinished jobs are submitted again.
 
     Raises:
         ClusterError: dask is not installed, no scheduler answers, or it is lost for good.
@@ -47,7 +47,7 @@ def on_cluster(setup: Setup, jobs: Iterable[Job], address: str) -> Generator[Ite
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep dask's loggers silent, which print a traceback for every connection that is lost."""
+    """Silence dask's loggers, which print a traceback for every lost connection."""
     names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"]
     levels = {logger: logger.level for logger in map(logging.getLogger, names)}
     for logger in levels:
@@ -71,7 +71,7 @@ def _client(address: str, patience: float) -> Client:
 
 
 def _records(clients: list[Client], setup: Setup, jobs: list[Job], address: str) -> Iterator[Record]:
-    """The results as they come; the last of the clients is the one in use."""
+    """The results as they arrive; the last of the clients is the one in use."""
     left, fruitless = dict.fromkeys(jobs), 0
     while left:
         before = len(left)
@@ -82,7 +82,7 @@ def _records(clients: list[Client], setup: Setup, jobs: list[Job], address: str)
             return
         fruitless = fruitless + 1 if len(left) == before else 0
         if fruitless == FRUITLESS:
-            raise ClusterError(f"the scheduler at {address} is lost again and again", "start the sweep again later")
+            raise ClusterError(f"the scheduler at {address} was lost repeatedly", "start the sweep again later")
         with suppress(Exception):
             clients[-1].close(timeout=2)
         clients.append(_client(address, AGAIN))
@@ -106,8 +106,8 @@ def _round(client: Client, setup: Setup, jobs: list[Job]) -> Iterator[tuple[Job,
 
 
 def _reason(failure: object) -> str:
-    """Why dask gave a job up, from the triple that describes its exception."""
+    """Why dask dropped a job, from the triple that describes its exception."""
     error = failure[1] if isinstance(failure, tuple) else failure
     if type(error).__name__ == "KilledWorker":
-        return "several workers of the cluster have died of it"
+        return "several workers of the cluster died while running it"
     return f"{type(error).__name__}: {error}"

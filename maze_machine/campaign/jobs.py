@@ -1,6 +1,6 @@
-"""Campaigns: machines driven through mazes with many seeds, the same results whichever process does the work.
+"""Campaigns: machines driven through mazes with many seeds; the results do not depend on the number of processes.
 
-A campaign is a list of jobs, each of which depends on nothing but itself.
+A campaign is a list of independent jobs.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ SUFFIXES = {".maze", ".txt", ".num", ".pgm", ".png", ".yaml"}
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """What all jobs of a campaign share.
+    """The settings that all jobs of a campaign share.
 
     Attributes:
         robot: the robot's profile, a file or a shipped one's name.
         settings: what overrides the profile, each ``section.key=value``.
-        time_limit: s on the robot's clock after which a run is given up; None for no limit but the maze's own.
-        maze: what is chosen of all mazes.
+        time_limit: s on the robot's clock after which a run is aborted; None for no limit but the maze's own.
+        maze: the options for all mazes.
     """
 
     robot: str = "pico"
@@ -62,7 +62,7 @@ def jobs_of(machines: Iterable[str], mazes: Iterable[str], seeds: int) -> list[J
         seeds: how many.
 
     Raises:
-        FileError: a folder without mazes, or a machine or a maze that is not there.
+        FileError: a folder without mazes, or a machine or a maze that does not exist.
     """
     found = [maze for name in mazes for maze in _mazes(name)]
     names = list(machines)
@@ -86,7 +86,7 @@ def _mazes(name: str) -> list[str]:
 
 
 def run_job(setup: Setup, job: Job) -> Record:
-    """Do one job; it never fails: what goes wrong is its result, a fault of this program too."""
+    """Do one job; it never raises: any error, even a defect of this program, is part of its result."""
     try:
         ending = _drive(setup, job)
     except MazeError as error:
@@ -99,7 +99,7 @@ def run_job(setup: Setup, job: Job) -> Record:
 
 
 def crashed(job: Job, reason: str) -> Record:
-    """The result of a job that ended the program that did it."""
+    """The result of a job whose process died."""
     return {**asdict(job), "solved": False, "outcome": "crashed", "reason": reason}
 
 

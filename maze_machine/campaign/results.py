@@ -1,6 +1,6 @@
-"""The results file of a campaign: JSON lines, from which a campaign that was interrupted goes on.
+"""The results file of a campaign: JSON lines, from which a campaign that was interrupted continues.
 
-The first line says what is to be done, then there is one line a job, added as jobs end and put in order once all have.
+The first line names the task, then there is one line a job, added as jobs end and put in order once all have.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class _Head(BaseModel):
 
 
 class _Line(BaseModel):
-    """What every other line must have; what else a record may hold is its summary's to read."""
+    """The keys that every other line must have."""
 
     model_config = ConfigDict(strict=True)
 
@@ -48,7 +48,7 @@ class _Line(BaseModel):
     contacts: list[str] = []
 
     def is_whole(self) -> bool:
-        """Whether a summary can be made of it."""
+        """Whether a summary can include it."""
         if self.solved:
             return self.time is not None and self.path_length is not None
         return self.refused is not None or (self.outcome is not None and self.reason is not None)
@@ -73,7 +73,9 @@ class Results:
         self._done: dict[Job, Record] = {}
         if file.exists():
             if not file.is_file():
-                raise FileError(f"{file} is no regular file", "results need one to go on from")
+                raise FileError(
+                    f"{file} is not a regular file", "choose a regular file, so that the sweep can be resumed"
+                )
             self._take_up()
         self.write()
 
@@ -88,19 +90,19 @@ class Results:
         return [self._done[job] for job in self._jobs if job in self._done]
 
     def add(self, record: Record) -> None:
-        """Take in one result and write it down at once.
+        """Accept one result and write it at once.
 
         Raises:
-            OSError: the disk is full; what the file held before it holds still.
+            OSError: the disk is full; the file keeps its previous contents.
         """
         self._done[_job_of(record)] = record
         append_line(self._file, _line(record))
 
     def write(self) -> None:
-        """Write the whole file in order: the same bytes, whatever order the results came in.
+        """Write the whole file in order: the same bytes, independent of the order of the results.
 
         Raises:
-            OSError: the disk is full; what the file held before it holds still.
+            OSError: the disk is full; the file keeps its previous contents.
         """
         others = [self._done[job] for job in sorted(self._done.keys() - set(self._jobs))]
         head = {"setup": self._setup, "files": dict(sorted(self._files.items()))}
@@ -136,7 +138,7 @@ def _line(value: Record) -> str:
 
 
 def _fingerprints(setup: Setup, jobs: Sequence[Job]) -> dict[str, str]:
-    """A mark of the text of each machine, with all that it imports, and of each maze: it shows when one has changed."""
+    """A hash of each machine, with all its imports, and of each maze, to detect changes."""
     files = {name: mission_of(setup, name).machine.model.files for name in dict.fromkeys(job.machine for job in jobs)}
     files |= {name: tuple(map(str, files_of(maze_file(name)))) for name in dict.fromkeys(job.maze for job in jobs)}
     if setup.maze.objects is not None:

@@ -1,4 +1,4 @@
-"""A campaign's results: one line a machine, and what went wrong."""
+"""The summary of a campaign: one line per machine, and the failures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from maze_machine.campaign.jobs import Record
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """How one machine did over all its runs.
+    """The results of one machine over all its runs.
 
     Attributes:
         machine: its name or file.
@@ -39,7 +39,7 @@ class Row:
 
 
 def summary(records: Iterable[Record]) -> list[Row]:
-    """How each machine did, in the order of the records."""
+    """The results of each machine, in the order of the records."""
     by_machine: dict[str, list[Record]] = {}
     for record in records:
         by_machine.setdefault(record["machine"], []).append(record)
@@ -67,7 +67,7 @@ _FIGURES = ("runs", "solved", "touched", "time", "90%", "path", "clearance")
 
 
 def table(rows: Iterable[Row]) -> Table:
-    """A summary for a person, one line a machine."""
+    """The summary as text, one line per machine."""
     lines = [
         (
             row.machine,
@@ -81,7 +81,7 @@ def table(rows: Iterable[Row]) -> Table:
         )
         for row in rows
     ]
-    # A name is cut only where it is longer than the figures leave room for.
+    # A name is cut only if the figures leave too little room.
     widths = [max(map(len, cells)) for cells in zip(_FIGURES, *(line[1:] for line in lines), strict=True)]
     figures = [Column(name, no_wrap=True, min_width=width) for name, width in zip(_FIGURES, widths, strict=True)]
     shown = Table(Column("machine", no_wrap=True), *figures, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
@@ -91,7 +91,7 @@ def table(rows: Iterable[Row]) -> Table:
 
 
 def failures(records: Iterable[Record]) -> list[str]:
-    """What went wrong, most frequent first: mazes that were refused and runs that failed, each with an example."""
+    """The failures, most frequent first: mazes that were refused and runs that failed, each with an example."""
     examples: dict[str, Record] = {}
     counted: Counter[str] = Counter()
     for record in records:

@@ -1,7 +1,8 @@
-"""This machine's cores do the jobs of a campaign, each in a process that may die without harm to the others."""
+"""Run the jobs of a campaign on the cores of this computer, in isolated processes."""
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -10,17 +11,22 @@ from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnContext
+from multiprocessing.context import BaseContext
+from multiprocessing.process import BaseProcess
 
 from maze_machine.campaign.jobs import Job, Record, Setup, crashed, run_job
 from maze_machine.errors import CommandError, ExitStatus
 
 ATTEMPTS = 2
-"""This often a job is tried whose process dies: it may have been killed for another reason than the job."""
+"""How often a job is tried if its process dies: the cause may be something else than the job."""
 
 
 STARTS = 5
-"""This many processes in a row may die before they are ready."""
+"""How many processes in a row may die before they are ready."""
+
+
+_NEEDED = ["maze_machine.campaign.workers", "hsm.dsl.loading", "perception.signals", "skills.catalogue"]
+"""The modules that a job needs, with what they import."""
 
 
 class WorkerError(CommandError):
@@ -33,9 +39,8 @@ class WorkerError(CommandError):
 def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Generator[Iterator[Record]]:
     """Do jobs in that many processes: a context in which the results come as they are ready.
 
-    A process that dies is replaced; a job whose process has died twice has the outcome ``crashed``. Leaving the
-    context before the last result, by Ctrl-C too, throws away what has been begun: no process stays, nor does one where
-    this process is killed.
+    A process that dies is replaced; a job whose process has died twice has the outcome ``crashed``. Leaving the context
+    before the last result, also by Ctrl-C, drops unfinished jobs; no process remains, even if this process is killed.
 
     Raises:
         WorkerError: no process can be started.
@@ -48,31 +53,31 @@ def on_cores(setup: Setup, jobs: Iterable[Job], workers: int) -> Generator[Itera
 
 
 class _Worker:
-    """One process with a pipe of its own, which does one job at a time."""
+    """One process with its own pipe, which does one job at a time."""
 
-    def __init__(self, context: SpawnContext, setup: Setup) -> None:
+    def __init__(self, context: BaseContext, setup: Setup) -> None:
         self.pipe, theirs = context.Pipe()
         self.job: Job | None = None
         self.ready = False
-        self._process = context.Process(target=_work, args=(setup, theirs), daemon=True)
+        self._process: BaseProcess = context.Process(target=_work, args=(setup, theirs), daemon=True)  # type: ignore[attr-defined]
         self._process.start()
         theirs.close()
 
     def give(self, job: Job) -> None:
-        """Have it do a job; where it has died, that shows when its answer is read."""
+        """Send it a job; if it has died, reading the answer reports it."""
         self.job = job
         with suppress(OSError):
             self.pipe.send(job)
 
     def died(self) -> str:
-        """How a process whose pipe has closed came to its end."""
+        """How a process whose pipe has closed ended."""
         self._process.join(5.0)
         self.end()
         code = self._process.exitcode or 0
         return f"killed by {signal.Signals(-code).name}" if code < 0 else f"ended with status {code}"
 
     def end(self) -> None:
-        """Have no process and no pipe any more."""
+        """Close the process and the pipe."""
         self._process.kill()
         self._process.join()
         self.pipe.close()
@@ -83,8 +88,7 @@ class _Crew:
 
     def __init__(self, setup: Setup, waiting: deque[Job], size: int) -> None:
         self._setup, self._waiting = setup, waiting
-        # A fresh interpreter for each worker: no thread, socket or lock of this process is inherited.
-        self._context = multiprocessing.get_context("spawn")
+        self._context = _clean_context()
         self._tried: dict[Job, int] = {}
         self._failed_starts = 0
         self._workers = [_Worker(self._context, setup) for _ in range(min(size, len(waiting)))]
@@ -106,7 +110,7 @@ class _Crew:
                     yield record
 
     def _employ(self, worker: _Worker) -> None:
-        """Give a worker the next job, or let it go."""
+        """Give a worker the next job, or stop it."""
         if self._waiting:
             worker.give(self._waiting.popleft())
         else:
@@ -114,7 +118,7 @@ class _Crew:
             worker.end()
 
     def _replaced(self, worker: _Worker) -> Record | None:
-        """Another process in place of one that has died; the record of its job, if that is given up."""
+        """Replace a dead process; return the record of its job if that is not tried again."""
         how, job = worker.died(), worker.job
         self._workers.remove(worker)
         if not worker.ready:
@@ -139,11 +143,25 @@ class _Crew:
         self._workers.clear()
 
 
+def _clean_context() -> BaseContext:
+    """How a worker is started so that it inherits no thread, socket or lock of this process.
+
+    Where the platform has it, a server that has imported what the jobs need, and nothing else, forks each worker in
+    some 10 ms; else each worker is a fresh interpreter, which imports all of it again.
+    """
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(_NEEDED)
+    return context
+
+
 def _work(setup: Setup, pipe: Connection) -> None:
-    """Do jobs until the pipe is closed; a worker ends without a word when the user presses Ctrl-C."""
+    """Do jobs until the pipe is closed; a worker ends silently on Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    gc.freeze()
     pipe.send("ready")
     while True:
         try:

@@ -1,1 +1,1 @@
-"""What a person names: machines, libraries and robot profiles, found by name or by file."""
+"""Machines, libraries and robot profiles, found by name or by file."""

@@ -1,4 +1,4 @@
-"""What a machine knows of its robot before it runs: constants to derive its own lengths and speeds from."""
+"""The constants of a robot that a machine can derive its lengths and speeds from."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def robot_constants(robot: RobotDescription, settings: SkillSettings) -> Library
     library: Library[Facts, Command] = Library("robot")
     length, speed, turn_rate = (_QUANTITIES[name] for name in ("length", "speed", "turn_rate"))
     library.constant("robot.radius", length, robot.radius, "Radius of the circle that the robot sweeps when it turns.")
-    library.constant("robot.half_width", length, robot.half_width, "Largest extent of the robot to a side.")
+    library.constant("robot.half_width", length, robot.half_width, "Half the width of the robot.")
     library.constant("robot.margin", length, settings.safety.margin, "Distance that the robot keeps from the walls.")
     library.constant("robot.speed", speed, robot.limits.speed, "Largest speed of the robot.")
     library.constant("robot.turn_rate", turn_rate, robot.limits.turn_rate, "Largest rate of rotation of the robot.")

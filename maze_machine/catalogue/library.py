@@ -1,4 +1,4 @@
-"""The library that a machine is checked against and runs with: that of these robots, or one of somebody's own."""
+"""The library that a machine is checked against and runs with: the shipped one, or one of the user's own."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from transport.messages import Command
 
 RobotLibrary: TypeAlias = "Library[Facts, Command]"
-"""What the machines of a maze robot may name: signals of its facts, activities that give commands."""
+"""The type of a maze robot's library: its facts, and its commands."""
 
 
 def robot_library(settings: SkillSettings | None = None, robot: RobotDescription | None = None) -> RobotLibrary:
     """Everything that a maze robot's machine may name: perception's signals, motion skills, the robot's constants.
 
-    What a machine imports is looked for among the shipped machines, too.
+    Imports are also searched for among the shipped machines.
 
     Args:
         settings: the gains of the robot's motion skills; by default those of PICO.
@@ -53,7 +53,7 @@ def robot_library(settings: SkillSettings | None = None, robot: RobotDescription
 
 
 def robot_names() -> RobotLibrary:
-    """The same library as it is declared: enough for checks, editors and tests, and imported in no time."""
+    """The declarations of the same library: enough for checks, editors and tests, and fast to import."""
     return shipped_names(SHIPPED)
 
 
@@ -67,16 +67,16 @@ def chosen_library(
 ) -> RobotLibrary:
     """The library that a machine is written against.
 
-    That is the one named on the command line; else that of the project around the machine, if it names one and the
-    user trusts it; else the shipped one. A shipped machine belongs to no project.
+    It is the one named on the command line; otherwise that of the machine's project, if it names one and the user
+    trusts it; otherwise the shipped one. A shipped machine belongs to no project.
 
     Args:
         named: ``MODULE:NAME``, or None.
-        machine: the machine's file; None for whatever lies in the present folder.
-        shipped: gives the shipped library for a machine that is to drive; by default its names are enough, with the
-            constants of the project's robot.
+        machine: the machine's file; None for the project of the current folder.
+        shipped: returns the shipped library for driving; by default only its declarations, with the constants of the
+            project's robot.
         ask: asks a person whether to trust a project; by default a question on the terminal where there is one.
-        vouched: the caller knows that the user trusts the project.
+        vouched: the caller has checked that the user trusts the project.
 
     Raises:
         UsageError: there is no such library, or its project is not trusted.
@@ -102,7 +102,7 @@ def _names_for(project: Project) -> RobotLibrary:
     names = robot_names()
     if project.robot is None:
         return names
-    # Only a project with a robot of its own waits for all that a robot's constants are made from.
+    # Only a project with its own robot loads the modules that compute a robot's constants.
     from maze_machine.catalogue.constants import robot_constants  # noqa: PLC0415
     from maze_machine.catalogue.profile import load_profile  # noqa: PLC0415
 
@@ -134,11 +134,11 @@ def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
     except ModuleNotFoundError as error:
         if error.name != module.split(".")[0] and error.name != module:
             raise UsageError(f"`{name}` cannot be imported: {_fault(error)}") from None
-        way_out = f"it is looked for in {place} and among what is installed"
+        way_out = f"searched in {place} and in the installed packages"
         raise UsageError(f"there is no module `{module}`", way_out) from None
     except AttributeError:
         raise UsageError(f"module `{module}` has no `{attribute}`") from None
-    except Exception as error:  # the module is a stranger's: whatever it raises is a fault in it, not in this program
+    except Exception as error:  # the module is foreign: any exception is an error in it, not in this program
         raise UsageError(f"`{name}` cannot be imported: {_fault(error)}") from None
     try:
         made = found if isinstance(found, Library) else found()
@@ -150,7 +150,7 @@ def named_library(name: str, folder: Path | None = None) -> RobotLibrary:
 
 
 def _fault(error: Exception) -> str:
-    """What went wrong in somebody's module, and where."""
+    """The error in a foreign module, with its place."""
     last = traceback.extract_tb(error.__traceback__)[-1]
     told = str(error) if isinstance(error, SyntaxError) else f"{error} ({Path(last.filename).name}, line {last.lineno})"
     return f"{type(error).__name__}: {told}"

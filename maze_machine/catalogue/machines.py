@@ -1,4 +1,4 @@
-"""Where machines are found: the shipped ones by name, others by file."""
+"""Find machines: the shipped ones by name, others by file."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The names of the shipped library without its code, so that checking a machine imports no perception and no skills.
 
-``names.json`` holds what ``robot_library`` declares: names, types, defaults, documentation, and where each thing lies
-in Python. ``python -m maze_machine.catalogue`` writes it again; a test holds it to the library. What a name
-represents is imported when somebody asks for it.
+``names.json`` holds what ``robot_library`` declares: names, types, defaults, documentation, and the Python object of
+each. ``python -m maze_machine.catalogue`` writes it again; a test holds it to the library. The objects are imported on
+first use.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class ImportedName:
 
     @property
     def __wrapped__(self) -> Any:
-        """What is there; ``inspect.unwrap`` finds it, so that an editor can show it."""
+        """The object itself; ``inspect.unwrap`` finds it, so that an editor can show it."""
         found: Any = import_module(self.module)
         for part in self.name.split("."):
             found = getattr(found, part)
@@ -71,7 +71,7 @@ def shipped_names(folder: Path) -> Library[Any, Any]:
 
 
 def manifest_of(library: Library[Any, Any]) -> dict[str, Any]:
-    """What a library declares, as JSON values."""
+    """The declarations of a library, as JSON values."""
     return {
         "name": library.name,
         "enumerations": {
@@ -140,7 +140,7 @@ def library_of(manifest: Mapping[str, Any], folder: Path) -> Library[Any, Any]:
 
 
 def text_of(manifest: Mapping[str, Any]) -> str:
-    """A manifest as the file holds it: a declaration a line."""
+    """The text of a manifest: one declaration per line."""
     sections = []
     for section, entries in manifest.items():
         if not isinstance(entries, dict):
@@ -152,7 +152,7 @@ def text_of(manifest: Mapping[str, Any]) -> str:
 
 
 def _event(declared: EventDeclaration) -> str | dict[str, Any]:
-    """What is said of an event; of one that carries nothing its documentation alone."""
+    """The entry of an event; for one without data only its documentation."""
     data = {one.name: str(one.type) for one in declared.fields}
     return {"doc": declared.doc, "data": data} if data else declared.doc
 

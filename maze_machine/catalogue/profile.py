@@ -28,16 +28,16 @@ SHIPPED = Path(__file__).parent / "profiles"
 
 
 class ProfileError(FileError):
-    """A profile that cannot be used; the message names the file, the key, the reason and a way out."""
+    """A profile that cannot be used; the message names the file, the key, the reason and a suggestion."""
 
 
 class Profile(Settings):
-    """A robot as its controller knows it; the sections of a profile file."""
+    """The settings of a robot; the sections of a profile file."""
 
     robot: RobotDescription = RobotDescription()
     """The robot's body: shape, limits, laser, period."""
     link: LinkSettings = LinkSettings()
-    """How the robot is reached, and how patient either side is with the other."""
+    """How to reach the robot, and the timeouts of both sides."""
     perception: PerceptionSettings = PerceptionSettings()
     """Thresholds and sizes of perception; those left out grow with the robot."""
     skills: SkillSettings = SkillSettings()
@@ -56,12 +56,12 @@ def load_profile(name: str = "pico", overrides: Iterable[str] = ()) -> Profile:
 
     Args:
         name: a TOML file, or the name of a shipped profile.
-        overrides: settings that replace the file's, each ``section.key=value`` with a TOML value; they are judged
-            together, whatever their order.
+        overrides: settings that replace the file's, each ``section.key=value`` with a TOML value; they are validated
+            together, independent of their order.
 
     Raises:
-        ProfileError: the file cannot be read, or a key or value in it is not one.
-        UsageError: the same of an override.
+        ProfileError: the file cannot be read, or a key or value in it is invalid.
+        UsageError: an override is invalid.
     """
     path = find_file("profile", name, shipped_profiles(), ProfileError)
     try:
@@ -91,7 +91,7 @@ def chosen_profile(named: str | None, machine: str | None = None, overrides: Ite
 
 
 def _override_of(place: Location, overrides: Sequence[str]) -> str:
-    """The override that a fault at a place of the profile comes from: the last one there, or all where none is."""
+    """The override that caused an error at a place of the profile: the last one there, or all if there is none."""
     fault = [str(part) for part in place]
     for override in reversed(overrides):
         key = [part.strip() for part in override.partition("=")[0].split(".")]
@@ -130,7 +130,7 @@ def _validated(table: Mapping[str, Any], source: Callable[[Location], str], kind
 
 
 def _nearest_key(location: Location) -> str:
-    """What may have been meant by an unknown key."""
+    """A suggestion for an unknown key."""
     section: type[BaseModel] = Profile
     for part in location[:-1]:
         annotation = section.model_fields[str(part)].annotation
@@ -143,7 +143,7 @@ def _nearest_key(location: Location) -> str:
 
 
 def profile_text(profile: Profile) -> str:
-    """A profile as a TOML file that explains itself: every key with its value and what it means."""
+    """A profile as a commented TOML file: every key with its value and meaning."""
     return "\n".join(_section(profile, ())).lstrip("\n") + "\n"
 
 
@@ -170,5 +170,5 @@ def _section(section: BaseModel, path: tuple[str, ...]) -> Iterator[str]:
 
 
 def _toml(value: object) -> str:
-    """A value as TOML writes it; JSON's notation is TOML's for all that a profile may hold."""
+    """A value in TOML notation, which equals JSON's for all values of a profile."""
     return json.dumps(value, ensure_ascii=False)

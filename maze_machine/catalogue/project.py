@@ -1,7 +1,7 @@
-"""A project's settings: which library its machines are written against, where they lie, and which robot drives them.
+"""A project's settings: the library of its machines, their folders, and the robot.
 
 A project is a folder with a file ``maze-machine.toml``, or with a table ``[tool.maze-machine]`` in its
-``pyproject.toml``. It holds for all machines in that folder and below it.
+``pyproject.toml``. It applies to all machines in that folder and below it.
 
     library = "my_robot:library"       # a function or a Library in Python, as MODULE:NAME
     machines = ["machines"]            # folders whose machines are found by name
@@ -23,7 +23,7 @@ from maze_machine.errors import FileError
 NAME = "maze-machine.toml"
 PYPROJECT = "pyproject.toml"
 _KEYS = {"library": str, "machines": list, "robot": str, "maze": str, "ignore": list}
-_LARGEST = 1_000_000  # bytes: a settings file of this size is none
+_LARGEST = 1_000_000  # bytes: a larger file cannot be a settings file
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +32,11 @@ class Project:
 
     Attributes:
         file: where they are written.
-        library: ``MODULE:NAME`` of the library that the machines name things from; None for the shipped one.
+        library: ``MODULE:NAME`` of the machines' library; None for the shipped one.
         machines: folders whose machines are found by name.
         robot: a profile, by name or as a path; None if the project has none.
         maze: a maze, by name or as a path; None if the project has none.
-        ignore: beginnings of codes of warnings and notes that ``check`` leaves out.
+        ignore: prefixes of the codes of warnings and notes that ``check`` leaves out.
     """
 
     file: Path
@@ -73,13 +73,13 @@ def read_project(file: Path) -> Project:
     """The project that a ``maze-machine.toml`` describes.
 
     Raises:
-        FileError: the file cannot be read or says something that is not known.
+        FileError: the file cannot be read or has an unknown setting.
     """
     return _project(file, _table(file))
 
 
 def _in_pyproject(file: Path) -> Project | None:
-    """The project of a ``pyproject.toml``; one that cannot be read is somebody else's and says nothing."""
+    """The project of a ``pyproject.toml``; an unreadable one is ignored."""
     try:
         tool = _table(file).get("tool", {})
     except FileError:
@@ -91,12 +91,12 @@ def _in_pyproject(file: Path) -> Project | None:
 def _table(file: Path) -> dict[str, Any]:
     try:
         if file.stat().st_size > _LARGEST:
-            raise FileError(f"{file}: too large for settings", f"at most {_LARGEST} bytes are read")
+            raise FileError(f"{file} is too large for a settings file", f"the limit is {_LARGEST} bytes")
         return tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise FileError(f"{file} cannot be read: {error.strerror or error}") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise FileError(f"{file} is no valid TOML: {error}") from None
+        raise FileError(f"{file} is not valid TOML: {error}") from None
 
 
 def _project(file: Path, table: dict[str, Any]) -> Project:

@@ -1,4 +1,4 @@
-"""Files that a person names: one that comes with the project by its name, any other by its path."""
+"""Find files: shipped ones by name, others by path."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from maze_machine.errors import FileError
 
 
 def find_file(kind: str, name: str, shipped: Mapping[str, Path], error: type[FileError] = FileError) -> Path:
-    """The file that is meant.
+    """The file for a name or path.
 
     Args:
-        kind: what it is, such as ``maze``.
+        kind: its kind, such as ``maze``.
         name: a path, or the name of a shipped one, which comes first.
         shipped: the files that come with the project, by name.
         error: what is raised if there is neither.
 
     Raises:
-        FileError: there is neither; the message says what may have been meant.
+        FileError: there is neither; the message has a suggestion.
     """
     path = shipped.get(name, Path(name))
     if path.is_file():

@@ -34,8 +34,8 @@ def make_project(name: str, folder: Path) -> list[Path]:
         The files that were written.
 
     Raises:
-        UsageError: the name is none for a machine.
-        FileError: one of the files is there already, or cannot be written; nothing is overwritten.
+        UsageError: the name is not a valid machine name. FileError: one of the files exists already, or cannot be
+            written; nothing is overwritten.
     """
     if not _NAME.fullmatch(name):
         raise UsageError(f"`{name}` cannot name a machine", "use lower-case letters, digits and underscores: my_robot")

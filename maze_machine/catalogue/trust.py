@@ -1,12 +1,14 @@
 """Which projects may run their own Python code here: a project file names code, and opening a folder must not run it.
 
-A person trusts a folder once, with ``maze-machine trust``; the decision is kept in the user's configuration folder.
-A library that is named on the command line needs no trust: naming it asks for it.
+A person trusts a folder once, with ``maze-machine trust``; the decision is stored in the user's configuration folder. A
+library that is named on the command line needs no trust, since the user names it. A program that has asked the person
+itself, such as an editor with its trusted workspaces, says so in ``MAZE_MACHINE_TRUSTED`` for what it starts.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -17,9 +19,12 @@ from maze_machine.catalogue.project import Project
 from maze_machine.errors import FileError, UsageError
 from transport.files import write_text
 
+VOUCHED = "MAZE_MACHINE_TRUSTED"
+"""The variable of the environment with folders that the caller vouches for, with all in them; separated as in PATH."""
+
 
 def trust_file() -> Path:
-    """Where trusted folders are remembered."""
+    """The file that lists trusted folders."""
     return Path(typer.get_app_dir("maze-machine")) / "trusted.json"
 
 
@@ -27,7 +32,7 @@ def trusted_folders() -> frozenset[Path]:
     """The folders that the user trusts.
 
     Raises:
-        FileError: the file that remembers them is damaged.
+        FileError: the file that lists them is damaged.
     """
     file = trust_file()
     try:
@@ -44,7 +49,7 @@ def trusted_folders() -> frozenset[Path]:
 
 
 def trust(folder: Path) -> None:
-    """Remember that a folder's project may run its code.
+    """Record that a folder's project may run its code.
 
     Raises:
         FileError: the decision cannot be written.
@@ -63,7 +68,10 @@ def distrust(folder: Path) -> None:
 
 def is_trusted(project: Project) -> bool:
     """Whether a project's code may run."""
-    return project.library is None or project.folder in trusted_folders()
+    if project.library is None:
+        return True
+    vouched = [Path(one).resolve() for one in os.environ.get(VOUCHED, "").split(os.pathsep) if Path(one).is_absolute()]
+    return any(project.folder.is_relative_to(one) for one in vouched) or project.folder in trusted_folders()
 
 
 def require_trust(project: Project, ask: Callable[[str], bool] | None = None) -> None:
@@ -74,7 +82,7 @@ def require_trust(project: Project, ask: Callable[[str], bool] | None = None) ->
         ask: asks a person; by default a question on the terminal where there is one.
 
     Raises:
-        UsageError: nobody trusts it; the message says what to do.
+        UsageError: the user does not trust it; the message says what to do.
     """
     if is_trusted(project):
         return
@@ -86,7 +94,7 @@ def require_trust(project: Project, ask: Callable[[str], bool] | None = None) ->
         return
     raise UsageError(
         f"{project.file} names Python code ({project.library}), and the folder is not trusted",
-        f"look at the code, then run `maze-machine trust {project.folder}`",
+        f"read the code, then run `maze-machine trust {project.folder}`",
     )
 
 

@@ -11,20 +11,20 @@ from maze_machine.errors import CommandError, FileError, UsageError
 
 
 def certificates(
-    folder: Annotated[Path, typer.Argument(help="Where to write them; made if it is not there.")],
+    folder: Annotated[Path, typer.Argument(help="The folder to write to; created if it does not exist.")],
     robot: Annotated[list[str], typer.Option(help="Name of a robot; may be repeated.")],
     controller: Annotated[
-        list[str] | None, typer.Option(help="Name of a controller, which may drive all these robots; may be repeated.")
+        list[str] | None, typer.Option(help="Name of a controller that may drive all these robots; may be repeated.")
     ] = None,
     watcher: Annotated[
-        list[str] | None, typer.Option(help="Name of somebody who may only look on; may be repeated.")
+        list[str] | None, typer.Option(help="Name of a watcher, who may only watch; may be repeated.")
     ] = None,
     operator: Annotated[
         list[str] | None,
-        typer.Option(help="Name of somebody who may send events to the running machines; may be repeated."),
+        typer.Option(help="Name of an operator, who may send events to the running machines; may be repeated."),
     ] = None,
     host: Annotated[
-        list[str] | None, typer.Option(help="Name or address at which a robot or router is dialled; may be repeated.")
+        list[str] | None, typer.Option(help="Host name or address of a robot or router; may be repeated.")
     ] = None,
 ) -> None:
     """Make a certificate authority and a certificate for every participant of a test network.

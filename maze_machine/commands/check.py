@@ -30,7 +30,7 @@ def check(
     sarif: Annotated[bool, typer.Option("--sarif", help="Print the diagnostics as SARIF 2.1.0.")] = False,
     ignore: Annotated[
         list[str] | None,
-        typer.Option(metavar="CODE", help="Leave out warnings and notes whose code begins so; may be repeated."),
+        typer.Option(metavar="CODE", help="Leave out warnings and notes whose code has this prefix; may be repeated."),
     ] = None,
     library: LibraryOption = None,
 ) -> None:

@@ -18,17 +18,17 @@ def dap(
         str | None,
         typer.Option(
             metavar="[HOST:]PORT",
-            help="Listen at a port of this machine, one editor after the other; 0 takes any. Default: standard input "
-            "and output.",
+            help="Listen on a port of this computer, for one editor at a time; 0 takes any free port. "
+            "Default: standard input and output.",
         ),
     ] = None,
     library: LibraryOption = None,
 ) -> None:
     """Let an editor debug a machine, by the Debug Adapter Protocol.
 
-    It stops at states, transitions and conditions, goes on by a microstep or a tick, and back. A machine is tried
-    without a robot, as in `simulate`, where signals and variables can be set; driven in a maze; shown a recording; or
-    watched while it runs elsewhere. The arguments of `launch` and `attach` are in docs/how-to/debugging.md.
+    It stops at states, transitions and conditions, and steps forward or back by a microstep or a tick. You can try a
+    machine without a robot, as in `simulate`, and set signals and variables; drive it in a maze; feed it a recording;
+    or watch it in another process. The arguments of `launch` and `attach` are in docs/how-to/debugging.md.
 
     Example: `maze-machine dap`
 
@@ -43,7 +43,7 @@ def dap(
     if (host or _LOOPBACK[0]) not in _LOOPBACK:
         raise UsageError(f"the debugger listens on this machine only, not at {host}", f"one of {', '.join(_LOOPBACK)}")
     if not port.isdecimal() or int(port) > 65535:
-        raise UsageError(f"`{port}` is no port", "a number up to 65535; 0 takes any")
+        raise UsageError(f"`{port}` is not a port", "a number up to 65535; 0 takes any")
 
     def tell(text: str) -> None:
         print(text, file=sys.stderr, flush=True)

@@ -18,7 +18,7 @@ def diagram(
     file: ChartArgument,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", help="Where to: a .svg, .png, .dot or .mmd (Mermaid) file.", metavar="FILE"),
+        typer.Option("--output", "-o", help="The file to write: .svg, .png, .dot or .mmd (Mermaid).", metavar="FILE"),
     ],
     library: LibraryOption = None,
     depth: Annotated[
@@ -27,21 +27,23 @@ def diagram(
             min=1,
             max=60,
             metavar="N",
-            help="Show states down to this depth, imported machines too. Default: all but the inside of these.",
+            help="Show states to this depth, including those of imported machines. Default: "
+            "all states except those of imported machines.",
         ),
     ] = None,
     state: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Show only this state and what lies in it; its full name.")
+        str | None,
+        typer.Option(metavar="NAME", help="Show only this state, given by its full name, and the states inside it."),
     ] = None,
-    no_guards: Annotated[bool, typer.Option("--no-guards", help="Leave out the conditions after `if`.")] = False,
+    no_guards: Annotated[bool, typer.Option("--no-guards", help="Omit the conditions after `if`.")] = False,
     theme: Annotated[str, typer.Option(help="light or dark.")] = "light",
-    transparent: Annotated[bool, typer.Option("--transparent", help="Without a ground of its own.")] = False,
+    transparent: Annotated[bool, typer.Option("--transparent", help="Use a transparent background.")] = False,
 ) -> None:
     """Draw a machine: hierarchy, regions, history, guards, time-outs, activities.
 
-    Imported machines are folded: drawn as one state with the number of states in it. `--depth` shows more or less.
+    Each imported machine is drawn as one state with the number of states in it. `--depth` shows more or less.
 
-    Pictures need Graphviz, which comes with the extra `diagrams`; Mermaid's text does not.
+    Pictures need Graphviz, which is in the extra `diagrams`; Mermaid text does not.
 
     Example: `maze-machine diagram pledge -o pledge.svg`
 
@@ -49,20 +51,18 @@ def diagram(
     """
     from hsm.interchange.diagrams import FORMATS, THEMES, DiagramError, Look, render
     from hsm.interchange.folding import down_to, everything, own_states
-    from maze_machine.arguments.files import check_outputs
+    from maze_machine.arguments.files import check_outputs, check_suffix
     from transport.files import write_bytes
 
-    form = output.suffix.removeprefix(".")
-    if form not in FORMATS:
-        raise UsageError(f"{output}: a diagram is a {', '.join(f'.{one}' for one in FORMATS)} file")
     check_outputs({"--output": output}, [file])
+    check_suffix("--output", output, [f".{one}" for one in FORMATS])
     if theme not in THEMES:
         raise UsageError(f"--theme {theme}: there is no such theme", f"one of {', '.join(THEMES)}")
     chart = load_chart(file, library)
     opened = down_to(chart.model, depth) if depth is not None else everything if state is not None else own_states
     look = Look(theme, transparent, guards=not no_guards, opened=opened, within=state)
     try:
-        drawn = render(chart, form, look)
+        drawn = render(chart, output.suffix.removeprefix("."), look)
     except DiagramError as error:
         raise UsageError(str(error)) from None
     write_bytes(output, drawn)
@@ -73,7 +73,7 @@ def load_chart(file: str, library: str | None = None) -> Machine:
 
     Args:
         file: the file or name.
-        library: what the machine may name, as ``MODULE:NAME``; by default what its project says.
+        library: what the machine may name, as ``MODULE:NAME``; by default that of its project.
     """
     import hsm
     from maze_machine.catalogue.library import chosen_library

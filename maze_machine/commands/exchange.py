@@ -9,12 +9,12 @@ from typing import Annotated
 
 import typer
 
-from maze_machine.arguments.files import check_outputs
+from maze_machine.arguments.files import check_outputs, check_suffix
 from maze_machine.arguments.options import ChartArgument, LibraryOption
 from transport.files import write_text as write_file
 
 Output = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Where to; standard output if left out.", metavar="FILE")
+    Path | None, typer.Option("--output", "-o", help="The file to write. Default: standard output.", metavar="FILE")
 ]
 
 
@@ -29,15 +29,17 @@ def import_chart(
 ) -> None:
     """Turn a statechart in SCXML into a .maze-machine file.
 
-    What the language has no counterpart for is refused by name, with its place; the exit status is 3 then.
+    A feature without a counterpart in the language is refused, with its name and place; the exit status is then 3.
 
     Example: `maze-machine import lift.scxml -o lift.maze-machine`
     """
     from hsm.dsl.format.formatter import format_text
+    from hsm.dsl.syntax.sources import SUFFIX
     from hsm.interchange.scxml import read_file
     from hsm.interchange.scxml.translation import to_machine_text
 
     check_outputs({"--output": output}, [file])
+    check_suffix("--output", output, [SUFFIX])
     _write(format_text(to_machine_text(read_file(file))), output)
 
 
@@ -49,20 +51,21 @@ def export(
 ) -> None:
     """Write a machine for other tools.
 
-    States, history, events, time-outs and outcomes are SCXML's own. It has no word for signals, activities and units:
-    they are in it as this language writes them, so that only a machine without them can be imported again. What means
-    otherwise in SCXML is named on standard error.
+    States, history, events, time-outs and outcomes become SCXML. SCXML has no signals, activities and units: they are
+    written as in this language, so only a machine without them can be imported again. Every difference in meaning is
+    reported on standard error.
 
-    A recording is written for the viewer Rerun where the output ends in `.rrd`; this needs the extra `rerun`.
+    If the output ends in `.rrd`, a recording is converted for the viewer Rerun; this needs the extra `rerun`.
 
     Example: `maze-machine export pledge --to scxml -o pledge.scxml`
 
     Example: `maze-machine export run.mcap -o run.rrd`
     """
+    check_outputs({"--output": output}, [file])
+    check_suffix("--output", output, [".scxml", ".rrd"])
     if output is not None and output.suffix == ".rrd":
         from maze_machine.commands.to_rerun import to_rerun
 
-        check_outputs({"--output": output}, [file])
         to_rerun(Path(file), output)
         return
     from hsm.dsl.reporting.render import as_text
@@ -70,7 +73,6 @@ def export(
     from maze_machine.commands.diagram import load_chart
 
     assert to is Target.SCXML, "there is no other"
-    check_outputs({"--output": output}, [file])
     model = load_chart(file, library).model
     found = differences(model)
     if found:

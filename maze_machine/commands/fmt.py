@@ -14,12 +14,12 @@ def fmt(
     files: Annotated[
         list[str], typer.Argument(help=".maze-machine files; `-` formats standard input.", metavar="FILE...")
     ],
-    check: Annotated[bool, typer.Option("--check", help="Change nothing; say which files would be changed.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Change nothing; print which files would change.")] = False,
 ) -> None:
-    """Lay machines out in their canonical form: indentation, blanks, arrows in columns; comments and meaning stay.
+    """Format machines in their canonical form: indentation, spaces, arrows in columns; comments and meaning stay.
 
-    A file that cannot be read line by line is left as it is, with what is wrong. The exit status is 1 then, and with
-    `--check` if a file would be changed; 3 if a file is not there.
+    A file with lines that cannot be read stays unchanged, and its diagnostics are printed. The exit status is 1 in that
+    case, and with `--check` if a file would change; it is 3 if a file does not exist.
 
     Example: `maze-machine fmt my.maze-machine`
 
@@ -28,8 +28,8 @@ def fmt(
     from pathlib import Path
 
     from hsm.dsl.format.formatter import format_text
-    from hsm.dsl.loading import read_text
     from hsm.dsl.reporting import render
+    from hsm.dsl.syntax.sources import read_text
     from hsm.model.diagnostics import MachineError
     from transport.files import write_text
 

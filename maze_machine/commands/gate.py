@@ -11,7 +11,7 @@ from maze_machine.arguments.options import LISTEN, IdentityOption, ListenOption,
 
 def gate(
     driver: Annotated[
-        str, typer.Argument(metavar="ENDPOINT", help="Where the driver is reached: its Zenoh bridge or router.")
+        str, typer.Argument(metavar="ENDPOINT", help="The endpoint of the driver: its Zenoh bridge or router.")
     ],
     inside: Annotated[
         str, typer.Option(metavar="NAME", help="The driver's namespace; controllers must not know it.")

@@ -34,7 +34,7 @@ def listing(
     json: JsonOption = False,
     library: LibraryOption = None,
 ) -> None:
-    """List what a machine may name, with types, units and a line of documentation; or the codes of diagnostics.
+    """List the names that a machine may use, with types, units and documentation; or the codes of diagnostics.
 
     Example: `maze-machine list signals`
 
@@ -119,10 +119,10 @@ def _types(library: Library) -> Iterable[dict[str, str]]:
 
 
 def _machines() -> Iterable[dict[str, str]]:
-    from hsm.dsl.loading import read_text
     from hsm.dsl.lsp.describe import first_line
     from hsm.dsl.syntax.ast import MachineLine
     from hsm.dsl.syntax.parser import parse
+    from hsm.dsl.syntax.sources import read_text
     from maze_machine.catalogue.machines import shipped_machines
 
     for name, path in shipped_machines().items():

@@ -29,7 +29,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
-    help="Look at mazes, convert them, draw new ones by seed.",
+    help="Show mazes, convert them, generate new ones from a seed.",
 )
 
 
@@ -50,7 +50,7 @@ def show(
     robot: RobotOption = None,
     settings: SettingsOption = None,
 ) -> None:
-    """Show what a maze is like and save a picture of it.
+    """Describe a maze and save a picture of it.
 
     Example: `maze-machine maze show final_2015 --picture final.svg`
     """
@@ -70,7 +70,7 @@ def show(
 def convert(
     maze: MazeArgument,
     output: Annotated[
-        Path, typer.Argument(help="The new file; its suffix says the format: .maze, .png, .pgm, .txt or .num.")
+        Path, typer.Argument(help="The new file; its suffix names the format: .maze, .png, .pgm, .txt or .num.")
     ],
     start: StartOption = None,
     exits: ExitsOption = None,
@@ -84,7 +84,7 @@ def convert(
 ) -> None:
     """Write a maze in another format.
 
-    A heightmap is drawn with the start at its centre. Cells (.txt, .num) can hold only mazes that consist of cells.
+    A heightmap has the start at its centre. The cell formats (.txt, .num) only suit mazes that consist of cells.
 
     Example: `maze-machine maze convert maze.pgm maze.maze`
     """
@@ -103,21 +103,23 @@ def convert(
 @app.command()
 def generate(
     output: Annotated[
-        Path, typer.Argument(help="The new file; its suffix says the format: .maze, .png, .pgm, .txt or .num.")
+        Path, typer.Argument(help="The new file; its suffix names the format: .maze, .png, .pgm, .txt or .num.")
     ],
-    seed: Annotated[int, typer.Option(min=0, help="Which of all such mazes.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the maze.")] = 0,
     size: Annotated[str, typer.Option(metavar="COLUMNSxROWS", help="Number of cells.")] = "6x5",
     corridor: Annotated[float, typer.Option(metavar="METRES", help="Width of the corridors.")] = 1.0,
-    loops: Annotated[int, typer.Option(min=0, help="Walls left out, so that there are two ways.")] = 1,
-    islands: Annotated[int, typer.Option(min=0, help="Solid blocks with a way all around.")] = 0,
-    open_spaces: Annotated[int, typer.Option(min=0, help="Open spaces of two by two to three by three cells.")] = 0,
-    dead_ends: Annotated[float, typer.Option(min=0, max=1, help="Share of the dead ends that stay.")] = 1.0,
-    doors: Annotated[int, typer.Option(min=0, help="Doors in dead ends, all of which must be passed.")] = 0,
-    skew: Annotated[float, typer.Option(metavar="DEGREES", help="Walls are turned by up to this angle.")] = 0.0,
-    offset: Annotated[float, typer.Option(metavar="METRES", help="Walls are shifted by up to this length.")] = 0.0,
-    picture: Annotated[Path | None, typer.Option(metavar="FILE", help="Save a picture too, a .png or .svg.")] = None,
+    loops: Annotated[int, typer.Option(min=0, help="Number of loops, each made by removing a wall.")] = 1,
+    islands: Annotated[int, typer.Option(min=0, help="Number of solid blocks surrounded by corridors.")] = 0,
+    open_spaces: Annotated[int, typer.Option(min=0, help="Number of open spaces of 2x2 to 3x3 cells.")] = 0,
+    dead_ends: Annotated[float, typer.Option(min=0, max=1, help="Share of the dead ends to keep.")] = 1.0,
+    doors: Annotated[
+        int, typer.Option(min=0, help="Number of doors in dead ends; the robot must pass all of them.")
+    ] = 0,
+    skew: Annotated[float, typer.Option(metavar="DEGREES", help="Largest angle by which walls are turned.")] = 0.0,
+    offset: Annotated[float, typer.Option(metavar="METRES", help="Largest distance by which walls are shifted.")] = 0.0,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE", help="Also save a picture, a .png or .svg.")] = None,
 ) -> None:
-    """Draw a maze: the same seed and options always give the same one, and it can be solved.
+    """Generate a maze that can be solved; the same seed and options always give the same one.
 
     Example: `maze-machine maze generate new.maze --seed 7 --size 8x6 --doors 1 --islands 1 --skew 2 --offset 0.1`
     """

@@ -13,18 +13,19 @@ from maze_machine.arguments.options import JsonOption
 def new(
     name: Annotated[str, typer.Argument(help="The machine's name.")],
     folder: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Where to. Default: a new folder of that name.")
+        Path | None, typer.Option(metavar="FOLDER", help="The folder to create. Default: a new folder of that name.")
     ] = None,
     json: JsonOption = False,
 ) -> None:
     """Make a project: a machine, its tests, the library of a small robot, a loop that drives it, editor and CI files.
 
-    The project passes its checks and tests as it is; change it line by line into your own. Nothing is overwritten.
-    Its library is trusted at once, since it was written here.
+    The new project passes its checks and tests; change it step by step into your own. No file is overwritten. The
+    library of the project is trusted, since this command wrote it.
 
     Example: `maze-machine new vacuum`
     """
     from json import dumps
+    from shlex import quote
 
     from maze_machine.catalogue.template import make_project
     from maze_machine.catalogue.trust import trust
@@ -36,4 +37,5 @@ def new(
         print(dumps([str(path) for path in written]))
         return
     print("\n".join(str(path) for path in written))
-    print(f"\nNow: cd {place} && maze-machine check {name}.maze-machine && maze-machine test {name}.maze-machine")
+    machine = f"{name}.maze-machine"
+    print(f"\nNow: cd {quote(str(place))} && maze-machine check {machine} && maze-machine test {machine}")

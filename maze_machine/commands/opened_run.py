@@ -1,4 +1,4 @@
-"""A run that others see and operate while it goes on: over the network, on a page, or both."""
+"""A run that others see and operate while it runs: over the network, on a page, or both."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def served(host: str, port: int, head: dict[str, Any], **what: Any) -> LivePage:
     """A page's server, not yet begun.
 
     Raises:
-        UsageError: the port is taken, or the host is none of this computer.
+        UsageError: the port is taken, or the host is not an address of this computer.
     """
     from maze_machine.view.live import LivePage
 

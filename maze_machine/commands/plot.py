@@ -14,7 +14,6 @@ from maze_machine.arguments.options import (
     ScanTopicOption,
     SettingsOption,
 )
-from maze_machine.errors import UsageError
 
 FORMATS = (".svg", ".png", ".pdf", ".jpg")
 
@@ -34,7 +33,7 @@ def plot(
 
     Example: `maze-machine plot run.mcap -o run.svg`
     """
-    from maze_machine.arguments.files import check_outputs
+    from maze_machine.arguments.files import check_outputs, check_suffix
     from maze_machine.catalogue.profile import load_profile
     from maze_machine.drive.replay import recorded_profile
     from maze_machine.report.run_plot import plotted
@@ -43,9 +42,8 @@ def plot(
     from transport.wording import printable
 
     file = output or recording.with_suffix(".png")
-    if file.suffix not in FORMATS:
-        raise UsageError(f"{file}: no image format `{file.suffix}`", f"one of {', '.join(FORMATS)}")
     check_outputs({"--output": file}, [recording])
+    check_suffix("--output", file, FORMATS)
     profile = load_profile(robot or "pico", settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run

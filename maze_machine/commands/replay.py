@@ -26,7 +26,8 @@ def replay(
         typer.Argument(
             metavar="[MACHINE] RECORDING",
             help="A recording: what `maze-machine run --record` wrote, any MCAP file, or a rosbag2 folder or database "
-            "with a laser scan and odometry; before it, perhaps a machine to use instead of the recorded one.",
+            "with a laser scan and odometry; an optional first argument names a machine to use instead of the recorded "
+            "one.",
         ),
     ],
     second: Annotated[
@@ -49,8 +50,9 @@ def replay(
 
     The same machine gives the same trace, byte for byte. The exit status is 0 if nothing differs.
 
-    Where no machine was recorded, the machine is shown what a controller would have had at each beat, whatever it does
-    about it, and every transition is printed with the values that made it fire. The exit status is 0 unless it fails.
+    If the recording has no machine, the given machine receives the sensor data of each period, its commands have no
+    effect, and every transition is printed with the values that made it fire. The exit status is 0 unless the machine
+    fails.
 
     Example: `maze-machine replay run.mcap`
 

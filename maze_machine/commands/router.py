@@ -9,7 +9,7 @@ def router(
     listen: ListenOption = LISTEN,
     identity: IdentityOption = None,
 ) -> None:
-    """Pass messages on between robots and controllers that all dial this place.
+    """Relay messages between robots and controllers that all connect to this endpoint.
 
     It ends with Ctrl-C. With a certificate, `access.toml` in its folder says who may do what.
 

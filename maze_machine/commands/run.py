@@ -74,9 +74,7 @@ def run(
     metres_a_cell: CellOption = 1.0,
     grey: GreyOption = None,
     objects: ObjectsOption = None,
-    seed: Annotated[
-        int | None, typer.Option(min=0, help="Which run: all that is random is drawn from it. Default: 0.")
-    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of all random numbers of the run. Default: 0.")] = None,
     connect: Annotated[
         str | None,
         typer.Option(
@@ -101,15 +99,15 @@ def run(
             min=1,
             max=2,
             help="How many attempts to make within the maze's time limit. Another one begins at the start, with a "
-            "fresh machine, after one that has failed.",
+            "fresh machine, after a failed one.",
         ),
     ] = 1,
     practice: Annotated[
         bool,
         typer.Option(
             "--practice",
-            help="Make two attempts, the second one after a success too, which the rules do not grant: what the "
-            "first has learned of the maze is known in it.",
+            help="Make a second attempt that uses what the first one learned about the maze, even after a success, "
+            "which the rules do not allow.",
         ),
     ] = False,
     trace: TraceOption = None,
@@ -118,7 +116,7 @@ def run(
         typer.Option(metavar="FILE", help="Record sensors, commands and steps as MCAP, for `maze-machine replay`."),
     ] = None,
     dated: Annotated[
-        bool, typer.Option("--dated", help="Let the recording begin at the present time of day, not in 1970.")
+        bool, typer.Option("--dated", help="Stamp the recording with the current date and time, not from 1970.")
     ] = False,
     view: ViewOption = False,
     host: HostOption = "127.0.0.1",
@@ -136,9 +134,9 @@ def run(
 ) -> None:
     """Run a machine on a robot until the machine, the referee or a limit ends it.
 
-    Without `--connect` a simulator is started in the same process. The exit status is 0 only if the robot has done what
-    was to be done by the rules (to leave the maze, unless `--goal` or the maze says otherwise), in the last attempt if
-    there are two. Files of a second attempt have `-2` in their names.
+    Without `--connect` a simulator is started in the same process. The exit status is 0 only if the robot has reached
+    its goal by the rules (to leave the maze, unless `--goal` or the maze names another), in its last attempt if there
+    are several. Files of a second attempt have `-2` in their names.
 
     Example: `maze-machine run pledge`
 
@@ -162,6 +160,7 @@ def run(
 
     Example: `maze-machine run crosser --open tcp/127.0.0.1:7448 --tell blue@tcp/127.0.0.1:7449`
     """
+    import gc
     from contextlib import ExitStack, closing
 
     from maze_machine.arguments.files import check_outputs
@@ -193,6 +192,7 @@ def run(
         [robot or "", maze or "", objects or "", *mission.machine.model.files],
     )
     files, losses = dict[str, Path](), list[str]()
+    gc.freeze()  # what is loaded stays: a tick does not wait for a search through it for garbage
     with ExitStack() as stack:
         stack.push(_telling(losses))
         link = None
@@ -286,10 +286,11 @@ def refuse_files(record: Path | None, picture: Path | None, *, practice: bool) -
     Raises:
         UsageError: a recording of practice, or a picture of no known format, was asked for.
     """
+    from maze_machine.arguments.files import check_suffix
+
     if practice and record is not None:
         raise UsageError("--record does not go with --practice", "a replay would lack what was learned; take --trace")
-    if picture is not None and picture.suffix not in PICTURES:
-        raise UsageError(f"--picture {picture}: no image format `{picture.suffix}`", f"one of {', '.join(PICTURES)}")
+    check_suffix("--picture", picture, PICTURES)
 
 
 def has_picture(file: Path, world: SimulatedWorld | None, attempt: Attempt, title: str, losses: list[str]) -> bool:
@@ -318,7 +319,7 @@ def _telling(losses: Sequence[str]) -> Callable[..., None]:
 def telling(
     others: Sequence[str], identity: Path | None, mission: Mission, losses: list[str]
 ) -> Iterator[EventForwarder]:
-    """What hands on to other robots' machines what this one sends.
+    """What forwards to other robots' machines what this one sends.
 
     Raises:
         UsageError: one of them is not written as a robot and an endpoint.
@@ -355,7 +356,7 @@ def reached(endpoint: str, identity: Path | None, profile: Profile, seed: int | 
     """The robot at an endpoint.
 
     Raises:
-        LinkError: nobody can be reached there, or the robot is not to be had.
+        LinkError: nobody can be reached there, or the robot is not available.
     """
     from maze_machine.arguments.network import secured
     from transport.connect import connect_robot

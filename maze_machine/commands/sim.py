@@ -31,7 +31,7 @@ def sim(
     maze: MazeArgument,
     listen: ListenOption = LISTEN,
     connect: Annotated[
-        str | None, typer.Option(metavar="ENDPOINT", help="Dial a router there instead of listening.")
+        str | None, typer.Option(metavar="ENDPOINT", help="Connect to a router at this endpoint instead of listening.")
     ] = None,
     start: StartOption = None,
     exits: ExitsOption = None,
@@ -40,7 +40,7 @@ def sim(
     metres_a_cell: CellOption = 1.0,
     grey: GreyOption = None,
     objects: ObjectsOption = None,
-    seed: Annotated[int, typer.Option(min=0, help="The run, where a controller asks for none.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="The seed, if a controller requests none.")] = 0,
     robot: RobotOption = None,
     settings: SettingsOption = None,
     realtime: Annotated[
@@ -50,14 +50,14 @@ def sim(
     fault: FaultOption = None,
     speed: SpeedOption = None,
     once: Annotated[
-        bool, typer.Option("--once", help="End after one episode, also when its controller has died.")
+        bool, typer.Option("--once", help="End after one episode, even if its controller has died.")
     ] = False,
     identity: IdentityOption = None,
 ) -> None:
     """Simulate a robot in a maze for a controller in another process.
 
-    One line says that it is ready, and one line each how an episode went. It ends with Ctrl-C. Without `--realtime`
-    each period of the simulation waits for its command. With `--realtime` and `link.gate=false`, or
+    One line reports that it is ready, and one line each reports the result of an episode. Ctrl-C ends it. Without
+    `--realtime` each period of the simulation waits for its command. With `--realtime` and `link.gate=false`, or
     `link.keys=rmw_zenoh`, it is a bare ROS 2 robot, which any program may command.
 
     Example: `maze-machine sim final_2015 --listen tcp/127.0.0.1:7447`

@@ -9,10 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from maze_machine.arguments.completion import complete_machine
-from maze_machine.arguments.options import JsonOption, LibraryOption
+from maze_machine.arguments.options import HostOption, JsonOption, LibraryOption, PortOption
 from maze_machine.errors import ExitStatus, FileError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hsm import Machine
+    from hsm.model.registry import Library
     from hsm.testing.scenarios.session import Moment
 
 
@@ -26,16 +30,23 @@ def simulate(
         typer.Option("--param", metavar="NAME=VALUE", help="Set a parameter, with its unit; may be repeated."),
     ] = None,
     library: LibraryOption = None,
+    view: Annotated[
+        bool, typer.Option("--view", help="Try it on a page: the same lines, with a control for each thing to do.")
+    ] = False,
+    host: HostOption = "127.0.0.1",
+    port: PortOption = 0,
     json: JsonOption = False,
 ) -> None:
     """Try a machine without a robot: set signals, send events, let time pass, ask why, go back, save it as a scenario.
 
-    What you type are lines of a scenario, in the words of a .maze-test file; `help` lists them. Lines may be piped in:
-    a line that cannot be done then ends the program with status 1. With `--json` a JSON object answers each line.
+    You type the lines of a scenario, as in a .maze-test file; `help` lists them. Lines can be piped in: then the first
+    line that cannot be executed ends the program with status 1. With `--json` each answer is a JSON object.
 
     Example: `maze-machine simulate pledge`
 
     Example: `maze-machine simulate pledge < lines.txt`
+
+    Example: `maze-machine simulate pledge --view`
     """
     import hsm
     from hsm.testing.scenarios.session import Session, SessionError
@@ -49,6 +60,9 @@ def simulate(
     chart = hsm.load(path, names)
     values = parameter_values(chart.model.parameters, dict(map(split_setting, parameters or ())), names.enumerations)
     try:
+        if view:
+            _on_page(chart, names, values, host, port)
+            return
         session = Session(chart, names, values)
     except SessionError as error:
         raise FileError(str(error)) from None
@@ -68,6 +82,24 @@ def simulate(
                 raise typer.Exit(ExitStatus.FAILED) from None
 
 
+def _on_page(
+    machine: Machine[Any, Any], library: Library[Any, Any], parameters: Mapping[str, Any], host: str, port: int
+) -> None:
+    """Try a machine on a page until nobody shows it any more."""
+    from maze_machine.commands.opened_run import announce, linger, served
+    from maze_machine.report.tried import TriedMachine, tried_head
+    from maze_machine.view.drawings import Drawings, drawable
+    from maze_machine.view.live import Feed
+
+    drawings, feed = Drawings(machine), Feed()
+    tried = TriedMachine(machine, library, parameters, feed.publish)
+    head = {**tried_head(machine, parameters), "undrawn": drawable(drawings)}
+    with served(host, port, head, operate=tried.answer, drawn=drawings.drawn, feed=feed) as page:
+        announce(page)
+        page.seen.wait()
+        linger(page)
+
+
 def _typed(names: Any) -> Iterator[str]:
     """The lines that somebody types, or that are piped in."""
     if not sys.stdin.isatty():
@@ -83,7 +115,9 @@ def _typed(names: Any) -> Iterator[str]:
                 "after",
                 "expect",
                 "tick",
+                "micro",
                 "why",
+                "enabled",
                 "break",
                 "back",
                 "lines",

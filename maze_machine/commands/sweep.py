@@ -33,7 +33,9 @@ def sweep(
         list[str],
         typer.Option(metavar="A,B,...", help="Mazes: files, folders of files or names, with commas; may be repeated."),
     ],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The results, one JSON line a run; resumed if it exists.")],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE", help="The results, one JSON line per run; resumed if the file exists.")
+    ],
     start: StartOption = None,
     exits: ExitsOption = None,
     goal: GoalOption = None,
@@ -41,21 +43,21 @@ def sweep(
     metres_a_cell: CellOption = 1.0,
     grey: GreyOption = None,
     objects: ObjectsOption = None,
-    seeds: Annotated[int, typer.Option(min=1, help="How many seeds for each machine and maze, from 0.")] = 1,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes. Default: one a core.")] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds for each machine and maze, from 0.")] = 1,
+    workers: Annotated[int | None, typer.Option(min=1, help="Number of processes. Default: one per core.")] = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Hand the runs to this dask.distributed cluster instead.")
+        str | None, typer.Option(metavar="ADDRESS", help="Run on this dask.distributed cluster instead.")
     ] = None,
     robot: RobotOption = None,
     settings: SettingsOption = None,
     time_limit: TimeLimitOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Run machines over mazes and seeds and say how they did.
+    """Run machines over mazes and seeds and report the results.
 
-    The results do not depend on the number of workers. A sweep that was interrupted goes on where it was when it is
-    started again with the same file; one sweep at a time may write it. A run whose worker dies is tried once more, and
-    then has the outcome `crashed`. The exit status is 0 if every run was solved.
+    The results do not depend on the number of workers. An interrupted sweep resumes when it is started again with the
+    same file; only one sweep at a time may write the file. If the worker of a run dies, the run is tried once more, and
+    then counts as `crashed`. The exit status is 0 if every run was solved.
 
     Example: `maze-machine sweep --machines pledge,right_hand --mazes mazes/ --seeds 10 --out results.jsonl`
     """
@@ -100,7 +102,9 @@ def sweep(
         except OSError as error:
             if error.filename is None:
                 raise
-            loss = f"{error.filename}: {error.strerror}; start the sweep again when there is room, and it goes on here"
+            loss = (
+                f"{error.filename}: {error.strerror}; start the sweep again when there is room, and it continues here"
+            )
     rows, failed = summary(results.records), failures(results.records)
     if json:
         print(dumps({"machines": [asdict(row) for row in rows], "failures": failed}))

@@ -34,30 +34,34 @@ def test(
         ),
     ],
     generate: Annotated[
-        bool, typer.Option("--generate", help="Find scenarios from the machine alone and print them.")
+        bool, typer.Option("--generate", help="Generate scenarios from the machine and print them.")
     ] = False,
     output: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where --generate writes the scenarios instead.")
+        Path | None, typer.Option(metavar="FILE", help="The .maze-test file that --generate writes instead.")
     ] = None,
     mutate: Annotated[
         bool,
-        typer.Option("--mutate", help="Change the machine in small ways; list mutants that no scenario kills."),
+        typer.Option("--mutate", help="Make mutants, small changes of the machine; list those that no scenario kills."),
     ] = False,
     steps: Annotated[
         int | None,
-        typer.Option(min=1, help="How many steps --generate tries at most."),
+        typer.Option(min=1, help="The largest number of steps that --generate tries."),
     ] = None,
     depth: Annotated[
         int | None,
-        typer.Option(min=1, metavar="STEPS", help="Look only at runs of this many steps; otherwise at all."),
+        typer.Option(min=1, metavar="STEPS", help="Check only runs of this many steps. Default: all runs."),
     ] = None,
     require: Annotated[
         Requirement | None,
-        typer.Option(help="Fail where a property is not proved, or not even without a violation to a depth."),
+        typer.Option(
+            help=("Fail if a property is not proved, or (`bounded`) not at least free of violations to a depth.")
+        ),
     ] = None,
     longest_tick: Annotated[
         float,
-        typer.Option(min=1e-6, metavar="SECONDS", help="What proofs assume: the longest time between two steps."),
+        typer.Option(
+            min=1e-6, metavar="SECONDS", help=("The assumption of proofs about the longest time between two steps.")
+        ),
     ] = 0.1,
     parameters: Annotated[
         list[str] | None,
@@ -69,12 +73,13 @@ def test(
         list[str] | None,
         typer.Option("--free", metavar="NAME", help="A parameter that may have any value in proofs; may be repeated."),
     ] = None,
-    no_nan: Annotated[bool, typer.Option("--no-nan", help="Let proofs assume that no signal is NaN.")] = False,
-    coverage: Annotated[bool, typer.Option("--coverage", help="Print what the scenarios cover.")] = False,
+    no_nan: Annotated[bool, typer.Option("--no-nan", help="Assume in proofs that no signal is NaN.")] = False,
+    coverage: Annotated[bool, typer.Option("--coverage", help="Print the coverage of the scenarios.")] = False,
     fail_under: Annotated[
-        float | None, typer.Option(metavar="PERCENT", help="Fail where they cover less of all points.")
+        float | None,
+        typer.Option(metavar="PERCENT", help="Fail if the scenarios cover less than this share of all items."),
     ] = None,
-    html: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write a coverage report to look at.")] = None,
+    html: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write a coverage report as HTML pages.")] = None,
     lcov: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as an LCOV tracefile.")] = None,
     cobertura: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as Cobertura XML.")] = None,
     library: LibraryOption = None,
@@ -82,12 +87,12 @@ def test(
 ) -> None:
     """Run a machine's scenarios and decide its properties for all its runs.
 
-    A property is proved, or violated by a run that is shown, or there is no violation in runs of a certain number of
-    steps, or it is not decided, with what is in the way.
+    Each property has a verdict: proved; violated, with a run that shows it; no violation in runs of a number of steps;
+    or undecided, with the reason.
 
-    The exit status is 0 only if all scenarios pass, no property is violated, all are what `--require` demands, and
-    coverage is enough; with `--mutate` only if every change is noticed; with `--generate` if everything in the machine
-    that is not proved unreachable is reached.
+    The exit status is 0 only if all scenarios pass, no property is violated, every property meets `--require`, and the
+    coverage suffices; with `--mutate` only if every mutant is killed; with `--generate` only if the scenarios reach
+    everything in the machine that is not proved unreachable.
 
     Example: `maze-machine test pledge --require proved`
 
@@ -104,7 +109,7 @@ def test(
     from hsm.testing.proofs.verdicts import Assumptions, Status
     from hsm.testing.scenarios.reading import SUFFIX
     from hsm.testing.scenarios.tested_machine import load_machine, load_tested_machine
-    from maze_machine.arguments.files import check_outputs
+    from maze_machine.arguments.files import check_outputs, check_suffix
     from maze_machine.arguments.parameters import known_values, split_setting
     from maze_machine.catalogue.library import chosen_library
     from maze_machine.catalogue.machines import find_machine
@@ -117,6 +122,7 @@ def test(
     meant = path if path.suffix == SUFFIX else find_machine(file)
     outputs = {"--output": output, "--lcov": lcov, "--cobertura": cobertura}
     check_outputs(outputs, [meant])
+    check_suffix("--output", output, [SUFFIX])
     names = chosen_library(library, meant)
     if generate:
         with waiting("finding scenarios"):

@@ -13,16 +13,17 @@ from maze_machine.errors import UsageError
 
 def trust(
     folder: Annotated[
-        Path | None, typer.Argument(help="A project's folder. Default: the project around the present folder.")
+        Path | None, typer.Argument(help="A project's folder. Default: the project of the current folder.")
     ] = None,
-    remove: Annotated[bool, typer.Option("--remove", help="Trust the folder no longer.")] = False,
+    remove: Annotated[bool, typer.Option("--remove", help="Withdraw the trust in the folder.")] = False,
     show: Annotated[bool, typer.Option("--list", help="List the trusted folders and change nothing.")] = False,
     json: JsonOption = False,
 ) -> None:
-    """Let a project's own library run: its settings name Python code, which no command runs unasked.
+    """Trust a project's own library: its settings name Python code, which no command runs without your consent.
 
-    Look at the code first. The decision holds for this user and this folder, and is kept in the user's configuration
-    folder.
+    Read the code first. The decision applies to this user and this folder, and is stored in the user's configuration
+    folder. A program that has asked the user itself, as an editor does, names the folders of that decision in the
+    environment, in MAZE_MACHINE_TRUSTED.
 
     Example: `maze-machine trust ~/robots/vacuum`
 

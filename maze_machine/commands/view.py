@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SCHEMES = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream")
 """What an endpoint begins with."""
 SILENCE = 10.0
-"""A machine elsewhere of which nothing has come for that long has ended, s."""
+"""A remote machine that has been silent for that long is asked whether it is still there, s."""
 
 
 def view(
@@ -42,11 +42,11 @@ def view(
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="The page. Default: beside the recording.")
     ] = None,
     foxglove: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a layout too with which Foxglove shows the recording.")
+        Path | None, typer.Option(metavar="FILE", help="Also write a Foxglove layout for the recording, a .json file.")
     ] = None,
     no_sights: Annotated[
         bool,
-        typer.Option("--no-sights", help="Do not compute again what perception found, which takes the longest."),
+        typer.Option("--no-sights", help="Skip the results of perception, which take longest to compute."),
     ] = False,
     robot: RecordedRobotOption = None,
     settings: SettingsOption = None,
@@ -56,10 +56,10 @@ def view(
     host: HostOption = "127.0.0.1",
     port: PortOption = 0,
 ) -> None:
-    """Show a run on a page: the plan, the machine, why it does what it does, variables and time.
+    """Show a run on a page: the plan, the machine, the reasons of its decisions, variables and time.
 
-    A recording becomes one file that any browser opens, without a network. A machine that runs elsewhere is shown while
-    it runs, and may be operated from the page.
+    A recording becomes one file that any browser opens, without a network. For a machine in another process, the page
+    shows it while it runs and can operate it.
 
     Example: `maze-machine view run.mcap -o run.html`
 
@@ -74,7 +74,7 @@ def view(
         return
     from json import dumps
 
-    from maze_machine.arguments.files import check_outputs
+    from maze_machine.arguments.files import check_outputs, check_suffix
     from maze_machine.catalogue.profile import load_profile
     from maze_machine.drive.replay import recorded_profile
     from maze_machine.view.foxglove import layout
@@ -85,6 +85,8 @@ def view(
     recording = Path(source)
     page = output or recording.with_suffix(".html")
     check_outputs({"--output": page, "--foxglove": foxglove}, [recording])
+    check_suffix("--output", page, [".html"])
+    check_suffix("--foxglove", foxglove, [".json"])
     profile = load_profile(robot or "pico", settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
@@ -111,13 +113,14 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
     """Show a machine that runs elsewhere until the page is closed.
 
     Raises:
-        LinkError: nobody can be reached there.
+        LinkError: no program can be reached there.
         NoMachineError: no machine answers.
         UsageError: the page's port is taken.
     """
     from functools import partial
 
     from maze_machine.commands.opened_run import announce, linger, served
+    from maze_machine.remote.looking import looked_on
     from maze_machine.remote.reaching import reaching
     from maze_machine.report.pages import remote_head
 
@@ -127,8 +130,8 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
         page = served(host, port, head, operate=machine.ask, pausable=lambda: True)
         with page:
             announce(page)
-            ending = {"line": f"nothing has come for {SILENCE:g} s: the run is over, or the link is", "stands": False}
-            for step in machine.steps(SILENCE):
+            ending = {"line": "the machine does not answer any more: the run is over, or the link is", "stands": False}
+            for step in looked_on(machine, SILENCE):
                 page.publish(partial(dict, step))
                 if "ended" in step:
                     ending = {**step["ended"], "stands": True}

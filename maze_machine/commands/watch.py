@@ -10,7 +10,7 @@ from maze_machine.arguments.options import OPEN, IdentityOption, JsonOption, Rob
 from maze_machine.errors import ExitStatus, UsageError
 
 ConnectOption = Annotated[
-    str, typer.Option(metavar="ENDPOINT", help="Where the running machine listens: its `run --open`.")
+    str, typer.Option(metavar="ENDPOINT", help="The endpoint where the running machine listens: its `run --open`.")
 ]
 
 
@@ -19,16 +19,18 @@ def watch(
     robot: RobotOption = None,
     identity: IdentityOption = None,
     why: Annotated[
-        str | None, typer.Option(metavar="STATE", help="Say once why this state's transitions fire or not, and end.")
+        str | None,
+        typer.Option(metavar="STATE", help="Print once why the transitions of this state fire or not, and end."),
     ] = None,
     silence: Annotated[
-        float, typer.Option(min=0.1, metavar="SECONDS", help="End when nothing has come for this long.")
+        float, typer.Option(min=0.1, metavar="SECONDS", help="End when no message has arrived for this long.")
     ] = 5.0,
     json: JsonOption = False,
 ) -> None:
     """Watch a running machine: its states, transitions and variables, line by line as they change.
 
-    Any number may watch; the machine waits for none of them. With `--json` each tick is a line, as it is published.
+    Any number of programs may watch; the machine waits for none of them. With `--json` each tick is printed as one
+    line, as published.
 
     Example: `maze-machine watch --connect tcp/127.0.0.1:7448`
 
@@ -62,19 +64,19 @@ def watch(
 def send(
     event: Annotated[
         str | None,
-        typer.Argument(help='The event, with what it carries: go, or "floor(3)"; the machine must declare it.'),
+        typer.Argument(help='The event with its data: go, or "floor(3)"; the machine must declare it.'),
     ] = None,
     connect: ConnectOption = OPEN,
     robot: RobotOption = None,
     identity: IdentityOption = None,
-    pause: Annotated[bool, typer.Option("--pause", help="Have a simulation stand still.")] = False,
+    pause: Annotated[bool, typer.Option("--pause", help="Pause a simulation.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Resume it.")] = False,
     advance: Annotated[int | None, typer.Option(min=1, metavar="TICKS", help="Advance it by this many ticks.")] = None,
     stop: Annotated[bool, typer.Option("--stop", help="End the run; the robot is stopped.")] = False,
 ) -> None:
-    """Send an event to a running machine, or have its run pause, go on or end.
+    """Send an event to a running machine, or have its run pause, resume or end.
 
-    The event is part of the run: it is in the trace and in the recording, and a replay gives it again.
+    The event is part of the run: the trace and the recording contain it, and a replay repeats it.
 
     Example: `maze-machine send go --connect tcp/127.0.0.1:7448`
 

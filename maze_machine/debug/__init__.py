@@ -1,1 +1,1 @@
-"""A debugger for machines: their runs step by step, forwards and backwards, as editors show them."""
+"""A debugger for machines: runs step by step, forwards and backwards, in editors."""

@@ -1,6 +1,6 @@
-"""The debug adapter: answers an editor's requests, of the Debug Adapter Protocol, about a run.
+"""The debug adapter: answers an editor's requests of the Debug Adapter Protocol.
 
-One thread: what an editor asks is looked at between the points of a run that goes.
+It has one thread: requests are handled between the points of a running run.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ CAPABILITIES = {
 }
 THREAD = 1
 _SLICE = 200
-"""This many points are gone between two looks for requests."""
+"""How many points are executed between two checks for requests."""
 _LOOK = 0.02
-"""Between two looks for a tick of a machine elsewhere, s."""
+"""The interval of checks for a tick of a remote machine, s."""
 
 
 class RefusedError(Exception):
-    """A request that cannot be done; the message says why."""
+    """A request that cannot be executed; the message says why."""
 
 
 class Adapter:
@@ -123,7 +123,7 @@ class Adapter:
         command, given = request.get("command"), request.get("arguments")
         handler = self._handlers.get(command) if isinstance(command, str) else None
         if request.get("type") != "request" or handler is None:
-            self._channel.refuse(request, f"there is no request `{command!s:.100}` here")
+            self._channel.refuse(request, f"the request `{command!s:.100}` is not supported")
             return
         try:
             body = handler(given if isinstance(given, dict) else {})
@@ -158,7 +158,7 @@ class Adapter:
         if stop is not None:
             self._stand(stop)
         elif debugger.moving and before == (debugger.at, debugger.point):
-            # Nothing has come from elsewhere yet: wait for it, or for a request, whichever is first.
+            # No remote tick has arrived yet: wait for one, or for a request, whichever is first.
             self._channel.wait(_LOOK)
 
     # Beginning and ending.
@@ -174,7 +174,7 @@ class Adapter:
         self._asked = asked
 
     def _take(self, run: Run) -> None:
-        """Debug a run; the breakpoints of the editor are laid in it."""
+        """Debug a run with the breakpoints of the editor."""
         self._debugger = Debugger(run, self._laying.breakpoints, self._say)
         self._shown = Shown(run.chart)
         self._finished = False
@@ -184,9 +184,9 @@ class Adapter:
                 self._channel.wait(_LOOK)
                 wait += 1
                 if wait * _LOOK > _PATIENCE:
-                    raise RefusedError("nothing has come from the machine")
+                    raise RefusedError("no tick has arrived from the machine")
         if not run.steps:
-            raise RefusedError(f"there is nothing to see: {run.over}")
+            raise RefusedError(f"the run has no steps: {run.over}")
 
     def _configuration_done(self, _given: Mapping[str, Any]) -> None:
         self._configured = True
@@ -251,7 +251,7 @@ class Adapter:
     def _variables(self, given: Mapping[str, Any]) -> Mapping[str, object]:
         found = self._view().variables(_number(given, "variablesReference"))
         if found is None:
-            raise RefusedError("this was shown before the run went on")
+            raise RefusedError("this was shown before the run continued")
         first, count = given.get("start"), given.get("count")
         begin = first if isinstance(first, int) else 0
         end = begin + count if isinstance(count, int) and count > 0 else None
@@ -266,7 +266,7 @@ class Adapter:
     def _changed(self, name: str, value: str) -> Mapping[str, object]:
         debugger = self._standing()
         if not debugger.run.chart.type_text(name):
-            raise RefusedError(f"`{name}` is no variable and no signal")
+            raise RefusedError(f"`{name}` is neither a variable nor a signal")
         debugger.run.change(debugger.at, name, value)
         debugger.to_newest()
         shown, kind = self._view().value(name) or (value, "")
@@ -288,7 +288,7 @@ class Adapter:
         return {"result": "true" if holds else "false", "type": "bool", "variablesReference": 0}
 
     def _told(self, debugger: Debugger, line: str) -> str:
-        """What comes of a line in the console: a word of it, or a condition."""
+        """The answer to a line in the console: a command, or a condition."""
         if line.partition(" ")[0] == "help":
             return HELP
         try:
@@ -339,7 +339,7 @@ class Adapter:
             self._stand(StopReason("pause", "paused"))
 
     def _stand(self, stop: StopReason) -> None:
-        """Say that and why the run stands still."""
+        """Report that the run is paused, and why."""
         self._stop = stop
         debugger = self._here()
         self._view().at(debugger)
@@ -361,7 +361,7 @@ class Adapter:
     def _standing(self) -> Debugger:
         debugger = self._here()
         if debugger.moving:
-            raise RefusedError("the run goes; pause it first")
+            raise RefusedError("the run is not paused; pause it first")
         return debugger
 
     def _view(self) -> Shown:
@@ -371,7 +371,7 @@ class Adapter:
 
 
 _PATIENCE = 10.0
-"""This long the first tick of a machine elsewhere may take, s."""
+"""The timeout for the first tick of a remote machine, s."""
 
 
 def _number(given: Mapping[str, Any], name: str) -> int:
@@ -380,7 +380,7 @@ def _number(given: Mapping[str, Any], name: str) -> int:
 
 
 def _unreadable(error: MachineError) -> str:
-    """The first faults of a machine, in short: the editor shows them where they are."""
+    """The first errors of a machine, in short: the editor shows them at their places."""
     errors = [one for one in error.diagnostics if one.severity.name == "ERROR"]
     shown = "; ".join(f"{one.place}: {one.message}" for one in errors[:3])
     return f"the machine cannot be used: {shown}{' ...' if len(errors) > 3 else ''}"

@@ -1,4 +1,4 @@
-"""What an editor asks to debug."""
+"""The arguments of an editor's launch request."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from maze_machine.errors import UsageError
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What an editor wants to debug: the arguments of `launch` and `attach`.
+    """The arguments of `launch` and `attach`.
 
     Attributes:
         program: a machine's file or the name of a shipped machine; may be left out for a recording.
         parameters: the machine's parameters, as a person writes them.
-        library: what the machine may name, as ``MODULE:NAME``; None for what its project says.
+        library: what the machine may name, as ``MODULE:NAME``; None for that of its project.
         robot: the robot's profile.
         maze: drive it in the embedded simulator, in this maze; None to try it without a robot.
         seed: of the simulator.
-        recording: show it the sensors of this recording.
+        recording: feed it the sensor data of this recording.
         connect: where a machine runs that is open to viewers.
         identity: a certificate for that, as FOLDER/NAME.
-        stop: stand still at the beginning.
+        stop: pause at the beginning.
     """
 
     program: str | None = None
@@ -55,11 +55,11 @@ def read_arguments(given: Mapping[str, Any], library: str | None = None) -> Aske
     """What a request's arguments ask for.
 
     Args:
-        given: the arguments; what an editor adds for itself is passed over.
+        given: the arguments; what an editor adds for itself is skipped.
         library: the library that the adapter was started with, for requests that name none.
 
     Raises:
-        UsageError: one of them is not of its type, or two do not go together.
+        UsageError: one of them has the wrong type, or two exclude each other.
     """
     found: dict[str, Any] = {}
     for name, (field, kind) in _KINDS.items():
@@ -71,13 +71,13 @@ def read_arguments(given: Mapping[str, Any], library: str | None = None) -> Aske
         found[field] = value
     parameters = given.get("parameters") or {}
     if not isinstance(parameters, dict) or not all(isinstance(one, str | int | float) for one in parameters.values()):
-        raise UsageError("`parameters` is an object of names and values", 'such as {"cruise": "0.3 m/s"}')
+        raise UsageError("`parameters` must be an object of names and values", 'such as {"cruise": "0.3 m/s"}')
     found["parameters"] = {name: _written(value) for name, value in parameters.items()}
     found.setdefault("library", library)
     asked = Asked(**found)
     ways = [name for name in ("maze", "recording", "connect") if getattr(asked, name) is not None]
     if len(ways) > 1:
-        raise UsageError(f"`{ways[0]}` does not go with `{ways[1]}`", "give one of them")
+        raise UsageError(f"`{ways[0]}` and `{ways[1]}` exclude each other", "give one of them")
     if asked.program is None and asked.recording is None:
         raise UsageError("there is nothing to debug", "`program` is a machine's file or the name of a shipped machine")
     return asked

@@ -1,4 +1,4 @@
-"""Where a run is to be stopped: at lines, at states and conditions by name, at changes of a value, at faults."""
+"""Breakpoints: at lines, at states and conditions by name, at changes of a value, at faults."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class BreakConditionError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class BreakCondition:
-    """Something that holds at a point of a run, or does not.
+    """A condition on a point of a run.
 
     Attributes:
         text: as it was written.
-        expected: what it claims.
+        expected: the claim.
     """
 
     text: str
@@ -39,10 +39,10 @@ class BreakCondition:
 
 
 def read_condition(text: str, chart: Chart) -> BreakCondition:
-    """A condition in the words of an ``expect`` line: ``in_door``, ``turns == 2 and not space.left``.
+    """A condition in the syntax of an ``expect`` line: ``in_door``, ``turns == 2 and not space.left``.
 
     Raises:
-        ConditionError: it cannot be read, or says what cannot be seen at a point of a run.
+        ConditionError: it cannot be read, or cannot be evaluated at a point of a run.
     """
     try:
         expected = parse_expectation(text, chart.model, chart.library, "condition")
@@ -50,12 +50,12 @@ def read_condition(text: str, chart: Chart) -> BreakCondition:
         found = error.diagnostics[0]
         raise BreakConditionError(found.message + (f"; {found.suggestion}" if found.suggestion else "")) from None
     if expected.within is not None:
-        raise BreakConditionError("a condition holds now: leave `within` out")
+        raise BreakConditionError("remove `within`: a condition holds at one point")
     for claim in expected.claims:
         if not isinstance(claim.content, InState | ConditionHolds) and not (
             isinstance(claim.content, Performs) and not claim.content.action
         ):
-            raise BreakConditionError(f"`{claim.text}` is seen at the end of a step only; use `expect` in the console")
+            raise BreakConditionError(f"`{claim.text}` is known only at the end of a step; use `expect` in the console")
     return BreakCondition(text, expected)
 
 
@@ -79,7 +79,7 @@ class LineBreakpoint:
         number: its own number.
         spot: the line.
         condition: only where this holds, or None.
-        hits: how often it must have been met, as a person writes it; empty for once.
+        hits: the hit condition as written; empty for every hit.
         message: what to say instead of stopping; empty to stop.
         met: how often it was met.
     """
@@ -111,13 +111,13 @@ class ValueBreakpoint:
 
 @dataclass(frozen=True, slots=True)
 class Hit:
-    """A breakpoint that was met.
+    """A breakpoint that was hit.
 
     Attributes:
         kind: what kind it is, in the words of the protocol.
-        text: what was met, for a person.
+        text: a description.
         numbers: which breakpoints.
-        stops: whether the run stops; else the text is only said.
+        stops: whether the run stops; otherwise the text is only logged.
     """
 
     kind: str
@@ -145,7 +145,7 @@ class Breakpoints:
     violations: bool = True
 
     def met(self, here: tuple[Step, int], before: tuple[Step, int] | None) -> Iterator[Hit]:
-        """The breakpoints that are met at a point.
+        """The breakpoints that are hit at a point.
 
         Args:
             here: the point.
@@ -185,7 +185,7 @@ def _line_met(one: LineBreakpoint, step: Step, point: int) -> Iterator[Hit]:
 
 
 def _counts(hits: str, met: int) -> bool:
-    """Whether a breakpoint that was met this often stops: ``3`` from the third time on, ``% 3`` every third time."""
+    """Whether a breakpoint stops at this hit count: ``3`` from the third time on, ``% 3`` every third time."""
     found = _HITS.fullmatch(hits)
     if found is None:
         return True

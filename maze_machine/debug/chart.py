@@ -1,4 +1,4 @@
-"""A machine as a debugger speaks of it: its transitions, signals and lines by name."""
+"""Names of a machine's transitions, signals and lines for a debugger."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from hsm import Machine
-from hsm.engine.evaluation import all_signals
+from hsm.interchange.reports import signals_of
 from hsm.model.chart import Model, StateKind
 from hsm.model.diagnostics import Place
-from hsm.model.expressions import SignalValue
 from hsm.model.registry import Library
-from hsm.model.rewriting import expressions_of
 from hsm.model.types import Type
-from hsm.model.unparse import call_text, trigger_text, value_text
+from hsm.model.unparse import trigger_text, value_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,17 +37,13 @@ class Chart:
     Attributes:
         machine: the machine whose runs are seen.
         library: what it was checked against.
-        signals: the signals that it asks for, each as it is written.
+        signals: the signals that it uses, each as it is written.
     """
 
     def __init__(self, machine: Machine[Any, Any], library: Library[Any, Any]) -> None:
         self.machine = machine
         self.library = library
-        self.signals: dict[str, SignalValue] = {}
-        for expression in expressions_of(machine.model):
-            for call in all_signals(expression):
-                text = call_text(call.signal.name, call.signal.parameters, call.arguments)
-                self.signals.setdefault(text, call)
+        self.signals = signals_of(machine.model)
         self._types: dict[str, Type] = {one.name: one.type for one in self.model.parameters}
         self._types.update((one.name, one.type) for one in self.model.variables)
         self._spots = _spots(self.model)
@@ -96,7 +90,7 @@ class Chart:
         return tuple(sorted(names, key=self.machine.indices.__getitem__))
 
     def spot(self, file: str, line: int) -> Spot | None:
-        """Where a run can be stopped for a line: there, else at the nearest line above, else at the first below.
+        """The line where a breakpoint for a line applies: itself, or the nearest one above, or the first one below.
 
         Args:
             file: the file's path.

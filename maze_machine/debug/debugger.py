@@ -1,4 +1,4 @@
-"""Where a debugger is in a run, and how it moves: point by point, step by step, to a breakpoint, and back."""
+"""The position of a debugger in a run, and its moves: point by point, step by step, to a breakpoint, and back."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Goal(Enum):
 
 @dataclass(frozen=True, slots=True)
 class StopReason:
-    """Why the debugger stands still.
+    """Why the debugger has stopped.
 
     Attributes:
         reason: in the words of the protocol.
@@ -37,7 +37,7 @@ class StopReason:
 
 @dataclass(frozen=True, slots=True)
 class _Motion:
-    """A way that is being gone."""
+    """A move in progress."""
 
     goal: Goal
     back: bool
@@ -51,7 +51,7 @@ class Debugger:
     Attributes:
         run: the run.
         breakpoints: where to stop.
-        say: takes what breakpoints say without stopping.
+        say: receives the messages of logpoints.
         at: the number of the step.
         point: the point in it.
     """
@@ -70,12 +70,12 @@ class Debugger:
 
     @property
     def moving(self) -> bool:
-        """Whether it is on its way."""
+        """Whether a move is in progress."""
         return self._motion is not None
 
     @property
     def newest(self) -> bool:
-        """Whether nothing is known of what comes next."""
+        """Whether the next point is not known yet."""
         return self.point == self.step.count and self.at == len(self.run.steps) - 1
 
     def to_entry(self) -> None:
@@ -83,12 +83,12 @@ class Debugger:
         self.point = self.step.count
 
     def to_newest(self) -> None:
-        """Go to the end of what is known."""
+        """Go to the last known point."""
         self.at = len(self.run.steps) - 1
         self.point = self.step.count
 
     def begin(self, goal: Goal, *, back: bool = False) -> None:
-        """Set out; ``move`` then goes."""
+        """Begin a move; ``move`` executes it."""
         start, states = self.step, self.step.states(self.point)
         ended = self.point == start.count
 
@@ -113,10 +113,10 @@ class Debugger:
         self.run.hold()
 
     def move(self, most: int) -> StopReason | None:
-        """Go on; why the debugger stops now, or None where it is still on its way.
+        """Continue the move; return why the debugger stops, or None if the move is not finished.
 
         Args:
-            most: after that many points it is asked again.
+            most: the largest number of points per call.
         """
         for _ in range(most):
             motion = self._motion
@@ -133,7 +133,7 @@ class Debugger:
             if stop is None and motion.reached():
                 stop = StopReason("step")
             if stop is None and self._waits(motion):
-                stop = StopReason("pause", "nothing more happens until a signal, an outcome or an event comes")
+                stop = StopReason("pause", "nothing happens until a signal changes or an outcome or event arrives")
             if stop is not None:
                 return self._stopped(stop)
         return None

@@ -1,4 +1,4 @@
-"""A machine with a robot in this process: in the embedded simulator, or in front of recorded sensors."""
+"""A machine with a robot in this process: in the embedded simulator, or with recorded sensor data."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from transport.world import LockstepRobot
 
 
 class DrivenRun:
-    """A machine with a robot in this process: in the embedded simulator, or in front of recorded sensors."""
+    """A machine with a robot in this process: in the embedded simulator, or with recorded sensor data."""
 
     quiet = False
 
@@ -63,7 +63,7 @@ class DrivenRun:
         return True
 
     def forget(self) -> int:
-        """Nothing: a run in a maze ends."""
+        """Does nothing: a run in a maze ends."""
         return 0
 
     def pending(self) -> Mapping[str, str]:
@@ -77,7 +77,7 @@ class DrivenRun:
         if name not in self.chart.signals:
             raise RunError(f"`{name}` cannot be set while a robot is driven; only signals can")
         if step < len(self.steps) - 1:
-            raise RunError("what the robot has done cannot be undone: go forward to where it is first")
+            raise RunError("a robot's actions cannot be undone: go forward to its current position first")
         line = setting(name, value.strip())
         try:
             key, given = parse_signal(line, self.chart.model, self.chart.library, "session")
@@ -91,7 +91,7 @@ class DrivenRun:
         word, _, rest = line.strip().partition(" ")
         name = rest.removeprefix("not ").partition("=")[0].strip()
         if word != "when" or not rest:
-            raise RunError(f"`{line}` cannot be done while a robot is driven; `when SIGNAL = VALUE` sets a signal")
+            raise RunError(f"`{line}` is not possible while a robot is driven; `when SIGNAL = VALUE` sets a signal")
         value = rest.partition("=")[2].strip() or ("false" if rest.startswith("not ") else "true")
         self.change(step, name, value)
         return f"from the next step on: {rest}"
@@ -100,7 +100,7 @@ class DrivenRun:
         """It stands still anyway."""
 
     def go(self, ticks: int | None) -> None:
-        """It goes on as it is asked to."""
+        """The run continues on request."""
 
     def close(self) -> None:
         """Release the robot."""
@@ -118,7 +118,7 @@ def in_a_maze(asked: Asked, maze: str) -> Run:
 
 
 def recorded(asked: Asked, file: Path) -> Run:
-    """A machine in front of the sensors of a recording."""
+    """A machine with the sensor data of a recording."""
     profile = chosen_profile(asked.robot, asked.program)
     recording = read_recording(file, period=profile.robot.period)
     chosen = profile if asked.robot is not None or "profile" not in recording.run else None

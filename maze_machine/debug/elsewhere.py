@@ -1,4 +1,4 @@
-"""A machine that runs elsewhere, watched over the network."""
+"""A remote machine, watched over the network."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from maze_machine.remote.messages import AdvanceRun, Operation, Pause, Resume, S
 from maze_machine.remote.reaching import reaching
 
 MOST = 20_000
-"""This many steps of a run elsewhere are kept."""
+"""How many steps of a remote run are kept."""
 
 
 @dataclass(slots=True)
 class RemoteRun:
-    """A machine that runs elsewhere. It is watched; only a simulation can be held."""
+    """A remote machine. It is watched; only a simulation can be paused."""
 
     chart: Chart
     machine: RemoteMachine
@@ -34,7 +34,7 @@ class RemoteRun:
     _newest: Callable[[], dict[str, Any] | None] = field(init=False)
 
     quiet = False
-    fixed = "the machine runs elsewhere; `send EVENT` sends it an event"
+    fixed = "the machine runs in another process; `send EVENT` sends it an event"
 
     def __post_init__(self) -> None:
         """Listen."""
@@ -73,12 +73,12 @@ class RemoteRun:
         del step
         word, _, event = line.strip().partition(" ")
         if word != "send" or not event:
-            raise RunError(f"`{line}` cannot be done: {self.fixed}")
+            raise RunError(f"`{line}` is not possible: {self.fixed}")
         self._operate(SendEvent(name=event.strip()))
         return f"sent {event.strip()}"
 
     def hold(self) -> None:
-        """Have a simulation stand still; a robot goes on, and only the view stops."""
+        """Pause a simulation; a robot continues, and only the view stops."""
         self._ask(Pause())
 
     def go(self, ticks: int | None) -> None:
@@ -86,7 +86,7 @@ class RemoteRun:
         self._ask(Resume() if ticks is None else AdvanceRun(ticks=ticks))
 
     def close(self) -> None:
-        """Have a simulation that stands still go on, and leave."""
+        """Resume a paused simulation, and leave."""
         self.go(None)
         self.let_go()
 
@@ -96,7 +96,7 @@ class RemoteRun:
         try:
             self._pausable = self.machine.operate(operation).done
         except CommandError:
-            self.over = "nobody drives the robot any more"
+            self.over = "the robot has no controller any more"
 
     def _operate(self, operation: Operation) -> None:
         try:
@@ -111,8 +111,8 @@ def attached(chart: Chart, endpoint: str, robot: str | None, identity: str | Non
     """The machine that is open to viewers at an endpoint.
 
     Raises:
-        LinkError: nobody can be reached there.
-        NoMachineError: nobody answers.
+        LinkError: no program can be reached there.
+        NoMachineError: no machine answers.
         UsageError: another machine runs there.
     """
     stack = ExitStack()

@@ -1,4 +1,4 @@
-"""What a debugger sees of one step of a machine that runs elsewhere: what was published of it."""
+"""One step of a remote machine for a debugger, as it was published."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class HeardStep:
     """A step as it was published: one point, at its end.
 
     Attributes:
-        chart: the machine, as its file is here.
-        heard: what was published.
+        chart: the machine from the local file.
+        heard: the published step.
         before: the active states before it.
     """
 
@@ -74,13 +74,13 @@ class HeardStep:
         return {}
 
     def doing(self, _point: int) -> Mapping[str, str]:
-        """What the active states do, by state."""
+        """The activities of the active states, by state."""
         found = self.heard.get("activities")
         known = found.items() if isinstance(found, dict) else ()
         return {name: str(one.get("text")) for name, one in known if isinstance(one, dict)}
 
     def reasons(self, _point: int) -> Sequence[TransitionReason]:
-        """What became of the transitions that were looked at."""
+        """The verdicts about the considered transitions."""
         found, model = self.heard.get("why"), self.chart.model
         reasons: list[TransitionReason] = []
         for one in _listed(found):

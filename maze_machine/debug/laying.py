@@ -1,4 +1,4 @@
-"""How an editor lays breakpoints: its requests, answered with which of them a run can be stopped at."""
+"""Setting breakpoints from an editor: the answers say which of them are valid."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Laying:
     """The breakpoints of an editor.
 
     Attributes:
-        breakpoints: what was laid so far.
+        breakpoints: those set so far.
     """
 
     def __init__(self, chart: Callable[[], Chart]) -> None:
@@ -33,7 +33,7 @@ class Laying:
         self._wanted: dict[str, Mapping[str, Any]] = {}
 
     def again(self) -> None:
-        """Lay them in another run: its machine may have changed."""
+        """Set them in another run: its machine may have changed."""
         for name, given in list(self._wanted.items()):
             if name == "named":
                 self.set_function_breakpoints(given)
@@ -45,7 +45,7 @@ class Laying:
         source = given.get("source")
         path = str(source.get("path", "")) if isinstance(source, dict) else ""
         if not path:
-            raise BreakConditionError("breakpoints are set in a file")
+            raise BreakConditionError("a breakpoint needs a file")
         self._wanted[f"file {path}"] = given
         shown: list[Mapping[str, object]] = []
         laid: list[LineBreakpoint] = []
@@ -67,7 +67,7 @@ class Laying:
         return {"breakpoints": shown}
 
     def set_function_breakpoints(self, given: Mapping[str, Any]) -> Mapping[str, object]:
-        """Lay those of states and conditions."""
+        """Set those of states and conditions."""
         self._wanted["named"] = given
         chart = self._chart()
         self.breakpoints.named = []
@@ -88,11 +88,11 @@ class Laying:
         """Whether a value can be watched."""
         name = str(given.get("name", ""))
         if not self._chart().type_text(name):
-            return {"dataId": None, "description": f"`{name}` is no variable and no signal"}
+            return {"dataId": None, "description": f"`{name}` is neither a variable nor a signal"}
         return {"dataId": name, "description": name, "accessTypes": ["write"], "canPersist": True}
 
     def set_data_breakpoints(self, given: Mapping[str, Any]) -> Mapping[str, object]:
-        """Lay those of variables and signals."""
+        """Set those of variables and signals."""
         self.breakpoints.values = []
         shown: list[Mapping[str, object]] = []
         for one in _listed(given, "breakpoints"):

@@ -11,21 +11,21 @@ from typing import Any, BinaryIO
 
 Message = Mapping[str, Any]
 _UNSEEN: Message = {}
-"""In place of a request that was waited for: there is none."""
+"""Means that no request has arrived."""
 MOST = 10_000_000
-"""A longer message is none, bytes."""
+"""The largest message, bytes."""
 _LONGEST_HEADER = 1000
 
 
 class DapProtocolError(Exception):
-    """What came is no message of the protocol; nothing after it can be understood."""
+    """The input is not a message of the protocol; the rest cannot be parsed."""
 
 
 def read_message(stream: BinaryIO) -> Message | None:
     """The next message; None at the end of the stream.
 
     Raises:
-        ProtocolError: it is none.
+        ProtocolError: it is invalid.
     """
     length = None
     while True:
@@ -36,27 +36,27 @@ def read_message(stream: BinaryIO) -> Message | None:
         if not line.strip():
             break
         if not colon or name.strip().lower() not in (b"content-length", b"content-type"):
-            raise DapProtocolError(f"`{line[:40]!r}` is no header of the Debug Adapter Protocol")
+            raise DapProtocolError(f"`{line[:40]!r}` is not a header of the Debug Adapter Protocol")
         if name.strip().lower() == b"content-length":
             if not value.strip().isdigit() or not 0 < int(value) <= MOST:
                 raise DapProtocolError(f"a message cannot have a length of {value.strip()[:40]!r}")
             length = int(value)
     if length is None:
-        raise DapProtocolError("a message begins with its length")
+        raise DapProtocolError("a message must begin with its length")
     text = stream.read(length)
     if len(text) < length:
         return None
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
-        raise DapProtocolError("a message is no JSON") from None
+        raise DapProtocolError("a message is not JSON") from None
     if not isinstance(found, dict):
-        raise DapProtocolError("a message is no JSON object")
+        raise DapProtocolError("a message is not a JSON object")
     return found
 
 
 class Channel:
-    """The connection to an editor: what it asks comes out of a queue, so that a run can be stopped while it goes.
+    """The connection to an editor: requests are queued, so that a run can be stopped.
 
     Attributes:
         ended: the editor has left.
@@ -73,7 +73,7 @@ class Channel:
         Thread(target=self._read, name="debug adapter", daemon=True).start()
 
     def next(self, *, block: bool) -> Message | None:
-        """The next request; None where there is none yet, or no more."""
+        """The next request; None if there is none."""
         try:
             found = self._asked.get(block=block) if self._seen is _UNSEEN else self._seen
         except Empty:
@@ -83,13 +83,13 @@ class Channel:
         return found
 
     def wait(self, most: float) -> None:
-        """Wait until something is asked, at most for this long, s."""
+        """Wait for a request, at most for this long, s."""
         if self._seen is _UNSEEN:
             with suppress(Empty):
                 self._seen = self._asked.get(timeout=most)
 
     def event(self, name: str, /, **body: object) -> None:
-        """Say that something has happened."""
+        """Send an event."""
         self._send({"type": "event", "event": name, "body": body})
 
     def answer(self, request: Message, body: Mapping[str, object] | None = None) -> None:
@@ -97,7 +97,7 @@ class Channel:
         self._respond(request, {"success": True, "body": body or {}})
 
     def refuse(self, request: Message, reason: str) -> None:
-        """Say why a request cannot be done."""
+        """Answer that a request failed, and why."""
         error = {"id": 1, "format": "{reason}", "variables": {"reason": reason}, "showUser": True}
         self._respond(request, {"success": False, "message": reason, "body": {"error": error}})
 
@@ -115,7 +115,7 @@ class Channel:
             self._writing.write(b"Content-Length: %d\r\n\r\n%b" % (len(text), text))
             self._writing.flush()
         except (OSError, ValueError):
-            self._broken = True  # the editor has gone; the end of the other stream will say so
+            self._broken = True  # the editor has gone; the end of the other stream reports it
 
     def _read(self) -> None:
         try:

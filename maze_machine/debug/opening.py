@@ -1,4 +1,4 @@
-"""From what an editor asks for to a run."""
+"""Make a run from the arguments of an editor."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from maze_machine.debug.tried import TriedRun
 
 
 def open_run(asked: Asked) -> Run:
-    """The run that was asked for, with its first step still to come or done.
+    """The requested run, before or after its first step.
 
     Raises:
         CommandError: a file, a parameter or a library cannot be used.
@@ -25,7 +25,7 @@ def open_run(asked: Asked) -> Run:
         SessionError: it cannot start.
         LinkError: nobody can be reached.
     """
-    # Each kind needs other packages, which take their time: perception, the simulator, the network.
+    # Each kind imports other packages, which takes time: perception, the simulator, the network.
     if asked.connect is not None:
         from maze_machine.debug.elsewhere import attached  # noqa: PLC0415
 

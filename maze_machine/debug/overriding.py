@@ -1,4 +1,4 @@
-"""Signals of a simulated robot that a person has set by hand: they keep their values, whatever the robot sees."""
+"""Signals of a simulated robot that a person has set: they keep their values, whatever the robot senses."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Overrides:
     values: dict[str | SignalKey, Any] = field(default_factory=dict)
 
     def machine(self, machine: Machine[Any, Any]) -> Machine[Any, Any]:
-        """The same machine with signals that look here before they ask the robot."""
+        """The same machine with signals that check these values first."""
         known: dict[str, SignalDeclaration] = {}
 
         def on_expression(expression: Expression) -> Expression:

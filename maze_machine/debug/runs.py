@@ -1,4 +1,4 @@
-"""What a debugger asks of a run: a list of steps that grows; where the debugger is in it, it does not know."""
+"""The interface of a run for a debugger: a growing list of steps, independent of the debugger's position."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from maze_machine.debug.steps import Step
 
 
 class RunError(Exception):
-    """Something that a run cannot do, or that went wrong in it; the message says what."""
+    """A request that a run cannot execute, or a fault in it; the message says what."""
 
 
 class Run(Protocol):
-    """One run of a machine, as far as it has come."""
+    """One run of a machine so far."""
 
     @property
     def chart(self) -> Chart:
@@ -28,7 +28,7 @@ class Run(Protocol):
 
     @property
     def quiet(self) -> bool:
-        """Whether nothing more happens in it until somebody changes something."""
+        """Whether it waits for a change."""
         ...
 
     @property
@@ -42,7 +42,7 @@ class Run(Protocol):
         ...
 
     def advance(self) -> bool:
-        """Have one more step, if there is one now.
+        """Compute one more step, if there is one now.
 
         Raises:
             RunError: the machine failed.
@@ -50,15 +50,15 @@ class Run(Protocol):
         ...
 
     def forget(self) -> int:
-        """Drop old steps where they become too many; how many were dropped."""
+        """Drop old steps if there are too many; return how many were dropped."""
         ...
 
     def pending(self) -> Mapping[str, str]:
-        """Signals that are given another value in the next step."""
+        """Signals that get another value in the next step."""
         ...
 
     def change(self, step: int, name: str, value: str) -> None:
-        """Give a signal or a variable another value, from a step on: what came after it is gone.
+        """Give a signal or a variable another value, from a step on; later steps are dropped.
 
         Raises:
             RunError: it cannot be changed, or not to that.
@@ -66,19 +66,19 @@ class Run(Protocol):
         ...
 
     def tell(self, step: int, line: str) -> str:
-        """Do a line that a person has typed, and say what came of it.
+        """Execute a typed line, and return the result.
 
         Raises:
-            RunError: it cannot be done.
+            RunError: it is not possible.
         """
         ...
 
     def hold(self) -> None:
-        """Have the run itself stand still, where it goes on by itself and can stand still."""
+        """Pause the run itself, if it runs by itself and can be paused."""
         ...
 
     def go(self, ticks: int | None) -> None:
-        """Have a run that goes on by itself do so, for some ticks or until it is held."""
+        """Resume a run that runs by itself, for some ticks or until it is paused."""
         ...
 
     def close(self) -> None:

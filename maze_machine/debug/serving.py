@@ -1,4 +1,4 @@
-"""How a debug adapter is reached: on the standard streams, or on a port of this machine."""
+"""Serves the debug adapter on the standard streams, or on a port of this computer."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from maze_machine.errors import UsageError
 
 def serve_streams(library: str | None) -> None:
     """Serve one editor on standard input and output; whatever else is printed goes to standard error."""
-    # Streams of their own: a thread that still reads must not hold up the interpreter's end, and a library that prints
-    # must not speak to the editor.
+    # Separate streams: a reading thread must not delay the interpreter's exit, and a library that prints must not write
+    # to the editor.
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as writing, redirect_stdout(sys.stderr):
         reading = os.fdopen(os.dup(sys.stdin.fileno()), "rb")
         Adapter(Channel(reading, writing), library).serve()
 
 
 def serve_port(host: str, port: int, library: str | None, tell: Callable[[str], object]) -> None:
-    """Serve editors on a port of this machine, one after the other, until somebody ends the process.
+    """Serve editors on a port of this computer, one at a time, until the process is ended.
 
     Args:
         host: an address of this machine's own loopback.
         port: the port; 0 for any that is free.
         library: the library of machines whose launch names none.
-        tell: takes the address.
+        tell: receives the address.
 
     Raises:
-        UsageError: the port cannot be had.
+        UsageError: the port is not available.
     """
     try:
         listening = socket.create_server((host, port))
     except OSError as error:
-        raise UsageError(f"{host}:{port} cannot be listened at: {error.strerror}", "name another port") from None
+        raise UsageError(f"cannot listen at {host}:{port}: {error.strerror}", "name another port") from None
     with listening:
         address = listening.getsockname()
         tell(f"the debug adapter listens at {address[0]}:{address[1]}")

@@ -1,4 +1,4 @@
-"""What an editor shows of a point of a run: active states as a call stack, values and reasons as scopes."""
+"""A point of a run as an editor shows it: active states as a call stack, values and reasons as scopes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _Items = Callable[[], Sequence[Item]]
 
 
 class Shown:
-    """The point of a run that an editor is shown; the references in it hold until the run goes on."""
+    """The point of a run that an editor is shown; the references in it hold until the run continues."""
 
     def __init__(self, chart: Chart) -> None:
         self._chart = chart
@@ -53,7 +53,7 @@ class Shown:
         return [_frame(number, name, place) for number, (name, _, place) in enumerate(self._frames, 1)]
 
     def scopes(self, frame: int) -> list[Item]:
-        """Values, what the state does, and what became of each of its transitions."""
+        """Values, the activity of the state, and the verdict about each of its transitions."""
         debugger = self._debugger
         if debugger is None:
             return []
@@ -75,7 +75,7 @@ class Shown:
         return found
 
     def variables(self, reference: int) -> Sequence[Item] | None:
-        """What a scope holds; None where it is not shown any more."""
+        """The contents of a scope; None if it is no longer valid."""
         found = self._lists.get(reference)
         return None if found is None else found()
 

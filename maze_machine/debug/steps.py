@@ -1,4 +1,4 @@
-"""What a debugger sees of one step of a run.
+"""One step of a run for a debugger.
 
 A step in which ``count`` microsteps were done has ``count + 1`` points: before each of them, and after the last. At
 the point before a microstep its transitions are chosen and not taken yet, like the next line of a program.
@@ -24,13 +24,13 @@ from maze_machine.debug.chart import Chart
 
 @dataclass(frozen=True, slots=True)
 class TransitionReason:
-    """What became of a transition that was looked at.
+    """The verdict about a considered transition.
 
     Attributes:
         state: the state whose transition it is.
         label: the transition.
-        line: where it is written; None where nobody knows.
-        verdict: what became of it, in a few words.
+        line: where it is written; None if unknown.
+        verdict: its verdict, in a few words.
         reason: the same, with the values that decided it.
         values: each condition and signal that was evaluated, with its value.
     """
@@ -87,11 +87,11 @@ class Step(Protocol):
         ...
 
     def doing(self, point: int) -> Mapping[str, str]:
-        """What the active states do, by state."""
+        """The activities of the active states, by state."""
         ...
 
     def reasons(self, point: int) -> Sequence[TransitionReason]:
-        """What became of the transitions that were looked at between this point and the one before."""
+        """The verdicts about the transitions that were considered between this point and the previous one."""
         ...
 
     def value(self, point: int, expression: Expression) -> Any:
@@ -120,7 +120,7 @@ class LocalStep:
         violations: Sequence[str] = (),
         read: Callable[[SignalDeclaration, tuple[Any, ...]], Any] | None = None,
     ) -> None:
-        """Args: as the attributes; ``read`` gives signals that the step itself did not ask for, where that is known."""
+        """Args: as the attributes; ``read`` returns signals that the step itself did not use, if they are known."""
         self.chart = chart
         self.step = step
         self.after = after
@@ -172,13 +172,13 @@ class LocalStep:
         return {text: value for text, value in found.items() if value is not UNSET}
 
     def doing(self, point: int) -> Mapping[str, str]:
-        """What the active states do, by state."""
+        """The activities of the active states, by state."""
         states, indices = self.chart.model.states, self.chart.machine.indices
         active = [states[indices[name]] for name in self.states(point)]
         return {state.name: activity_text(state.activity) for state in active if state.activity is not None}
 
     def reasons(self, point: int) -> Sequence[TransitionReason]:
-        """What became of the transitions that were looked at between this point and the one before."""
+        """The verdicts about the transitions that were considered between this point and the previous one."""
         first = self._fired[point - 1] + 1 if point > 0 else 0
         record = self.step.record
         if point < self.count:

@@ -1,4 +1,4 @@
-"""A machine without its robot: one model with ``maze-machine simulate``."""
+"""A machine without its robot: shares its model with ``maze-machine simulate``."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class TriedRun:
 
     @property
     def quiet(self) -> bool:
-        """Whether nothing more happens until a signal, an outcome or an event comes."""
+        """Whether nothing happens until a signal changes or an outcome or event arrives."""
         driver = self._session.driver
         return not self._changes and not driver.last and driver.supervisor.due == inf
 
@@ -62,11 +62,11 @@ class TriedRun:
         return True
 
     def forget(self) -> int:
-        """Nothing: what was done can be taken back."""
+        """Does nothing: steps can be undone."""
         return 0
 
     def pending(self) -> Mapping[str, str]:
-        """Signals that are given another value in the next step."""
+        """Signals that get another value in the next step."""
         return self._changes
 
     def change(self, step: int, name: str, value: str) -> None:
@@ -92,7 +92,7 @@ class TriedRun:
         try:
             return self._console.answer(line)
         except (SessionError, CommandError) as error:
-            if self._driver is not self._session.driver:  # it was to go back, and stayed where it was
+            if self._driver is not self._session.driver:  # it could not go back and is unchanged
                 self.steps[:] = before
                 self._driver = self._session.driver
             raise RunError(str(error)) from None
@@ -101,7 +101,7 @@ class TriedRun:
         """It stands still anyway."""
 
     def go(self, ticks: int | None) -> None:
-        """It goes on as it is asked to."""
+        """The run continues on request."""
 
     def close(self) -> None:
         """Nothing to release."""
@@ -121,7 +121,7 @@ class TriedRun:
         return LocalStep(self.chart, driver.last, after, driver.outcome, violations=violations, read=driver.script.read)
 
     def _return_to(self, step: int) -> None:
-        """Take back what came after a step."""
+        """Undo everything after a step."""
         if step >= len(self.steps) - 1:
             return
         try:

@@ -1,4 +1,4 @@
-"""Attempts: a mission begun again at the start after it has failed, as the challenge grants it."""
+"""Attempts: a mission restarted at the start after a failure, as the challenge allows."""
 
 from __future__ import annotations
 
@@ -17,36 +17,36 @@ from transport.world import Refereed
 
 
 class RefereedRobot(Robot, Refereed, Protocol):
-    """A robot whose referee it knows."""
+    """A robot with a referee."""
 
 
 class KeptRobot:
-    """A robot for several attempts: on release it is left to its owner."""
+    """A robot for several attempts: release returns it to its owner."""
 
     def __init__(self, robot: RefereedRobot) -> None:
         self._robot = robot
 
     def __getattr__(self, name: str) -> Any:
-        """All but closing it is the robot's own."""
+        """Everything except closing is delegated to the robot."""
         return getattr(self._robot, name)
 
     def close(self) -> None:
-        """Nothing: in lockstep a world stands still that nobody commands."""
+        """Does nothing: in lockstep the world waits for commands."""
 
 
 WatchersOf = Callable[[int], AbstractContextManager[Sequence[TickWatcher]]]
-"""Who watches an attempt, given its number, for as long as it lasts."""
+"""The watchers of an attempt, by its number, while it lasts."""
 
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """An attempt that is over.
+    """A finished attempt.
 
     Attributes:
         number: counted from 1.
-        robot: what drove, let go.
+        robot: the robot, released.
         ending: how it ended.
-        trail: where it went.
+        trail: its path.
     """
 
     number: int
@@ -65,26 +65,26 @@ def attempts(
     operator: Operator = NOBODY,
     truth: Callable[[int], Pose] | None = None,
 ) -> Iterator[Attempt]:
-    """Drive a mission until the robot is out or no attempt is left.
+    """Drive a mission until the robot has left the maze or no attempt remains.
 
-    Each attempt begins with a fresh machine and a fresh memory. Where another one is granted after a success, it is for
-    practice: then the junctions that the robot has marked are known.
+    Each attempt begins with a fresh machine and a fresh memory. An attempt after a success is for practice: it knows
+    the junctions that the robot has marked.
 
     Args:
         mission: what to do; an attempt that reaches its time limit is the last one.
-        robot: takes hold of the robot for an attempt.
-        watchers: who watches an attempt.
-        most: how many to make at most.
-        try_again: puts the robot, which has been stopped, back to the start, if another attempt is granted.
-        operator: who sends events to the machine, and may end the run.
-        truth: where the robot really is at a tick of the present attempt, if anybody knows.
+        robot: acquires the robot for an attempt.
+        watchers: the watchers of an attempt.
+        most: the largest number of attempts.
+        try_again: puts the stopped robot back to the start, if another attempt is allowed.
+        operator: sends events to the machine, and may end the run.
+        truth: the true pose of the robot at a tick of the current attempt, if known.
 
     Yields:
         Each attempt, before the next one begins.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
-        LinkError: the robot is out of reach.
+        LinkError: the robot cannot be reached.
     """
     perception = Perception(mission.profile.robot, mission.profile.perception)
     for number in range(1, most + 1):

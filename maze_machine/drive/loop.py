@@ -22,7 +22,7 @@ from transport.settings import LinkSettings
 from transport.trust import Trust
 
 BLINDED = "blinded"
-"""The event that the loop sends to a machine when it stops the base because of the sensors."""
+"""The event that the loop sends to a machine when it stops the base because of bad sensor data."""
 
 
 def ticks(
@@ -38,26 +38,26 @@ def ticks(
 ) -> Iterator[Tick]:
     """Run a machine on a robot, tick by tick, until the machine ends.
 
-    Where scan or odometry are too old or refused, the base is stopped, whatever the machine wants, and its activities
-    wait; the machine goes on, and hears of it by the event ``blinded``. Once both have been good for a while, the
-    activities go on where they were.
+    If scan or odometry are too old or refused, the base is stopped, whatever the machine wants, and its activities
+    wait; the machine continues, and receives it by the event ``blinded``. Once both have been good for a while, the
+    activities continue where they were.
 
-    The last phase, log, is what the caller does with a tick. The caller closes the robot, which stops it, in every
-    case: at the end, on a fault, and when a run is given up by closing the iterator.
+    The last phase, log, belongs to the caller. The caller closes the robot, which stops it, in every
+    case: at the end, on a fault, and when the iterator is closed early.
 
     Args:
         robot: the robot, in this process or elsewhere.
         machine: the machine.
         parameters: the machine's parameters, in SI units.
         perception: makes facts of observations.
-        chain: shapes what the activities want into what the base is sent.
+        chain: turns the velocity that the activities request into the one that is sent to the base.
         settings: when sensor data are too old.
-        operator: who sends events to the machine.
-        truth: where the robot really is at a tick, if known; it is passed on and decides nothing.
+        operator: sends events to the machine.
+        truth: the true pose of the robot at a tick, if known; it is only passed on and influences no decision.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
-        LinkError: the robot is out of reach.
+        LinkError: the robot cannot be reached.
     """
     supervisor: Supervisor[Facts, Command] | None = None
     trust = Trust(settings)
@@ -95,9 +95,9 @@ def ticks(
 
 
 def merged(commands: Iterable[Command]) -> Command:
-    """One command from what the active activities want.
+    """One command from the requests of the active activities.
 
-    At most one of them holds the base, which the checker sees to; the others ask for no motion, so twists add up.
+    The checker ensures that at most one of them uses the base; the others request no motion, so twists can be added.
     """
     forward = left = turn = 0.0
     ring, goal = False, None

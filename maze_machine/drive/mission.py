@@ -1,4 +1,4 @@
-"""A mission: a machine made ready for a robot, and what becomes of it when it is driven."""
+"""A mission: a machine prepared for a robot, and the result of driving it."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from transport.robot import Robot
 from transport.world import Refereed
 
 TickWatcher = Callable[[Tick], object]
-"""Somebody who sees each tick: a trace, a progress display, a recording, a live page."""
+"""A watcher of ticks: a trace, a progress display, a recording, a live page."""
 
 
 @runtime_checkable
 class EndWatcher(Protocol):
-    """A watcher of ticks who wants to know, too, how the run ended."""
+    """A watcher of ticks that also receives the end of the run."""
 
     def end(self, ending: Ending) -> object:
-        """Take in the end; the robot has been stopped and let go by then."""
+        """Receive the end; the robot has been stopped and released by then."""
         ...
 
 
@@ -45,7 +45,7 @@ class Mission:
 
     Attributes:
         machine: the checked machine.
-        profile: what is tunable of the robot.
+        profile: the settings of the robot.
         parameters: the machine's parameters, in SI units.
         time_limit: the run is ended after that many seconds on the robot's clock; None for no limit.
     """
@@ -62,10 +62,11 @@ class Ending:
 
     Attributes:
         outcome: the final state that the machine reached, or None.
-        reason: in words, who ended it.
+        reason: what ended it, in words.
         ticks: number of ticks.
         duration: time on the robot's clock, s.
         elapsed: time on the wall clock, s.
+        longest_tick: how long the slowest tick took on the wall clock, without what waits for the robot, s.
         report: the referee's verdict, of JSON values; empty where there is no referee.
         limited: whether the mission's time limit ended it.
         violations: properties of the machine that did not hold, in words, with time and place.
@@ -77,6 +78,7 @@ class Ending:
     ticks: int
     duration: float
     elapsed: float
+    longest_tick: float
     report: Mapping[str, Any]
     limited: bool = False
     violations: tuple[str, ...] = ()
@@ -84,11 +86,11 @@ class Ending:
 
     @property
     def solved(self) -> bool:
-        """Whether the robot has done what was to be done; where nobody judges, whether the machine came to its end."""
+        """Whether the robot has reached its goal; without a referee, whether the machine reached a final state."""
         return bool(self.report["solved"]) if self.report else self.outcome is not None
 
     def as_json(self) -> dict[str, Any]:
-        """How it ended, for display: ``line`` says it in a sentence, ``lines`` in full."""
+        """How it ended, for display: ``line`` is a one-line summary, ``lines`` the full text."""
         ended = f"ended in {self.outcome}" if self.outcome else self.reason
         words = str(self.report["line"]) if "line" in self.report else ended
         lines = [words, self.reason, *self.violations]
@@ -107,9 +109,9 @@ def prepare(
     Args:
         name: a .maze-machine file, or the name of a shipped machine.
         profile: the robot's profile; its section for the machine sets parameters too.
-        parameters: names and values of parameters as a person writes them; they win over the profile's.
+        parameters: names and values of parameters as text; they override the profile's.
         time_limit: s, or None.
-        library: what the machine may name, as ``MODULE:NAME``; by default what its project says.
+        library: what the machine may name, as ``MODULE:NAME``; by default that of its project.
 
     Raises:
         FileError: there is no such machine.
@@ -120,8 +122,10 @@ def prepare(
     names = chosen_library(library, path, lambda: robot_library(profile.skills, profile.robot))
     machine = hsm.load(path, names)
     if members := machine.model.members:
-        reason = f"machine {machine.name} has members ({', '.join(members)}), and each needs a robot of its own"
-        raise UsageError(reason, "run each one's machine on its robot, connected by --tell ROBOT@ENDPOINT")
+        reason = f"machine {machine.name} has members ({', '.join(members)}), and each needs its own robot"
+        raise UsageError(
+            reason, ("run the machine of each member on its robot, and connect them with --tell ROBOT@ENDPOINT")
+        )
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
     values = parameter_values(machine.model.parameters, written, names.enumerations)
     return Mission(machine, profile, values, time_limit)
@@ -138,15 +142,15 @@ def mission_ticks(
     """The ticks of a mission, as ``drive.loop.ticks`` gives them; the caller closes the robot.
 
     Args:
-        mission: what to do; its time limit is the caller's to keep.
+        mission: what to do; the caller enforces its time limit.
         robot: the robot.
         perception: as for ``drive``.
-        operator: who sends events to the machine.
-        truth: where the robot really is at a tick, if anybody knows.
+        operator: sends events to the machine.
+        truth: the true pose of the robot at a tick, if known.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
-        LinkError: the robot is out of reach.
+        LinkError: the robot cannot be reached.
     """
     profile = mission.profile
     perception = perception or Perception(profile.robot, profile.perception)
@@ -165,29 +169,31 @@ def drive(
     operator: Operator = NOBODY,
     truth: Callable[[int], Pose] | None = None,
 ) -> Ending:
-    """Run a mission on a robot to its end; the robot is stopped and let go, whatever happens.
+    """Run a mission on a robot to its end; the robot is stopped and released in every case.
 
     Args:
         mission: what to do.
         robot: the robot.
-        referee: who may end the run and knows the verdict: a simulated robot itself, or nobody.
+        referee: may end the run and has the verdict: a simulated robot itself, or None.
         watchers: called with each tick, after its command has been sent; an ``EndWatcher`` with the end, too.
-        perception: what sees for the mission, where it shall remember something from before; else a fresh one.
-        operator: who sends events to the machine, and may end the run.
-        truth: where the robot really is at a tick, if anybody knows.
+        perception: the perception of the mission, if it should keep its memory; by default a new one.
+        operator: sends events to the machine, and may end the run.
+        truth: the true pose of the robot at a tick, if known.
 
     Raises:
         MachineFault: a signal, an activity or an action failed, and the machine does not handle it.
-        LinkError: the robot is out of reach.
+        LinkError: the robot cannot be reached.
     """
     began = perf_counter()
     first = last = None
     violations: list[str] = []
     limited = False
+    longest_tick = 0.0
     reason = "the machine ended"
     with closing(robot):
         for tick in mission_ticks(mission, robot, perception, operator=operator, truth=truth):
             first, last = first or tick, tick
+            longest_tick = max(longest_tick, tick.phases.thinking)
             violations.extend(map(str, tick.violations))
             for watch in watchers:
                 watch(tick)
@@ -206,7 +212,18 @@ def drive(
     assert last is not None
     elapsed = perf_counter() - began
     duration = last.time - first.time
-    ending = Ending(last.outcome, reason, last.index + 1, duration, elapsed, report, limited, tuple(violations), unread)
+    ending = Ending(
+        last.outcome,
+        reason,
+        last.index + 1,
+        duration,
+        elapsed,
+        longest_tick,
+        report,
+        limited,
+        tuple(violations),
+        unread,
+    )
     for watch in watchers:
         if isinstance(watch, EndWatcher):
             watch.end(ending)

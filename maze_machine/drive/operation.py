@@ -1,6 +1,6 @@
-"""What somebody outside does to a run: events that are sent to the machine, and an end that is asked for.
+"""External control of a run: events for the machine, and requests to end it.
 
-Whatever comes this way is part of the run: each tick says which events it was given, so that a recording replays them.
+These inputs are part of the run: each tick lists its events, so that a recording replays them.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from maze_machine.errors import UsageError
 
 
 class Operator(Protocol):
-    """Somebody who sends events to a running machine, and may end its run."""
+    """A source of events for a running machine, which may also end the run."""
 
     def events(self, index: int, time: float) -> Sequence[str | Occurrence]:
-        """The events for a tick, with what they carry, in the order in which they were sent.
+        """The events for a tick, with their data, in the order in which they were sent.
 
         Args:
             index: the tick's number.
@@ -27,7 +27,7 @@ class Operator(Protocol):
 
     @property
     def ended(self) -> str:
-        """Why the run is to end after this tick; empty while it is to go on."""
+        """Why the run must end after this tick; empty if it continues."""
         ...
 
 
@@ -76,12 +76,12 @@ class Recorded:
         self._events = events
 
     def events(self, index: int, _time: float) -> Sequence[str]:
-        """The events that this tick was given when it was recorded."""
+        """The events of this tick in the recording."""
         return self._events[index] if index < len(self._events) else ()
 
 
 class Together:
-    """Several operators of one run; their events come one operator after the other."""
+    """Several operators of one run; their events are concatenated in order."""
 
     def __init__(self, *operators: Operator) -> None:
         self._operators = operators
@@ -97,18 +97,18 @@ class Together:
 
 
 _SPACING = 1e-9
-"""A tick that comes so little before an event's time, by the rounding of stamps, is that event's tick, s."""
+"""Tolerance for the rounding of stamps: an event belongs to a tick that is at most this much earlier, s."""
 
 
 def scheduled(entries: Iterable[str], machine: Machine) -> ScheduledEvents:
-    """The schedule that a person has written.
+    """A schedule from text.
 
     Args:
         entries: each ``SECONDS:EVENT``.
         machine: the machine, which must know the events.
 
     Raises:
-        UsageError: an entry is not written so, or names no event of the machine.
+        UsageError: an entry has another form, or names no event of the machine.
     """
     found: list[tuple[float, str]] = []
     for entry in entries:
@@ -118,21 +118,21 @@ def scheduled(entries: Iterable[str], machine: Machine) -> ScheduledEvents:
         except ValueError:
             after = -1.0
         if not event or not 0 <= after < 1e9:
-            raise UsageError(f"`{entry}` is no time and event", "write SECONDS:EVENT, such as 12.5:go")
+            raise UsageError(f"`{entry}` is not a time and event", "write SECONDS:EVENT, such as 12.5:go")
         found.append((after, checked_event(event, machine)))
     return ScheduledEvents(found)
 
 
 def checked_event(event: str, machine: Machine) -> str:
-    """An event with what it carries, such as ``floor(number = 3)``, in the form in which recordings hold it.
+    """An event with its data, such as ``floor(number = 3)``, in the form of recordings.
 
     Raises:
-        UsageError: the machine does not know it, or it carries something else than declared.
+        UsageError: the machine does not declare it, or its data differs from the declaration.
     """
     known = machine.model.events
     if known is not None and name_of(event) not in known:
         listed = ", ".join(sorted(known)) or "none"
-        raise UsageError(f"machine {machine.name} knows no event `{name_of(event)}`", f"its events: {listed}")
+        raise UsageError(f"machine {machine.name} declares no event `{name_of(event)}`", f"its events: {listed}")
     try:
         return event_text(machine.model, event)
     except (TypeError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""Where a robot was and what it did there, kept for the picture of the run."""
+"""The path of a robot and its states, kept for the picture of the run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class PathRecorder:
     Attributes:
         times: s on the robot's clock.
         poses: by odometry, which drifts and whose origin means nothing.
-        states: what the machine was doing.
+        states: the active state of the machine.
     """
 
     times: list[float] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Recorded runs: what a recording keeps of a mission, and what a machine makes of the same sensors again."""
+"""Recorded runs: the data of a mission in a recording, and replays with the same sensor data."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from transport.recording import Recorder, Recording, ReplayRobot
 from transport.wording import in_words
 
 MACHINES = (".maze-machine", ".scxml")
-"""How the files end that a recording may name as its machine."""
+"""The suffixes of files that a recording may name as its machine."""
 LONGEST = 2_000
-"""This much of a recorded value is shown, characters."""
+"""The largest part of a recorded value that is shown, characters."""
 _PARAMETERS = TypeAdapter(dict[str, bool | int | float | str])
 
 
 def described(mission: Mission, machine: str, more: Mapping[str, str] | None = None) -> dict[str, str]:
-    """What a recording says of its run: all that a replay needs beside the sensors and the machine's file.
+    """The entries of a recording that a replay needs besides the sensor data and the machine's file.
 
     Args:
         mission: the run.
         machine: the machine's file, or the name of a shipped one.
-        more: what else is to be kept.
+        more: further entries.
     """
     return {
         **(more or {}),
@@ -50,7 +50,7 @@ def described(mission: Mission, machine: str, more: Mapping[str, str] | None = N
 
 
 class Keeper:
-    """A watcher of ticks that records them, and how the run ended.
+    """A watcher that records ticks and the end of the run.
 
     Args:
         recorder: where to.
@@ -76,7 +76,7 @@ class Keeper:
 
 
 def fired(tick: Tick) -> list[str]:
-    """Each transition that fired in a tick, for a person: its states, and the values of what it looked at."""
+    """Each transition that fired in a tick, as text: its states, and the values of its conditions."""
     taken = (one for one in tick.report.considered if one.verdict is Verdict.TAKEN)
     seen = (", ".join(f"{text} = {value_text(value)}" for text, value in one.values) for one in taken)
     lines = zip(tick.report.taken, [*seen, *[""] * len(tick.report.taken)], strict=False)
@@ -96,18 +96,18 @@ def recorded_profile(recording: Recording, chosen: Profile | None = None) -> Pro
     if chosen is not None:
         return _with_laser(chosen, recording)
     if "profile" not in recording.run:
-        raise FileError("the recording does not say which robot ran", "name its profile with --robot")
+        raise FileError("the recording does not name its robot", "name its profile with --robot")
     try:
         return Profile.model_validate_json(recording.run["profile"])
     except ValidationError as error:
         words = in_words(error.errors()[0])
         raise FileError(f"the recorded profile cannot be used: {words}", "name one with --robot") from None
     except (ValueError, RecursionError) as error:
-        raise FileError(f"the recording does not say which robot ran: {type(error).__name__}") from None
+        raise FileError(f"the recording does not name its robot: {type(error).__name__}") from None
 
 
 def _with_laser(profile: Profile, recording: Recording) -> Profile:
-    """A profile with the beams of a recording and, where it says so, with the laser where it was mounted."""
+    """A profile with the laser's beams, and its mounting if known, from a recording."""
     laser, beams, mount = profile.robot.laser, recording.laser, recording.mount
     if beams is None:
         return profile
@@ -132,46 +132,46 @@ def recorded_mission(recording: Recording, machine: str | None = None, robot: Pr
 
     Args:
         recording: the run.
-        machine: another machine to put in its place, with its default parameters; None for the same one.
+        machine: another machine to use instead, with its default parameters; None for the same one.
         robot: another profile; None for the recorded one.
 
     Raises:
-        FileError: the recording does not say what was run, or the machine is not there any more.
+        FileError: the recording does not name its machine, or that does not exist any more.
         MachineError: the machine has faults.
     """
     profile = recorded_profile(recording, robot)
     if machine is not None:
         return prepare(machine, profile)
     if not {"machine", "parameters"} <= set(recording.run):
-        raise FileError("the recording does not say which machine ran", "name one before the recording")
+        raise FileError("the recording does not name its machine", "give a machine before the recording")
     try:
         parameters = _PARAMETERS.validate_json(recording.run["parameters"])
     except (ValueError, RecursionError):
-        raise FileError("the recording says of its machine's parameters what is not known") from None
+        raise FileError("the recording has invalid parameters of its machine") from None
     return prepare(named_machine(recording), profile, [(name, str(value)) for name, value in parameters.items()])
 
 
 def named_machine(recording: Recording) -> str:
-    """The machine that a recording names: a shipped one, or a file that has the name of a machine.
+    """The machine that a recording names: a shipped one, or a machine file.
 
     Raises:
-        FileError: it names something else, which is not opened.
+        FileError: it names another kind of file, which is not opened.
     """
     named = recording.run["machine"]
     if named in shipped_machines() or Path(named).suffix in MACHINES:
         return named
     raise FileError(
-        f"the recording names {named[:200]!r} as its machine, which is no machine's file", "name one yourself"
+        f"the recording names {named[:200]!r} as its machine, which is not a machine's file", "name one yourself"
     )
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """The first tick in which a replay and its recording part.
+    """The first tick in which a replay differs from its recording.
 
     Attributes:
         tick: its number.
-        recorded: what the recording says of it, by name, where the replay says something else; empty if it had ended.
+        recorded: the differing values in the recording, by name; empty if it had ended.
         replayed: the same for the replay.
     """
 
@@ -190,7 +190,7 @@ class Difference:
 
 
 def _shown(value: object) -> str:
-    """A value from a file for a terminal: on one line, and not for ever."""
+    """A value from a file for a terminal: on one line, and cut."""
     text = str(value) if not isinstance(value, str) or value.isprintable() else repr(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
 
@@ -198,10 +198,10 @@ def _shown(value: object) -> str:
 def replay(
     recording: Recording, mission: Mission, watchers: Sequence[TickWatcher] = ()
 ) -> tuple[Ending, Difference | None]:
-    """Show a machine the recorded sensors, whatever it does about them.
+    """Feed a machine the recorded sensor data, independent of its commands.
 
     Returns:
-        How it ended, and the first difference from the recorded run; None too where no steps were recorded.
+        How it ended, and the first difference from the recorded run; None also if no steps were recorded.
 
     Raises:
         MachineFault: the machine failed.
@@ -215,18 +215,18 @@ def replay(
 
 
 def recorded_operator(recording: Recording, machine: Machine) -> Recorded:
-    """The operator of a recorded run: sends a machine the events of it that the machine knows."""
+    """The operator of a recorded run: sends the recorded events that the machine declares."""
     return Recorded([known_events(machine.model, tick.step) for tick in recording.ticks])
 
 
 def recorded_events(step: Mapping[str, Any]) -> list[str]:
-    """The events that somebody outside sent for a recorded tick; what is no name is none."""
+    """The external events of a recorded tick; other entries are ignored."""
     events = step.get("events", ())
     return [one for one in events if isinstance(one, str)] if isinstance(events, list) else []
 
 
 def known_events(model: Model, step: Mapping[str, Any]) -> list[str]:
-    """The recorded events of a tick that a machine can be given: others are left out, as by a machine that changed."""
+    """The recorded events of a tick that a machine accepts, without those that a changed machine lacks."""
     found = []
     for one in recorded_events(step):
         try:

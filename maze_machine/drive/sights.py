@@ -1,6 +1,6 @@
-"""What perception found in a tick, for a picture: landmarks, nodes, ways of a junction, a door, the minimap, the map.
+"""Results of perception in a tick, for a picture: landmarks, nodes, ways of a junction, a door, the minimap, the map.
 
-All but the map is in the robot's frame; nothing decides by it.
+Everything except the map is in the robot's frame; it influences no decision.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from perception.ways import Way
 from transport.messages import Pose
 
 MAP_POINTS = 4000
-"""The map is shown by at most that many of its points."""
+"""The largest number of map points that are shown."""
 
 
 def sights(facts: Facts) -> dict[str, Any]:
-    """What was found, as JSON values; lengths in m.
+    """The results, as JSON values; lengths in m.
 
     Returns:
-        ``landmarks`` (x1, y1, x2, y2), ``nodes`` (x, y, kind), ``ways`` (outlines), ``door`` (x1, y1, x2, y2) where one
-        may be rung, ``minimap`` (``size`` cells of ``cell`` m a side, turned by ``turn``, rows ahead, columns to the
-        left, ``2`` where something is), ``pose`` of the robot in the frame of the ``map``: its keyframes'
-        ``poses``, ``points`` on walls, and the ``ellipse`` of the robot's place (two standard deviations along two
-        axes, direction of the first).
+        ``landmarks`` (x1, y1, x2, y2), ``nodes`` (x, y, kind), ``ways`` (outlines), ``door`` (x1, y1, x2, y2) if there
+        may be one, ``minimap`` (``size`` cells of ``cell`` m a side, turned by ``turn``, rows ahead, columns to the
+        left, ``2`` where something is), ``pose`` of the robot in the frame of the ``map``: its keyframes' ``poses``,
+        ``points`` on walls, and the ``ellipse`` of the robot's place (two standard deviations along two axes, direction
+        of the first).
     """
     minimap, pose, surveyor = facts.minimap, facts.pose, facts.world.surveyor
     found: dict[str, Any] = {

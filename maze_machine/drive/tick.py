@@ -1,4 +1,4 @@
-"""What happened in one tick: one value for the trace, the recording, the page, the network and the pictures."""
+"""The record of one tick: one value for the trace, the recording, the page, the network and the pictures."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from perception.facts import Facts
 from transport.messages import Command, Observation, Pose, Scan
 
 STRIDE = 8
-"""Every this many beams of a scan are shown."""
+"""Every how many beams of a scan one is shown."""
 
 
 class Phases(NamedTuple):
-    """Where a tick's time went, s of the wall clock; statistics that nothing decides by.
+    """The time of each phase of a tick, s of the wall clock; statistics that influence no decision.
 
-    Perception is lazy: what it takes falls to the phase that first asks for a fact.
+    Perception is lazy: its time counts for the phase that first uses a fact.
     """
 
     observe: float
@@ -32,21 +32,26 @@ class Phases(NamedTuple):
     act: float
     command: float
 
+    @property
+    def thinking(self) -> float:
+        """What the controller itself took: all but waiting for the robot, s."""
+        return self.prepare + self.coordinate + self.act
+
 
 @dataclass(frozen=True)
 class Tick:
-    """What happened in one tick; how it is described is computed when it is asked for, and once.
+    """The record of one tick; descriptions are computed once, on first use.
 
     Attributes:
         index: number of the tick, from 0.
-        observation: what the robot sensed.
-        report: what the machine did about it.
-        leading: name of the first state whose activity asked for something; empty where none did.
-        command: what the robot was commanded.
-        phases: where the time went.
-        events: the events that somebody outside has sent for this tick.
-        truth: where the robot really was, in the frame of the maze; None where nobody knows.
-        facts: what perception made of the observation; None where it is not kept.
+        observation: the sensor data.
+        report: the step of the machine.
+        leading: name of the first state whose activity requested an effect; empty if none did.
+        command: the command to the robot.
+        phases: the time of each phase.
+        events: the external events of this tick.
+        truth: the true pose of the robot, in the frame of the maze; None if unknown.
+        facts: the results of perception; None if they are not kept.
     """
 
     index: int
@@ -61,7 +66,7 @@ class Tick:
 
     @property
     def step(self) -> Macrostep:
-        """What the engine says of the step."""
+        """The engine's record of the step."""
         return self.report.step
 
     @property
@@ -76,7 +81,7 @@ class Tick:
 
     @property
     def violations(self) -> tuple[Violation, ...]:
-        """Properties of the machine that do not hold, and did before."""
+        """Properties of the machine that are newly violated."""
         return self.report.violations
 
     @property
@@ -96,19 +101,19 @@ class Tick:
 
     @property
     def pose(self) -> Pose:
-        """Where the odometry sees the robot."""
+        """The pose of the robot by odometry."""
         return self.observation.odometry.pose
 
     @cached_property
     def doing(self) -> str:
-        """The one state that names the tick: that whose activity asked for something, or the first innermost one."""
+        """The state that represents the tick: that whose activity requested an effect, or the first innermost one."""
         states, indices = self.report.machine.model.states, self.report.machine.indices
         innermost = (name for name in self.configuration if not states[indices[name]].children)
         return self.leading or next(innermost, "")
 
     @cached_property
     def line(self) -> TickLine:
-        """What was sensed, decided and commanded: the same for the same run, wherever the robot is."""
+        """The sensed, decided and commanded values: the same for the same run, in one process or over the network."""
         pose, twist, report = self.pose, self.command.twist, self.report
         line: TickLine = {
             "tick": self.index,
@@ -135,7 +140,7 @@ class Tick:
 
     @cached_property
     def json(self) -> TickJson:
-        """All that is said of the tick, as JSON values: the line, and what somebody who looks on wants to know."""
+        """The full JSON values of the tick: the trace line, and details for watchers."""
         report, truth = self.report, self.truth
         really = {} if truth is None else {"truth": [truth.x, truth.y, truth.heading]}
         more = {

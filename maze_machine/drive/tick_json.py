@@ -1,7 +1,7 @@
-"""The JSON of a tick: what it holds, key by key, and its schema.
+"""The JSON of a tick, key by key, and its schema.
 
-The same object is a line of a trace (the keys of ``TickLine``), the step in a recording, what is published over the
-network and what the page is fed with. ``docs/reference/tick.schema.json`` is made from here.
+The same object is a line of a trace (the keys of ``TickLine``), the step in a recording, the message on the network and
+the input of the page. ``docs/reference/tick.schema.json`` is made from here.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, NotRequired
 
 from pydantic import ConfigDict, Field, TypeAdapter
-from typing_extensions import TypedDict  # pydantic reads no other before Python 3.12
+from typing_extensions import TypedDict  # pydantic supports no other before Python 3.12
 
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 Value = bool | int | float | str
 
 
 class ActivityRecord(TypedDict):
-    """What an active state does."""
+    """The activity of an active state."""
 
     text: Annotated[str, Field(description="the activity as the machine's file has it")]
     arguments: Annotated[
@@ -26,7 +26,7 @@ class ActivityRecord(TypedDict):
 
 
 class Reason(TypedDict):
-    """What became of a transition that was looked at."""
+    """The verdict about a considered transition."""
 
     transition: Annotated[int, Field(ge=0, description="its index among the transitions of the machine's model")]
     verdict: Literal["taken", "preempted", "false", "earlier", "not_due", "failed", "undone"]
@@ -34,7 +34,7 @@ class Reason(TypedDict):
 
 
 class TickLine(TypedDict):
-    """What was sensed, decided and commanded in a tick: a line of a trace."""
+    """The sensed, decided and commanded values of a tick: a line of a trace."""
 
     tick: Annotated[int, Field(ge=0, description="its number, from 0")]
     stamp: Annotated[int, Field(ge=0, description="the time of the observation on the robot's clock, ns")]
@@ -44,29 +44,31 @@ class TickLine(TypedDict):
     twist: Annotated[Triple, Field(description="the command: forward and left, m/s, and turn, rad/s")]
     ring: Annotated[bool, Field(description="whether the door bell is rung")]
     goal: Annotated[NotRequired[Triple], Field(description="x, y, heading for the robot's own navigation, m and rad")]
-    events: Annotated[NotRequired[list[str]], Field(description="what somebody outside sent for this tick")]
-    sent: Annotated[NotRequired[list[str]], Field(description="what the machine sent to other machines, in order")]
+    events: Annotated[NotRequired[list[str]], Field(description="the external events of this tick")]
+    sent: Annotated[
+        NotRequired[list[str]], Field(description=("the events that the machine sent to other machines, in order"))
+    ]
     blind: Annotated[NotRequired[str], Field(description="why the loop keeps the base stopped")]
     outcome: Annotated[NotRequired[str], Field(description="the final state that ended the machine")]
     violated: Annotated[NotRequired[list[str]], Field(description="properties that do not hold from this tick on")]
 
 
 class TickJson(TickLine):
-    """All that is said of a tick."""
+    """The full JSON of a tick."""
 
     __pydantic_config__ = ConfigDict(extra="forbid")  # type: ignore[misc]  # a key that is not documented is a mistake
 
     doing: Annotated[str, Field(description="the state that names the tick: the first that asked for motion")]
     fired: Annotated[list[int], Field(description="the transitions taken, as indices in the machine's model")]
     regions: Annotated[dict[str, str], Field(description="the innermost active state of each region")]
-    activities: Annotated[dict[str, ActivityRecord], Field(description="what each active state does")]
+    activities: Annotated[dict[str, ActivityRecord], Field(description="the activity of each active state")]
     outcomes: Annotated[
         list[Annotated[list[str], Field(min_length=2, max_length=2)]],
         Field(description="states whose activities ended, or that completed, with the outcome"),
     ]
     variables: Annotated[dict[str, Value], Field(description="variables and parameters by full name, in SI units")]
-    why: Annotated[list[Reason], Field(description="every transition that was looked at")]
-    truth: Annotated[NotRequired[Triple], Field(description="where the robot really was in the frame of the maze")]
+    why: Annotated[list[Reason], Field(description="every transition that was considered")]
+    truth: Annotated[NotRequired[Triple], Field(description="the true pose of the robot in the frame of the maze")]
     ranges: Annotated[
         NotRequired[list[int]], Field(description="over the network and on the page: every 8th beam, cm; -1 for no hit")
     ]
@@ -83,5 +85,5 @@ def tick_schema() -> dict[str, Any]:
 
 
 def line_of(step: Mapping[str, Any]) -> dict[str, Any]:
-    """The line of the trace in what is said of a tick."""
+    """The trace line within the full JSON of a tick."""
     return {name: value for name, value in step.items() if name in LINE}

@@ -1,4 +1,4 @@
-"""The trace of a run: one JSON line a tick, the same bytes for the same run, wherever the robot is.
+"""The trace of a run: one JSON line per tick, the same bytes for the same run, in one process or over the network.
 
 The first line names the machine and its parameters, each further one shows a tick (``tick_json.TickLine``):
 
@@ -6,9 +6,9 @@ The first line names the machine and its parameters, each further one shows a ti
      "pose": [x, y, heading], "twist": [forward, left, turn], "ring": false}
 
 ``stamp`` is the observation's time in ns; ``pose`` is odometry, in metres and radians; ``twist`` is the command, in m/s
-and rad/s. Floats are written so that reading them back gives the same bits. ``events`` are those that somebody outside
-sent for this tick. Where the loop keeps the base stopped, ``blind`` says why. Where the machine has ended, ``outcome``
-names its final state; ``violated`` names properties of the machine that do not hold from this tick on.
+and rad/s. Floats are written so that reading them back gives the same bits. ``events`` are the external events of this
+tick. ``blind`` is the reason if the loop keeps the base stopped. ``outcome`` is the final state if the machine has
+ended; ``violated`` names properties of the machine that do not hold from this tick on.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from maze_machine.drive.tick import Tick
 
 
 def trace_head(mission: Mission) -> dict[str, Any]:
-    """What the first line of a trace says."""
+    """The first line of a trace."""
     return {"machine": mission.machine.name, "parameters": dict(mission.parameters)}
 
 

@@ -1,4 +1,4 @@
-"""A referee's verdict as it comes from a robot's side, which another program may have written."""
+"""A referee's verdict from a robot's side, possibly from another program."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _Count = Annotated[int, Field(ge=0, lt=2**63)]
 
 
 class RunVerdict(BaseModel):
-    """The fields of a verdict that are shown or decided by; lengths in m, times in s. Others are handed on."""
+    """The fields of a verdict that are used; lengths in m, times in s. Others are passed through."""
 
     model_config = ConfigDict(frozen=True, extra="allow", strict=True)
 
@@ -43,7 +43,7 @@ def readable(reports: Iterable[Mapping[str, object]]) -> list[dict[str, Any]]:
 
 
 def read_verdict(report: Mapping[str, object]) -> tuple[dict[str, Any], str]:
-    """A verdict that can be used, empty where there is none; and why the one that came cannot, or nothing."""
+    """A valid verdict, empty if there is none; and why the received one is invalid, or nothing."""
     if not report:
         return {}, ""
     try:

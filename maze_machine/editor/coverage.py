@@ -1,10 +1,10 @@
-"""What the tests beside a machine exercise of it, state by state, as an editor shows it above each state."""
+"""The coverage of a machine by the tests beside it, shown by an editor above each state."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from hsm.dsl.loading import SUFFIX
+from hsm.dsl.syntax.sources import SUFFIX
 from hsm.engine.coverage import Coverage
 from hsm.model.diagnostics import MachineError
 from hsm.model.registry import Library
@@ -20,7 +20,7 @@ class TestedStates:
         self._known: dict[str, dict[int, str]] = {}
 
     def run(self, file: str, library: Library) -> None:
-        """Run the scenarios beside a machine, as its files are on the disk; stand-ins are run, never a robot's code."""
+        """Run the scenarios beside a machine, as its files are on the disk; stand-ins run, never a robot's code."""
         path = Path(file)
         self._known.pop(file, None)
         if not file.endswith(SUFFIX):
@@ -53,5 +53,5 @@ class TestedStates:
         self._known[file] = texts
 
     def texts(self, file: str) -> dict[int, str]:
-        """What is said of the states of a file, by their lines, from 0."""
+        """The annotations of the states of a file, by line, from 0."""
         return self._known.get(file, {})

@@ -8,7 +8,7 @@ from typing import Any
 
 from hsm.dsl.loading import check_text
 from hsm.dsl.lsp import protocol
-from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.document import Document
 from hsm.engine.machine import Machine
 from hsm.interchange.diagrams import DiagramError, edge_id, node_id, render
 from hsm.model.chart import Model, State, StateKind, Transition
@@ -20,7 +20,7 @@ PictureJson = Mapping[str, Any]
 
 
 def diagram(document: Document) -> PictureJson:
-    """A file as a picture, and what is in it.
+    """A file as a picture, with its contents.
 
     Returns:
         ``{"machine", "svg", "states", "transitions"}``, or ``{"problem"}`` where the file cannot be drawn. A state has

@@ -1,4 +1,4 @@
-"""The library that each file of an editor is written against."""
+"""The library of each file in an editor."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class EditorLibraries:
-    """The library of each file that an editor has open; what a file's project lacks is said once.
+    """The library of each file that an editor has open; problems of a project are reported once.
 
     Attributes:
         named: the library of all files, as ``MODULE:NAME``; None for that of each file's project.
         warn: shows a message in the editor.
-        settings: what the editor has set; where it does not say whether its folders are trusted, what was decided with
-            ``maze-machine trust`` holds.
+        settings: what the editor has set; if it does not say whether its folders are trusted, ``maze-machine trust``
+            decides.
     """
 
     named: str | None
@@ -38,13 +38,13 @@ class EditorLibraries:
     _ignored: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __call__(self, file: str) -> Library:
-        """The library that a file's machine is written against; looked for once, until ``refresh``."""
+        """The library of a file's machine; cached until ``refresh``."""
         if file not in self._of_files:
             self._of_files[file] = self._library(file)
         return self._of_files[file]
 
     def refresh(self, changed: Sequence[str] = ()) -> None:
-        """Files have changed: look for the library of each file again; import it again where it is Python that changed.
+        """Files have changed: find the library of each file again, and import it again if Python files changed.
 
         Args:
             changed: the files, as far as they are known.
@@ -57,7 +57,7 @@ class EditorLibraries:
             forget_modules(folders)
 
     def ignored(self, file: str) -> tuple[str, ...]:
-        """Beginnings of codes of warnings and notes that are not shown of a file."""
+        """Prefixes of the codes of warnings and notes that are not shown for a file."""
         if file not in self._ignored:
             try:
                 project = find_project(Path(file).parent)
@@ -98,7 +98,7 @@ class EditorLibraries:
 
 
 def forget_modules(folders: Sequence[Path]) -> None:
-    """Have the modules of some folders imported again the next time; what is installed in them stays."""
+    """Import the modules of some folders again on next use, except for installed packages in them."""
     for name, module in list(sys.modules.items()):
         file = getattr(module, "__file__", None)
         if file is None or "site-packages" in file:

@@ -1,4 +1,4 @@
-"""A run elsewhere, relayed to the editor: its active states, whenever they change."""
+"""A remote run, relayed to the editor: its active states, whenever they change."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from maze_machine.remote.client import RemoteMachine
 Connect = Callable[[str, str], AbstractContextManager[RemoteMachine]]
 """Reaches the machine that runs at an endpoint and drives a robot."""
 _SILENCE = 0.5
-"""How long to wait for a tick before looking whether the watch is still wanted, s."""
+"""How long to wait for a tick before checking whether the watch is still wanted, s."""
 
 
 class LiveRun:
-    """One run that is watched, on a thread of its own, until it ends or nobody wants to see it any more.
+    """One watched run, in its own thread, until it ends or the watch is cancelled.
 
     Args:
         connect: how to reach it.
-        notify: takes what is new: ``{"machine", "states", "taken", "time"}`` when it changes, ``{"ended"}`` with the
+        notify: receives news: ``{"machine", "states", "taken", "time"}`` when it changes, ``{"ended"}`` with the
             reason at the end.
     """
 
@@ -32,7 +32,7 @@ class LiveRun:
         self._thread: Thread | None = None
 
     def start(self, endpoint: str, robot: str) -> None:
-        """Begin to watch the machine at an endpoint; what was watched before is not any more."""
+        """Begin to watch the machine at an endpoint, instead of an earlier one."""
         self.stop()
         self._unwanted = Event()
         arguments = (endpoint, robot, self._unwanted)
@@ -43,7 +43,7 @@ class LiveRun:
         """Watch no more."""
         self._unwanted.set()
         if self._thread is not None:
-            self._thread.join(2 * _SILENCE)  # a program that still dials notices it later
+            self._thread.join(2 * _SILENCE)  # a program that is still connecting notices it later
             self._thread = None
 
     def _watch(self, endpoint: str, robot: str, unwanted: Event) -> None:
@@ -73,7 +73,7 @@ class LiveRun:
 
 
 def _steps(machine: RemoteMachine, unwanted: Event) -> Iterator[Mapping[str, Any]]:
-    """The ticks of a run, until nobody wants them.
+    """The ticks of a run, until the watch is cancelled.
 
     Raises:
         NoMachineError: the run has ended, or cannot be reached any more.
@@ -86,4 +86,4 @@ def _steps(machine: RemoteMachine, unwanted: Event) -> Iterator[Mapping[str, Any
             if unwanted.is_set():
                 return
         if not heard:
-            machine.model()  # a run that stands still sends no ticks, and answers; one that has ended does not
+            machine.model()  # a paused run sends no ticks but answers; one that has ended does not answer

@@ -1,4 +1,4 @@
-"""What the language server answers beyond the protocol; the names of its methods begin with ``maze-machine/``."""
+"""Requests to the language server beyond the protocol; their methods begin with ``maze-machine/``."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types
 
-from hsm.dsl.loading import SUFFIX
-from hsm.dsl.lsp.server import MachineServer
+from hsm.dsl.lsp.machine_server import MachineServer
+from hsm.dsl.syntax.sources import SUFFIX
 from maze_machine.editor.libraries import EditorLibraries
 from maze_machine.editor.pages import code_pages
 from maze_machine.editor.settings import SECTION, read_settings, too_old
@@ -22,25 +22,25 @@ if TYPE_CHECKING:
     from maze_machine.editor.scenarios import ScenarioDocument
 
 TESTS = ".maze-test"
-"""What the names of files with scenarios end with."""
+"""The suffix of scenario files."""
 WATCHED = ("**/*.maze-machine", "**/*.maze-test", "**/maze-machine.toml", "**/pyproject.toml", "**/*.py")
-"""The files whose changes elsewhere make a difference."""
+"""The files to watch for changes."""
 DIAGRAM = "maze-machine/diagram"
 """Request with ``uri``: the picture of a file."""
 WATCH = "maze-machine/watch"
 """Notification with ``endpoint`` and ``robot``: begin to relay a run."""
 UNWATCH = "maze-machine/unwatch"
-"""Notification: relay it no more."""
+"""Notification: stop relaying it."""
 STEP = "maze-machine/step"
 """Notification of the server: the active states of the run that is watched."""
 
 
 def add_requests(server: MachineServer, libraries: EditorLibraries, version: str) -> None:
-    """Have a language server answer them, and heed what the editor says of trust when it starts.
+    """Register them with a language server, and read the editor's trust setting at the start.
 
     Args:
         server: the server.
-        libraries: what its files are checked against.
+        libraries: the libraries of its files.
         version: of this program.
     """
     started = _Started(version)
@@ -55,15 +55,8 @@ def add_requests(server: MachineServer, libraries: EditorLibraries, version: str
 
         return LiveRun(partial(reaching, identity=None), notify)
 
-    def scenarios(file: str, text: str, opened: Mapping[str, str]) -> ScenarioDocument | None:
-        if not file.endswith(TESTS):
-            return None
-        from maze_machine.editor.scenarios import ScenarioDocument  # noqa: PLC0415 - nor does it wait for tests
-
-        return ScenarioDocument(text, file, libraries(file), opened)
-
     server.forget_libraries = libraries.refresh
-    server.other_language = scenarios
+    server.other_language = _Scenarios(libraries)
     server.ignored = libraries.ignored
     server.pages = code_pages()
 
@@ -111,9 +104,23 @@ def add_requests(server: MachineServer, libraries: EditorLibraries, version: str
             live().stop()
 
 
+@dataclass(frozen=True, slots=True)
+class _Scenarios:
+    """The language of scenarios."""
+
+    libraries: EditorLibraries
+    suffix = TESTS
+
+    def file(self, name: str, text: str, opened: Mapping[str, str]) -> ScenarioDocument:
+        """A file of scenarios as it is in the editor."""
+        from maze_machine.editor.scenarios import ScenarioDocument  # noqa: PLC0415 - nor does it wait for tests
+
+        return ScenarioDocument(text, name, self.libraries(name), opened)
+
+
 @dataclass(slots=True)
 class _Started:
-    """What is known of an editor from its start on."""
+    """The properties of an editor, known from its start."""
 
     version: str
     options: object = None

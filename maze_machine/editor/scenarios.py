@@ -1,19 +1,22 @@
-"""A `.maze-test` file under edit: what an editor asks of it, answered from the machine that it is about."""
+"""A `.maze-test` file in an editor, analysed with its machine."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 
 from hsm.dsl.format.formatter import indented_lines
-from hsm.dsl.loading import SUFFIX, check_text, read_text
-from hsm.dsl.lsp import navigation
-from hsm.dsl.lsp.editing import Document, Entry, SymbolKind, fitting
-from hsm.dsl.lsp.navigation import OutlineSymbol, Span
-from hsm.dsl.lsp.occurrences import Role
+from hsm.dsl.loading import check_text
+from hsm.dsl.lsp import hovering, navigation, vocabulary
+from hsm.dsl.lsp.document import Document
+from hsm.dsl.lsp.entries import Entry, SymbolKind, fitting
+from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
+from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.reporting.report import Report
+from hsm.dsl.syntax.lexer import RESERVED
+from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.chart import Model, On, Raise, Send
 from hsm.model.codes import finding
 from hsm.model.diagnostics import Diagnostic, MachineError, Place
@@ -22,6 +25,7 @@ from hsm.model.rewriting import actions_of
 from hsm.model.types import Enumeration
 from hsm.testing.scenarios.lines import read_lines
 from hsm.testing.scenarios.reading import parse_suite
+from maze_machine.editor.scenario_names import scenario_names
 
 _OUTER = {"test": "test ${1:machine}", "tick": "tick ${1:0.1 s}", "scenario": "scenario ${1:what happens}\n    ${0}"}
 _INNER = {
@@ -30,12 +34,13 @@ _INNER = {
     "after": "after ${1:1 s}",
     "expect": "expect ${0:state}",
 }
+_KEYWORDS = RESERVED | {"within", "event", "reports", "fails", "doing", "called", "raised", "sent"}
 _WORD = re.compile(r"[A-Za-z_][\w.]*")
 _LAST_WORD = re.compile(r"[A-Za-z_][\w.]*$")
 
 
 class ScenarioDocument:
-    """A text of scenarios, as far as it can be understood; it never changes, an edit makes another one.
+    """A text of scenarios, analysed as far as possible. It is immutable: an edit makes a new one.
 
     Attributes:
         text: the text.
@@ -73,7 +78,7 @@ class ScenarioDocument:
         return check_text(machine.text, self._library, machine.file, remarks=False).model
 
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """What is wrong with it; where its machine cannot be used, only what can be said without it."""
+        """Its diagnostics; if its machine cannot be used, only those that do not need it."""
         if self.model is not None:
             try:
                 parse_suite(self.text, self.model, self._library, self.file)
@@ -86,12 +91,12 @@ class ScenarioDocument:
             place = lines[0].place
             if self.machine is None:
                 message = f"there is no machine `{lines[0].parts[0]}` beside this file"
-                report.found.append(finding("E0208", place, message, "a test lies beside the machine that it names"))
+                report.found.append(finding("E0208", place, message, "a test must be beside the machine that it names"))
             else:
-                message = f"machine `{lines[0].parts[0]}` has errors, so its scenarios are not looked at"
-                report.found.append(finding("E0208", place, message, "mend the machine first"))
+                message = f"machine `{lines[0].parts[0]}` has errors, so its scenarios are not checked"
+                report.found.append(finding("E0208", place, message, "fix the machine first"))
         elif not report.found:
-            message = "the first line is to be `test`, with the machine's name"
+            message = "the first line must be `test`, with the machine's name"
             report.add("E0401", Place(self.file, 1, 1, 1, 2), message)
         return tuple(report.found)
 
@@ -103,7 +108,7 @@ class ScenarioDocument:
         return found.group() if found else ""
 
     def completions(self, line: int, column: int) -> list[Entry]:
-        """What could be written at a position."""
+        """Completions at a position."""
         before = self._before(line, column)
         if "#" in before:
             return []
@@ -111,9 +116,9 @@ class ScenarioDocument:
         return fitting(typed, self._possible(before.removesuffix(typed)))
 
     def hover(self, line: int, column: int) -> Entry | None:
-        """What is written at a position."""
+        """What is at a position."""
         word = self._word(line, column)
-        return self.machine.named(word) if word and self.machine is not None else None
+        return hovering.named(self.machine, word) if word and self.machine is not None else None
 
     def definition(self, line: int, column: int) -> Span | None:
         """Where a name is declared: in the machine, or in Python."""
@@ -138,8 +143,37 @@ class ScenarioDocument:
             found.append(OutlineSymbol(name, "scenario", Role.PROPERTY, place, whole))
         return found
 
+    @cached_property
+    def occurrences(self) -> Sequence[NameOccurrence]:
+        """The names in it."""
+        return [] if self.machine is None else scenario_names(self.text, self.file, self.machine)
+
+    def folds(self) -> Iterator[tuple[int, int, bool]]:
+        """The scenarios."""
+        for one in self.outline():
+            if one.whole.end_line > one.whole.line:
+                yield one.whole.line, one.whole.end_line, False
+
+    def colours(self) -> Sequence[Coloured]:
+        """What is coloured, in the order of the text."""
+        # The words of a scenario's title are not keywords.
+        titles = {number for number, line in enumerate(self.lines) if line.startswith("scenario ")}
+        found = navigation.colours(self.lines, self.occurrences, self._keywords())
+        return [one for one in found if one.line not in titles or one.column == 0 or one.kind is Colour.COMMENT]
+
+    def _keywords(self) -> set[tuple[int, int]]:
+        """Line and column of each keyword: a line's first word, and words within lines."""
+        found: set[tuple[int, int]] = set()
+        for number, text in enumerate(self.lines):
+            words = list(_WORD.finditer(text.partition("#")[0]))
+            known = [one for one in words if one.group() in _KEYWORDS]
+            found |= {(number, one.start()) for one in known}
+            if words and words[0].group() in (*_OUTER, *_INNER):
+                found.add((number, words[0].start()))
+        return found
+
     def formatted(self) -> str | None:
-        """The text laid out: scenarios at the margin with a blank line before each, what happens in them indented."""
+        """The formatted text: scenarios at the margin with a blank line before each, their lines indented."""
         report = Report(self.file)
         list(read_lines(self.text, report))
         if any(one.code != "E0105" for one in report.found):
@@ -163,7 +197,7 @@ class ScenarioDocument:
         part = before.rpartition(",")[2] if "," in before else before.partition(words[0])[2]
         first, given = words[0], part.split()
         if re.search(r"\d\s*$", before):
-            yield from Document("", self.file, self._library).units()
+            yield from vocabulary.units()
         elif first == "test" and len(words) == 1:
             paths = sorted(Path(self.file).parent.glob(f"*{SUFFIX}"))
             yield from (Entry(path.name.removesuffix(SUFFIX), SymbolKind.MACHINE) for path in paths)
@@ -171,7 +205,7 @@ class ScenarioDocument:
             yield from self._parts(first, given)
 
     def _parts(self, first: str, given: list[str]) -> Iterator[Entry]:
-        """What could be next in one of the parts of a line, that commas separate."""
+        """Completions inside one comma-separated part of a line."""
         negated = given[:1] == ["not"]
         rest = given[1:] if negated else given
         last = rest[-1] if rest else ""
@@ -191,9 +225,9 @@ class ScenarioDocument:
             yield from self._beginnings(first, negated=negated)
 
     def _beginnings(self, first: str, *, negated: bool) -> Iterator[Entry]:
-        """What a part of a line begins with."""
-        assert self.machine is not None, "without a machine nothing is offered"
-        everything = list(self.machine.everything())
+        """The words that begin a part of a line."""
+        assert self.machine is not None, "without a machine there are no completions"
+        everything = list(vocabulary.everything(self.machine))
         kinds = {SymbolKind.SIGNAL}
         if first in ("given", "expect"):
             kinds |= {SymbolKind.PARAMETER}
@@ -209,14 +243,14 @@ class ScenarioDocument:
         yield from (one for one in everything if one.kind in kinds)
 
     def _performed(self, word: str) -> Iterator[Entry]:
-        assert self.machine is not None, "without a machine nothing is offered"
+        assert self.machine is not None, "without a machine there are no completions"
         if word == "raised":
             done = actions_of(self.model) if self.model is not None else ()
             raised = {one.event for one in done if isinstance(one, Raise | Send)}
             yield from (Entry(one, SymbolKind.EVENT, "event") for one in sorted(raised))
             return
         kind = SymbolKind.ACTIVITY if word == "doing" else SymbolKind.ACTION
-        yield from (one for one in self.machine.everything() if one.kind is kind)
+        yield from (one for one in vocabulary.everything(self.machine) if one.kind is kind)
 
     def _values_of(self, name: str) -> Iterator[Entry]:
         """The values that a signal, a parameter or a variable of an enumeration can have."""

@@ -1,8 +1,8 @@
-"""What an editor may set for the language server, and what wins where two say different things.
+"""Settings of an editor for the language server, and their precedence.
 
 From the strongest to the weakest: the command line (``--library``), the project file of a document, the editor's
 configuration (``workspace/configuration``, section ``maze-machine``), the options that it starts the server with
-(``initializationOptions``). Only ``ignore`` adds up.
+(``initializationOptions``). Only ``ignore`` accumulates.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ class EditorSettings:
 
     Attributes:
         library: the library of files whose project names none, as ``MODULE:NAME``; None for the shipped one.
-        ignore: beginnings of codes of warnings and notes that are not shown.
+        ignore: prefixes of the codes of warnings and notes that are not shown.
         hints: whether defaults of arguments are shown beside calls.
         coverage: whether the coverage of each state by its tests is shown above it.
-        trusted: whether the user lets the code of the folder run; None where the editor does not say.
+        trusted: whether the user lets the code of the folder run; None if the editor does not say.
         requires: the oldest version of this program that the editor's extension works with; empty for any.
     """
 
@@ -38,7 +38,7 @@ class EditorSettings:
 
 
 def read_settings(options: object, configuration: object) -> EditorSettings:
-    """The settings in what an editor has sent; what is not of its type is passed over.
+    """The settings in what an editor has sent; what is not of its type is skipped.
 
     Args:
         options: its ``initializationOptions``.
@@ -53,13 +53,13 @@ def read_settings(options: object, configuration: object) -> EditorSettings:
         ignore=tuple(dict.fromkeys(listed)),
         hints=_of_type(both.get("inlayHints"), bool) is not False,
         coverage=_of_type(both.get("coverage"), bool) is not False,
-        trusted=_of_type(started.get("trusted"), bool),  # only the program that starts the server knows
+        trusted=_of_type(started.get("trusted"), bool),  # only the program that starts the server can say so
         requires=_of_type(started.get("requires"), str) or "",
     )
 
 
 def too_old(version: str, required: str) -> bool:
-    """Whether a version is older than another; what follows the numbers of either does not count."""
+    """Whether a version is older than another, comparing only the leading numbers."""
     return bool(required) and _numbers(version) < _numbers(required)
 
 

@@ -1,1 +1,1 @@
-"""A running machine that people and programs elsewhere look at and send events to, over the network."""
+"""A running machine that other programs watch and operate over the network."""

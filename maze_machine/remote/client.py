@@ -1,4 +1,4 @@
-"""The other side: looks at a running machine and operates it."""
+"""The client: watches a running machine and operates it."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from transport.clock import Clock, MonotonicClock
 from transport.keys import MachineKeys
 
 _LOOK = 0.02
-"""Between two looks for a tick, s."""
+"""The interval of checks for a tick, s."""
 
 
 class NoMachineError(CommandError):
-    """Nobody drives a robot of that name where one looks."""
+    """No machine drives a robot of that name at this endpoint."""
 
     status = ExitStatus.UNREACHABLE
 
 
 class RemoteMachine:
-    """A machine that runs elsewhere.
+    """A remote machine.
 
     Args:
         bus: the network.
@@ -41,30 +41,36 @@ class RemoteMachine:
         self._clock = clock or MonotonicClock()
 
     def model(self) -> dict[str, Any]:
-        """What does not change during the run.
+        """The constant part of the run.
 
         Raises:
-            NoMachineError: nobody answers.
+            NoMachineError: no machine answers.
         """
         return self._asked(self._keys.model, b"")
 
     def why(self, state: str) -> dict[str, Any]:
-        """What became of a state's transitions in the newest tick.
+        """The verdicts about a state's transitions in the newest tick.
 
         Raises:
-            NoMachineError: nobody answers.
+            NoMachineError: no machine answers.
         """
         return self._asked(self._keys.why, state.encode())
 
-    def operate(self, operation: Operation) -> Answer:
-        """Have something done.
+    def sights(self) -> dict[str, Any]:
+        """What perception found in the newest tick; empty where the machine does not say."""
+        answer = self._bus.ask(self._keys.sights, b"", self._patience)
+        return {} if answer is None else _object(answer) or {}
 
-        An operation that nobody answered may have been done or not; it is not repeated, since an event counts twice.
+    def operate(self, operation: Operation) -> Answer:
+        """Execute an operation.
+
+        An operation without an answer may have been executed or not; it is not repeated, since an event would count
+        twice.
 
         Raises:
-            NoMachineError: nobody answers.
+            NoMachineError: no machine answers.
         """
-        self.model()  # a program that is not discovered yet hears nothing: this question may be repeated
+        self.model()  # a program that is not discovered yet receives nothing: this question may be repeated
         answer = self._bus.ask(self._keys.operate, operation.model_dump_json().encode(), self._patience)
         if answer is None:
             raise self._nobody()
@@ -74,7 +80,7 @@ class RemoteMachine:
             return Answer(done=False, reason="the answer cannot be read")
 
     def ask(self, payload: bytes) -> bytes:
-        """Pass an operation on as it is; the answer says that nobody answers where that is so."""
+        """Forward an operation unchanged; the result says if there is no answer."""
         answer = self._bus.ask(self._keys.operate, payload, self._patience)
         return answer or Answer(done=False, reason="the machine does not answer").model_dump_json().encode()
 
@@ -95,12 +101,23 @@ class RemoteMachine:
             yield step
 
     def newest_step(self) -> Callable[[], dict[str, Any] | None]:
-        """A function that gives the newest tick that was published, or None where there is none since the last call."""
+        """A function that gives the newest tick, or None where there is none since the last call.
+
+        The first is the one that was there before, which a run that stands still publishes no more.
+        """
         newest = self._bus.newest(self._keys.step)
+        answer = ask_until(self._bus, self._keys.step, b"", self._patience, self._clock)
+        before = None if answer is None else _object(answer)
+        last: dict[str, Any] | None = None
 
         def take() -> dict[str, Any] | None:
+            nonlocal before, last
             message = newest.take()
-            return None if message is None else _object(message.payload)
+            found, before = (before if message is None else _object(message.payload)), None
+            if not found or found == last:  # it may come as an answer, and then be published
+                return None
+            last = found
+            return found
 
         return take
 

@@ -1,4 +1,4 @@
-"""What is said about a running machine over the network, as JSON: ``docs/reference/link.md`` lists it key by key."""
+"""The JSON messages about a running machine on the network: ``docs/reference/link.md`` lists it key by key."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from maze_machine.drive.tick import Tick
 from transport.wording import in_words, printable
 
 LONGEST = 4096
-"""A longer question is refused unread, bytes."""
+"""The largest question; a longer one is refused unread, bytes."""
 
 
 class _Question(BaseModel):
@@ -21,33 +21,33 @@ class _Question(BaseModel):
 
 
 class SendEvent(_Question):
-    """An event for the next tick, with what it carries: ``floor(number = 3)``."""
+    """An event for the next tick, with its data: ``floor(number = 3)``."""
 
     kind: Literal["event"] = "event"
     name: Annotated[str, Field(min_length=1, max_length=1000)]
 
 
 class Pause(_Question):
-    """Stand still after this tick; only where time is simulated and waits for the controller."""
+    """Pause after this tick; only if time is simulated and waits for the controller."""
 
     kind: Literal["pause"] = "pause"
 
 
 class Resume(_Question):
-    """Go on."""
+    """Continue."""
 
     kind: Literal["resume"] = "resume"
 
 
 class AdvanceRun(_Question):
-    """Go on for some ticks, and stand still again."""
+    """Continue for some ticks, then pause again."""
 
     kind: Literal["advance"] = "advance"
     ticks: Annotated[int, Field(ge=1, le=1_000_000)] = 1
 
 
 class SetSpeed(_Question):
-    """Keep another pace; only where time is simulated and waits for the controller."""
+    """Change the speed; only if time is simulated and waits for the controller."""
 
     kind: Literal["speed"] = "speed"
     factor: Annotated[float, Field(gt=0, le=1000)] | None = None
@@ -65,7 +65,7 @@ _OPERATIONS: TypeAdapter[Operation] = TypeAdapter(Annotated[Operation, Field(dis
 
 
 class Answer(BaseModel):
-    """What became of an operation."""
+    """The result of an operation."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -74,14 +74,14 @@ class Answer(BaseModel):
 
 
 class OperationError(Exception):
-    """A question that is no operation; the message says why."""
+    """A question that is not an operation; the message says why."""
 
 
 def read_operation(payload: bytes) -> Operation:
     """The operation in a question.
 
     Raises:
-        OperationError: it is none.
+        OperationError: it is invalid.
     """
     if len(payload) > LONGEST:
         raise OperationError(f"a question has at most {LONGEST} bytes")
@@ -114,5 +114,5 @@ def why_json(machine: Machine, tick: Tick | None, state: str) -> dict[str, Any]:
 
 
 def encoded(value: object) -> bytes:
-    """A JSON text; whatever JSON does not know is written as text."""
+    """A JSON text; values without a JSON form are written as text."""
     return json.dumps(value, separators=(",", ":"), default=str).encode()

@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import Any
 
 from maze_machine.drive.mission import Ending, Mission
+from maze_machine.drive.sights import sights
 from maze_machine.drive.tick import Tick, shown_ranges
 from maze_machine.remote.messages import encoded, why_json
 from maze_machine.remote.operated import OperatedRun
@@ -16,19 +17,19 @@ from transport.bus import Bus, Request
 from transport.keys import MachineKeys
 
 _RATE = 1 / 30
-"""Between two published ticks, s: nobody sees more of a simulation that runs faster."""
+"""The least interval of published ticks, s: of a faster simulation only some ticks are published."""
 
 
 class OpenRun:
     """Publishes the ticks of a run, which it watches; use it as a context manager.
 
-    Nothing here holds up the loop: ticks are described and sent from a thread of its own, the newest only.
+    It never delays the loop: a separate thread encodes and sends the newest tick only.
 
     Args:
         bus: the network.
         mission: the run.
-        operated: who operates it.
-        head: what does not change during the run, of JSON values.
+        operated: the operators.
+        head: the constant part of the run, as JSON values.
     """
 
     def __init__(self, bus: Bus, mission: Mission, operated: OperatedRun, head: Mapping[str, Any]) -> None:
@@ -42,7 +43,9 @@ class OpenRun:
         self._change = Condition()
         self._publisher = bus.publisher(keys.step)
         bus.serve(keys.model, lambda request: request.reply(model))
+        bus.serve(keys.step, lambda request: request.reply(self._described()))
         bus.serve(keys.why, self._say_why)
+        bus.serve(keys.sights, lambda request: request.reply(self._seen()))
         bus.serve(keys.operate, lambda request: request.reply(operated.answer(request.payload)))
         self._thread = Thread(target=self._publish, name="open run", daemon=True)
 
@@ -59,7 +62,7 @@ class OpenRun:
         self._thread.join()
 
     def __call__(self, tick: Tick) -> None:
-        """Take in a tick; never waits."""
+        """Receive a tick; never waits."""
         self._newest = tick
         if not self._unsent:
             with self._change:
@@ -67,7 +70,7 @@ class OpenRun:
                 self._change.notify_all()
 
     def end(self, ending: Ending) -> None:
-        """Publish how the run ended, with the last tick once more; the base stands still by then."""
+        """Publish how the run ended, with the last tick again; the base has stopped by then."""
         with self._change:
             self._ended, self._unsent = ending, True
             self._change.notify_all()
@@ -79,12 +82,26 @@ class OpenRun:
                 tick, self._unsent = self._newest if self._unsent else None, False
                 closed = self._closed
             if tick is not None:
-                ended = {} if self._ended is None else {"ended": self._ended.as_json()}
-                ranges = shown_ranges(tick.observation.scan)
-                self._publisher.put(encoded({**tick.json, "ranges": ranges, **ended}))
+                self._publisher.put(self._described())
             if closed:
                 return
             time.sleep(_RATE)
+
+    def _described(self) -> bytes:
+        """The newest tick, with how the run ended where it has; an empty object before the first."""
+        tick = self._newest
+        if tick is None:
+            return encoded({})
+        ended = {} if self._ended is None else {"ended": self._ended.as_json()}
+        return encoded({**tick.json, "ranges": shown_ranges(tick.observation.scan), **ended})
+
+    def _seen(self) -> bytes:
+        """What perception found in the newest tick, and where the robot was; made only where somebody asks."""
+        tick = self._newest
+        if tick is None or tick.facts is None:
+            return encoded({})
+        shown = tick.truth or tick.pose
+        return encoded({**sights(tick.facts), "at": [shown.x, shown.y, shown.heading]})
 
     def _say_why(self, request: Request) -> None:
         state = request.payload[:1000].decode(errors="replace")

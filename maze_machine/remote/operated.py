@@ -1,4 +1,4 @@
-"""A run that people and programs operate while it goes on: events, pause, steps, speed, the end."""
+"""A run that people and programs operate while it runs: events, pause, steps, speed, the end."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from maze_machine.remote.messages import (
 from transport.wording import printable
 
 KEEP = 0.5
-"""How often the robot hears of a run that stands still, s."""
+"""How often a paused run sends a sign of life to the robot, s."""
 BACKLOG = 100
-"""That many events may wait for a tick; more are refused."""
+"""How many events may wait for a tick; more are refused."""
 
 
 class OperatedRun:
-    """The operator of a run and a watcher of its ticks in one; any number of networks and pages lead to it.
+    """The operator of a run and a watcher of its ticks in one; any number of networks and pages can use it.
 
-    Where the robot waits for its controller, as in a simulation, the run may stand still, go on tick by tick and keep a
+    If the robot waits for its controller, as in a simulation, the run may pause, advance tick by tick and keep a
     pace; a real robot's run can only be sent events and be ended.
 
     Args:
         mission: the run.
-        pausable: whether the robot waits for its controller; ``drives`` says it where it is known only later.
+        pausable: whether the robot waits for its controller; ``drives`` sets it if it is known only later.
         speed: the pace of a simulation as a multiple of real time; None to run as fast as it can.
     """
 
@@ -49,7 +49,7 @@ class OperatedRun:
         self._speed = speed
         self._due = 0.0
         self._events: deque[str] = deque()
-        self._allowed: int | None = None  # ticks until the run stands still; None: no end
+        self._allowed: int | None = None  # ticks until the run pauses; None: no limit
         self._ended = ""
         self._change = Condition()
         self._keep: Callable[[], object] = lambda: None
@@ -57,12 +57,12 @@ class OperatedRun:
     # The loop's side.
 
     def drives(self, *, waits: bool, keep: Callable[[], object]) -> None:
-        """Take note of the robot: whether it waits for its controller, and what keeps it while the run stands still."""
+        """Register the robot: whether it waits for its controller, and how to keep it while the run is paused."""
         self.pausable, self._keep = waits, keep
 
     @property
     def ended(self) -> str:
-        """Why an operator ended the run; empty while nobody has."""
+        """Why an operator ended the run; empty if none has."""
         return self._ended
 
     def events(self, _index: int, _time: float) -> Sequence[str]:
@@ -73,7 +73,7 @@ class OperatedRun:
         return found
 
     def __call__(self, tick: Tick) -> None:
-        """Take in a tick: keep the pace, and wait while an operator wants a pause."""
+        """Receive a tick: keep the speed, and wait while the run is paused."""
         if self._speed is None and self._allowed is None:
             return
         with self._change:
@@ -90,7 +90,7 @@ class OperatedRun:
     # The operators' side.
 
     def answer(self, payload: bytes) -> bytes:
-        """Do what a question asks for, and say what became of it; both are JSON (``docs/reference/link.md``)."""
+        """Execute a question, and return the answer; both are JSON (``docs/reference/link.md``)."""
         try:
             answer = self._done(payload)
         except (OperationError, UsageError) as error:

@@ -1,4 +1,4 @@
-"""How one reaches a machine that runs elsewhere and is open to viewers."""
+"""Connect to a machine in another process."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def reaching(endpoint: str, robot: str | None, identity: Path | None) -> Iterato
         identity: a certificate, or None.
 
     Raises:
-        LinkError: nobody can be reached there.
+        LinkError: no program can be reached there.
         FileError: the profile or the certificate cannot be used.
-        EndpointError: the endpoint is not written as one.
-        UsageError: the endpoint and the certificate do not go together.
+        EndpointError: the endpoint is malformed.
+        UsageError: the endpoint and the certificate do not match.
     """
     profile = chosen_profile(robot)
     security = secured(endpoint, identity, profile.link)

@@ -1,4 +1,4 @@
-"""What a machine sends to other machines, handed on to the machine of another robot."""
+"""What a machine sends to other machines, forwarded to the machine of another robot."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from transport.bus import Bus
 from transport.robot import LinkError
 
 BACKLOG = 1000
-"""This many events may wait to be handed on; more are lost."""
+"""How many events may wait to be forwarded; more are lost."""
 _PATIENCE = 10.0
-"""This long the end of a run waits for what was not handed on yet, s."""
+"""How long the end of a run waits for events that are not forwarded yet, s."""
 
 
 class EventForwarder:
-    """Hands on what a machine sends; a watcher of its ticks. Use it as a context manager.
+    """Forwards the events that a machine sends; a watcher of its ticks. Use it as a context manager.
 
-    Nothing here holds up the loop: events go, in their order, from a thread of its own, which also dials. The other
-    machine hears of them in its next tick; what it does not declare is not for it.
+    It never delays the loop: a separate thread connects and sends the events in order. The other machine receives them
+    in its next tick; it ignores those that it does not declare.
 
     Args:
-        dial: gives the network, for as long as its block runs.
+        dial: returns the network, connected while its block runs.
         robot: the robot that the other machine drives.
-        losses: takes a sentence where events could not be handed on.
+        losses: receives a sentence if events could not be forwarded.
     """
 
     def __init__(self, dial: Callable[[], AbstractContextManager[Bus]], robot: str, losses: list[str]) -> None:
@@ -61,7 +61,7 @@ class EventForwarder:
             self._losses.append(f"{lost} event{'s' * (lost != 1)} did not reach {self._robot}: {reason}")
 
     def __call__(self, tick: Tick) -> None:
-        """Take in what a tick has sent."""
+        """Receive the events of a tick."""
         sent = tick.report.sent
         if not sent:
             return
@@ -82,7 +82,7 @@ class EventForwarder:
             self._reason = str(error)
 
     def _next(self) -> str | None:
-        """The next event to hand on, which waits until it was; None at the end."""
+        """The next event to forward; it stays queued until it is forwarded. None at the end."""
         with self._change:
             self._change.wait_for(lambda: bool(self._events) or self._closed)
             return self._events[0] if self._events else None

@@ -1,1 +1,1 @@
-"""What a run shows and writes: progress, results, pictures and test reports."""
+"""Output of runs: progress, results, pictures and test reports."""

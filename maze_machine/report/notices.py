@@ -1,4 +1,4 @@
-"""What a person gets at once while a machine drives: that the robot stands still, and why."""
+"""Immediate messages while a machine drives: that the robot is stopped, and why."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from maze_machine.drive.tick import Tick
 from transport.messages import Pose
 
 UNMOVED = 2.0
-"""A robot that has been commanded to move for this long and has not, does not hear, s."""
+"""How long a robot may ignore commands to move before a message, s."""
 SLOW, SLOWLY = 0.05, 0.1
-"""Commands below these are not noticed in so short a time, m/s and rad/s."""
+"""Slower commands are ignored, since their motion is hard to detect in this time, m/s and rad/s."""
 SHIFT, TURN = 0.01, 0.02
-"""A robot that has gone farther than this has moved, m and rad."""
+"""The least motion that counts, m and rad."""
 
 
 class Notices:
-    """Prints a line when the loop stops the base and one when it lets it go on, and where no command has any effect.
+    """Prints a line when the loop stops the base, when the base may move again, and when commands have no effect.
 
     A watcher of ticks.
     """
@@ -50,7 +50,7 @@ class Notices:
             self._told = tick.time
         elif tick.time - self._told > UNMOVED and not self._moves:
             self._moves = True
-            way_out = "does it hear this topic, and is this its type (link.command, link.command_type)?"
+            way_out = "does the robot subscribe to this topic with this type (link.command, link.command_type)?"
             self._say(tick, f"the robot is commanded to move, but its odometry does not change: {way_out}")
 
     def _say(self, tick: Tick, what: str) -> None:

@@ -1,4 +1,4 @@
-"""What a run shows and writes while it goes on: progress, a trace, a recording."""
+"""Output during a run: progress, a trace, a recording."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from transport.recording.drawings import Grid
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """What was asked for of one attempt.
+    """The requested outputs of one attempt.
 
     Attributes:
         trace: file for the trace.
         recording: file for the recording.
-        dated: whether the recording's stamps begin at the present time of day, and not with the robot's clock.
+        dated: whether the recording's stamps begin at the current date, instead of the robot's clock.
     """
 
     trace: Path | None = None
@@ -61,13 +61,13 @@ class Outputs:
     ) -> Iterator[list[TickWatcher]]:
         """The watchers of a run, for as long as the block runs.
 
-        A disk that fails while the robot drives does not end the run: the file is given up, and its loss noted.
+        A disk error while the robot drives does not end the run: the file is abandoned, and the loss is recorded.
 
         Args:
             mission: the run.
             machine: the machine's file, or the name of a shipped one.
-            world: where it takes place, if that is in this process.
-            losses: takes a sentence on each file that could not be completed.
+            world: the simulation, if it is in this process.
+            losses: receives a sentence for each incomplete file.
             more: watchers of all attempts.
 
         Raises:
@@ -79,7 +79,7 @@ class Outputs:
             if self.trace is not None:
                 found.append(TraceWriter(stack.enter_context(text_stream(self.trace, losses)), mission))
             if self.recording is not None:
-                # Nothing is lost where time waits for the disk.
+                # Nothing is lost if simulated time waits for the disk.
                 patience = 60.0 if world else 0.0
                 name, said = mission.profile.robot.name, described(mission, machine, said_of(mission, world))
                 setting = setting_of(mission.profile.robot, world, dated=self.dated)
@@ -93,7 +93,7 @@ class Outputs:
 
 
 def setting_of(robot: RobotDescription, world: SimulatedWorld | None, *, dated: bool) -> RecordedScene:
-    """What a recording says once: the robot's outline and laser, the map, and when the run began."""
+    """The constant entries of a recording: the robot's outline and laser, the map, and the start of the run."""
     grid = None
     if world is not None:
         cells, resolution, (x, y) = occupancy(world.maze)
@@ -107,14 +107,14 @@ def numbered(file: Path, attempt: int) -> Path:
 
 
 class TextStream:
-    """Takes a text, line by line, into a file, until the disk fails: from then on it is dropped."""
+    """Writes a text line by line until the disk fails; the rest is dropped."""
 
     def __init__(self, stream: Stream) -> None:
         self._stream = stream
         self.failure: OSError | None = None
 
     def write(self, text: str) -> None:
-        """Write on."""
+        """Write more."""
         if self.failure is not None:
             return
         try:
@@ -123,7 +123,7 @@ class TextStream:
             self.failure = error
 
     def finish(self) -> None:
-        """Have the file take its place."""
+        """Move the file to its place."""
         try:
             self._stream.close()
         except OSError as error:
@@ -132,11 +132,11 @@ class TextStream:
 
 @contextmanager
 def text_stream(path: Path, losses: list[str]) -> Iterator[TextStream]:
-    """A text file that is written while something goes on.
+    """A text file that is written while something runs.
 
     Args:
         path: its name.
-        losses: takes a sentence if it could not be completed.
+        losses: receives a sentence if it could not be completed.
 
     Raises:
         OSError: it cannot be begun.

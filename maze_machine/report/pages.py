@@ -1,4 +1,4 @@
-"""A run on a page: what the page gets about it before, while and after it goes on."""
+"""A run on a page: what the page receives before, during and after it."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from transport.messages import Command, Observation, Pose
 from transport.recording import Recording
 
 LOOKED_AT = 5
-"""Every that many ticks it is shown what perception found."""
+"""Every how many ticks the results of perception are shown."""
 LONGEST = 400_000
-"""A longer file is not shown, characters."""
+"""The longest file that is shown, characters."""
 
 
 def scene_of(world: SimulatedWorld) -> dict[str, Any]:
@@ -52,7 +52,7 @@ def sources_of(model: Model) -> dict[str, str]:
 
 
 def said_of(mission: Mission, world: SimulatedWorld | None) -> dict[str, str]:
-    """What a recording keeps for the page, each as JSON: the machine, its text, the maze."""
+    """The entries of a recording for the page, each as JSON: the machine, its text, the maze."""
     model = mission.machine.model
     said = {"model": model_json(model, mission.parameters), "sources": sources_of(model)}
     if world is not None:
@@ -61,7 +61,7 @@ def said_of(mission: Mission, world: SimulatedWorld | None) -> dict[str, str]:
 
 
 def run_head(mission: Mission, world: SimulatedWorld | None) -> dict[str, Any]:
-    """What the page gets of a run once."""
+    """The constant data of a run for the page."""
     machine = mission.machine
     return head(
         machine.model.name,
@@ -73,25 +73,25 @@ def run_head(mission: Mission, world: SimulatedWorld | None) -> dict[str, Any]:
 
 
 def network_head(told: Mapping[str, Any], drawings: Drawings) -> dict[str, Any]:
-    """The same for the network: the machine, and as ``page`` what a page elsewhere needs besides."""
+    """The same for the network: the machine, and as ``page`` the further data for a remote page."""
     undrawn = drawable(drawings)
     drawn = {"undrawn": undrawn, "drawings": {} if undrawn else drawings.all()}
     return {**told["model"], "page": {**told, "model": None, **drawn}}
 
 
 def remote_head(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """What the page gets of a machine elsewhere, by what that answers; of its pictures only shapes are believed."""
+    """The page's data about a remote machine, from its answers; only shapes are kept from its pictures."""
     told = dict(answer.get("page") or {})
     drawn = {str(name): cleaned(str(one)) for name, one in dict(told.get("drawings") or {}).items()}
     return {**told, "drawings": drawn, "model": {name: one for name, one in answer.items() if name != "page"}}
 
 
 class ShownRun:
-    """Shows each tick of a run on a page, and at last how it ended; a watcher of ticks.
+    """Shows each tick of a run on a page, and finally how it ended; a watcher of ticks.
 
     Args:
-        publish: takes what makes a frame; it is called in the page's thread.
-        end: takes the verdict.
+        publish: receives a function that makes a frame, called in the page's thread.
+        end: receives the verdict.
     """
 
     def __init__(self, publish: Callable[[Callable[[], Frame]], None], end: Callable[[Frame], None]) -> None:
@@ -113,7 +113,7 @@ class ShownRun:
 
 
 def recorded_head(recording: Recording, profile: Profile) -> dict[str, Any]:
-    """What the page gets of a recorded run once."""
+    """The constant data of a recorded run for the page."""
     said = recording.run
     title = f"{Path(said.get('machine', recording.robot)).stem}, {len(recording.ticks)} ticks"
     kept = {name: _kept(said.get(name)) for name in ("scene", "model", "sources")}
@@ -122,7 +122,7 @@ def recorded_head(recording: Recording, profile: Profile) -> dict[str, Any]:
 
 
 def _recorded_drawings(model: Any, sources: Any, profile: Profile) -> dict[str, Any]:
-    """The pictures of a recorded machine, made of its recorded text; or why there are none."""
+    """The pictures of a recorded machine, made from its recorded text; or why there are none."""
     texts = sources if isinstance(sources, dict) else {}
     with TemporaryDirectory() as folder:
         for name, text in texts.items():
@@ -147,7 +147,7 @@ def recorded_verdict(recording: Recording) -> dict[str, Any] | None:
         return None
     report, violations = _kept(said.get("report")) or {}, _kept(said.get("violations")) or []
     outcome, reason = said.get("outcome") or None, said.get("reason", "")
-    return Ending(outcome, reason, 0, 0.0, 0.0, report, violations=tuple(map(str, violations))).as_json()
+    return Ending(outcome, reason, 0, 0.0, 0.0, 0.0, report, violations=tuple(map(str, violations))).as_json()
 
 
 def _kept(text: str | None) -> Any:
@@ -163,7 +163,7 @@ def recorded_frames(recording: Recording, perception: Perception | None) -> Iter
 
     Args:
         recording: the run.
-        perception: finds in the sensors what it found during the run; None not to show it.
+        perception: repeats the perception of the run; None to leave it out.
     """
     seen = None
     for index, tick in enumerate(recording.ticks):
@@ -177,7 +177,7 @@ def recorded_frames(recording: Recording, perception: Perception | None) -> Iter
 
 
 def _sensed(index: int, observation: Observation, command: Command) -> dict[str, Any]:
-    """What is known of any tick, from any recorder."""
+    """The fields of a tick from any recorder."""
     pose, twist = observation.odometry.pose, command.twist
     return {
         "tick": index,

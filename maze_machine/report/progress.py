@@ -1,4 +1,4 @@
-"""What a person sees on a terminal while a machine drives: one line that is kept up to date."""
+"""The progress line on a terminal while a machine drives."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ REFRESH = 0.1
 
 
 NAME = 28
-"""That much of a state's name is shown that the line has less than 80 characters."""
+"""The longest part of a state's name that keeps the line below 80 characters."""
 
 
 def cut(name: str, longest: int) -> str:
@@ -48,7 +48,7 @@ class ProgressDisplay:
             self._live.stop()
 
     def __call__(self, tick: Tick) -> None:
-        """Take in a tick; the display follows a few times a second."""
+        """Receive a tick; the display is updated a few times a second."""
         now = perf_counter()
         if self._first is None:
             self._first = tick.time, now

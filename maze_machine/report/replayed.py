@@ -1,4 +1,4 @@
-"""What a replay came to: for a person as lines, for a program as JSON values."""
+"""The result of a replay, as text and as JSON values."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Transitions:
 
 @dataclass(frozen=True, slots=True)
 class Replayed:
-    """A replay that is over.
+    """A finished replay.
 
     Attributes:
         machine: the machine's name.
-        recording: what it was shown.
+        recording: the recording.
         ending: how it ended.
-        difference: where it parts from the recorded run, if it does.
+        difference: its first difference from the recorded run, if any.
         transitions: time, s, and words of each transition that fired; shown where no run was recorded.
     """
 
@@ -67,7 +67,7 @@ class Replayed:
             first, *rest = self.difference.lines() if self.difference else ["no difference"]
             return [head + first, *rest]
         topics, ending = self.recording.topics, self.ending
-        how = f"ended in `{ending.outcome}`" if ending.outcome else "still at work at the end"
+        how = f"ended in `{ending.outcome}`" if ending.outcome else "still active at the end"
         skipped = f", {self.recording.skipped} messages could not be decoded" if self.recording.skipped else ""
         shown = printable(f"{topics.scan} and {topics.odometry}")
         head = f"{self.machine} on {ticks} ticks of {shown}{cut}: {how}{skipped}"

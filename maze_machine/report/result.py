@@ -1,4 +1,4 @@
-"""What a run came to: for a person as lines, for a program as JSON values."""
+"""The result of a run, as text and as JSON values."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from maze_machine.drive.verdict import readable
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A run that is over.
+    """A finished run.
 
     Attributes:
         machine: the machine's name.
         parameters: the machine's parameters, SI units.
         ending: how it, or its last attempt, ended.
-        files: what was written, by kind (``picture``, ``trace``, ``recording``).
-        attempts: the referee's verdict on each attempt, in order; empty where only one was to be made.
-        link: what was counted on the link to the robot: overruns, dropped messages and the like.
+        files: the files written, by kind (``picture``, ``trace``, ``recording``).
+        attempts: the referee's verdict on each attempt, in order; empty if only one was requested.
+        link: counters of the link to the robot: overruns, dropped messages and the like.
     """
 
     machine: str
@@ -33,7 +33,7 @@ class Result:
 
     @property
     def solved(self) -> bool:
-        """Whether the robot has done what was to be done; where nobody judges, whether the machine came to its end."""
+        """Whether the robot has reached its goal; without a referee, whether the machine reached a final state."""
         return self.ending.solved
 
     def as_json(self) -> dict[str, Any]:
@@ -47,6 +47,7 @@ class Result:
             "ended_by": ending.reason,
             "ticks": ending.ticks,
             "duration": ending.duration,
+            "longest_tick": ending.longest_tick,
             "verdict": dict(ending.report) or None,
             "attempts": readable(self.attempts),
             "violations": list(ending.violations),
@@ -81,6 +82,8 @@ class Result:
             }
         if self.ending.unread:
             told["verdict"] = f"cannot be read: {self.ending.unread}"
+        if self.link.get("overruns"):
+            told["longest tick"] = f"{self.ending.longest_tick:.3f} s"
         counted = {name: count for name, count in self.link.items() if count}
         told |= counted | dict(self.files)
         return [self.line, *(f"  {name:<28} {value}" for name, value in told.items()), *self.ending.violations]

@@ -15,23 +15,23 @@ from sim.maze import Maze
 from transport.messages import Pose
 
 NOWHERE = Scene(*(np.empty((0, 2, 2)) for _ in range(3)))
-"""For a robot whose surroundings are not known."""
+"""The scene of a robot without a known maze."""
 
 
 def scene_of(maze: Maze) -> Scene:
-    """What a picture shows of a maze."""
+    """The scene of a maze."""
     doors = np.array([door.leaf for door in maze.doors], dtype=np.float64)
     return Scene(_pairs(maze.barriers), _pairs(doors), _pairs(maze.exits))
 
 
 def trail_of(kept: PathRecorder, poses: Sequence[Pose]) -> Trail:
-    """What a picture shows of a run that was at these poses at the ticks kept."""
+    """The path of a run for its picture."""
     positions = np.array([(pose.x, pose.y) for pose in poses], dtype=np.float64).reshape(-1, 2)
     return Trail(np.array(kept.times), positions[: len(kept.times)], kept.states)
 
 
 def save_run(file: Path, world: SimulatedWorld | None, kept: PathRecorder, title: str) -> None:
-    """Save the picture of a run: in the maze where it was simulated here, by odometry alone where it was not.
+    """Save the picture of a run: in the maze if it was simulated here, otherwise by odometry alone.
 
     Raises:
         OSError: the file cannot be written.

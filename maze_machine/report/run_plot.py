@@ -19,7 +19,7 @@ from transport.wording import printable
 
 
 def plotted(recording: Recording, robot: RobotDescription) -> tuple[Scene, Trail, RunSeries]:
-    """What a plot shows of a recorded run.
+    """The data of a plot of a recorded run.
 
     Args:
         recording: the run.
@@ -62,7 +62,7 @@ def _place(step: Any, x: float, y: float) -> tuple[float, float]:
 
 
 def _scene(recording: Recording) -> Scene:
-    """The maze that the recording keeps; nothing where it keeps none."""
+    """The maze in the recording, if there is one."""
     try:
         kept = json.loads(recording.run.get("scene", "{}"))
         return Scene(*(_segments(kept.get(name, [])) for name in ("walls", "doors", "exits")))

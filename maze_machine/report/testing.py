@@ -1,4 +1,4 @@
-"""What ``maze-machine test`` does, each part as a value: lines for a person, JSON for a program, passed or not."""
+"""The parts of ``maze-machine test``, each with a result: text, JSON, and whether it passed."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from transport.files import write_text
 
 @dataclass(frozen=True, slots=True)
 class TrialReport:
-    """What came of it.
+    """The result.
 
     Attributes:
-        passed: whether all is well.
-        lines: for a person.
-        as_json: for a program, of JSON values.
-        losses: a sentence on each file that could not be written.
+        passed: whether it passed.
+        lines: the text.
+        as_json: the JSON values.
+        losses: a sentence for each file that could not be written.
     """
 
     passed: bool
@@ -46,12 +46,12 @@ class TrialReport:
 
 @dataclass(frozen=True, slots=True)
 class Reports:
-    """What is wanted about coverage.
+    """The requested coverage reports.
 
     Attributes:
         table: print it.
-        fail_under: the least percentage of all points, or None.
-        html: folder for a report to look at.
+        fail_under: the least percentage of all items, or None.
+        html: folder for an HTML report.
         lcov: file for an LCOV tracefile.
         cobertura: file for Cobertura XML.
     """
@@ -65,12 +65,12 @@ class Reports:
 
 @dataclass(frozen=True, slots=True)
 class Demand:
-    """What is wanted of the properties.
+    """The requirements on the properties.
 
     Attributes:
-        assumptions: what proofs take for granted.
-        required: what every verdict is to be at least; None for anything that is not violated.
-        depth: look at runs of that many steps only.
+        assumptions: the assumptions of proofs.
+        required: the required verdict; None for anything that is not violated.
+        depth: check only runs of that many steps.
     """
 
     assumptions: Assumptions = field(default_factory=Assumptions)
@@ -120,7 +120,7 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
     left_out = [f"{one.text}: {UNREACHABLE}" for each in measured for one in each.left_out]
     lines += left_out
     if unmet and demand.required is not None:
-        lines.append(f"required: {_REQUIREMENTS[demand.required]}; it is not so of {', '.join(unmet)}")
+        lines.append(f"required: {_REQUIREMENTS[demand.required]}; not met by {', '.join(unmet)}")
     lines.append(
         f"{_count(len(results), 'scenario')}, {failed} failed; {_properties_text(verdicts)}; "
         f"{_covered_text(share, reports.fail_under) if results else 'nothing covered'}"
@@ -138,7 +138,7 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
 
 
 def generated(machine: Machine, steps: int | None, output: Path | None) -> TrialReport:
-    """Find scenarios from a machine alone."""
+    """Generate scenarios from a machine."""
     model = machine.model
     found = generate(machine, steps=steps or MOST_GENERATED)
     unreached = [f"{f'line {one.line}: ' if one.line else ''}{one.text}: {one.reason}" for one in found.unreached]
@@ -163,7 +163,7 @@ def generated(machine: Machine, steps: int | None, output: Path | None) -> Trial
 
 
 def mutated(trial: TestedMachine) -> TrialReport:
-    """Run all scenarios on machines with small mistakes.
+    """Run all scenarios on the mutants of a machine.
 
     Raises:
         UsageError: there is no scenario, or one fails on the machine itself.
@@ -173,21 +173,20 @@ def mutated(trial: TestedMachine) -> TrialReport:
         raise UsageError("--mutate needs scenarios, and there are none beside the machine")
     red = [f"{suite.file}: {result.scenario.name}" for suite, result in own if not result.passed]
     if red:
-        raise UsageError(f"--mutate needs scenarios that pass; on the machine itself fails {', '.join(red)}")
+        raise UsageError(f"--mutate needs scenarios that pass; these fail on the machine itself: {', '.join(red)}")
     found = survey(trial.machine.model, trial.suites)
     survivors = [
-        f"{one.place or trial.machine.model.name}: {one.kind}: {one.text}: no scenario notices"
-        for one in found.survivors
+        f"{one.place or trial.machine.model.name}: {one.kind}: {one.text}: survived" for one in found.survivors
     ]
     total = found.killed + len(survivors)
-    line = f"{total} changes, {found.killed} noticed: {found.score:.1f}%"
-    as_json = {"machine": trial.machine.model.name, "changes": total, "noticed": found.killed, "survivors": survivors}
+    line = f"{total} mutants, {found.killed} killed: mutation score {found.score:.1f}%"
+    as_json = {"machine": trial.machine.model.name, "mutants": total, "killed": found.killed, "survivors": survivors}
     return TrialReport(not survivors, [*survivors, line], as_json)
 
 
 @contextmanager
 def _noting(losses: list[str]) -> Iterator[None]:
-    """Go on where a file cannot be written, and note which, and why: what was found out is worth more."""
+    """Continue if a file cannot be written, and record which and why: the results are worth more."""
     try:
         yield
     except OSError as error:
@@ -209,10 +208,10 @@ def _written(measured: list[Measured], reports: Reports, losses: list[str]) -> l
 
 
 def write_pages(folder: Path, measured: Sequence[Measured]) -> Path:
-    """Write a coverage report into a folder, which is made if need be.
+    """Write a coverage report into a folder, which is created if it does not exist.
 
     Returns:
-        The page to begin with.
+        The index page.
 
     Raises:
         OSError: a page cannot be written.
@@ -257,7 +256,7 @@ _REQUIREMENTS = {Status.PROVED: "proved", Status.BOUNDED: "bounded"}
 
 
 def _properties_text(verdicts: Sequence[PropertyVerdict]) -> str:
-    """How many properties there are of each kind, those that there are none of left out."""
+    """The number of properties with each verdict, without zeros."""
     words = {
         Status.PROVED: "proved",
         Status.BOUNDED: "without a violation to a depth",

@@ -1,4 +1,4 @@
-"""What a person sees on a terminal while a command thinks: what it does and for how long."""
+"""The progress line on a terminal while a command computes: its task and the elapsed time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 @contextmanager
 def waiting(what: str) -> Iterator[None]:
-    """Show on standard error, where that is a terminal, that something goes on for as long as the block runs."""
+    """Show on standard error, where that is a terminal, that work is in progress while the block runs."""
     console = Console(stderr=True)
     shown = Progress(
         SpinnerColumn(),

@@ -1,4 +1,4 @@
-"""What a command line chooses of a maze, in the words that were given for it."""
+"""The maze options of a command line, as text."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class MazeWords:
-    """The options of a command that takes a maze; plain values, so that a campaign's file can hold them.
+    """The options of a command that takes a maze; plain values, so that a campaign's file can store them.
 
     Attributes:
         start: x, y, heading as in a ``.maze`` file; None for the file's.
         exits: the two ends of each exit, as there.
         goal: as there.
-        metres_a_pixel: edge of a pixel, m; None for what the file says.
+        metres_a_pixel: edge of a pixel, m; None for the value in the file.
         metres_a_cell: edge of a cell, m.
         grey: a value of `Grey`; None for the format's own.
         objects: the file of the course's simulator with moving objects; None for no such file.
@@ -42,7 +42,7 @@ class MazeWords:
         """What they choose.
 
         Raises:
-            UsageError: one of them cannot be understood.
+            UsageError: one of them is malformed.
         """
         return Choices(
             metres_a_pixel=self.metres_a_pixel,

@@ -1,8 +1,8 @@
-"""What a person types to try a machine: the lines of a scenario, and some words more."""
+"""The console of `simulate`: the lines of a scenario, and some commands."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from hsm.testing.scenarios.session import Moment, Session, SessionError
@@ -10,43 +10,57 @@ from maze_machine.errors import FileError
 from transport.files import write_text
 
 HELP = """\
-lines of a scenario, which are kept:
+lines of a scenario, which are recorded:
   when door.near, not space.front     signals change
   when rotate reports done            an activity ends
   when event go                       somebody sends an event
   after 2 s                           time passes
-  expect driving within 5 s           wait for it, or say that it is not so
-  given door.near                     begin again, with this from the start
-and words of this program:
+  expect driving within 5 s           wait for it, or report that it does not hold
+  given door.near                     restart, with this from the start
+and commands of this program:
   set turns = 2       give a variable or a parameter a value
   tick [N]            let N ticks pass
+  micro [LINE]        do a line, or a tick, and show its microsteps one by one; again: the next one
   why [STATE]         why transitions fired or did not in the last step
-  break [CONDITION]   stop a wait where this comes to hold; alone: do not
-  back [N]            take the last N lines back
-  lines               what was done so far
+  enabled             what makes each transition of the active states fire next, or why nothing does
+  break [CONDITION]   stop a wait in a state (break moving), at a transition (break line 12) or where something comes to
+                      hold (break turns == 2); alone: do not
+  back [N]            undo the last N lines
+  lines               the lines so far
   save FILE [NAME]    add the session to a file of scenarios
   help, quit"""
 
 
-@dataclass(frozen=True, slots=True)
+_ASKING = frozenset(("help", "lines", "why", "enabled", "break", "save", "micro"))
+"""Words that do nothing to the run."""
+SCENARIOS = ".maze-test"
+"""What a file of scenarios ends in."""
+
+
+@dataclass(slots=True)
 class Console:
     """Takes lines for a session.
 
     Attributes:
         session: the run.
+        save_in: the one folder that ``save`` writes to; None for any.
     """
 
     session: Session
+    save_in: Path | None = None
+    _coming: list[Moment] = field(default_factory=list)  # the microsteps that were not shown yet
 
     def do(self, line: str) -> Moment | str:
-        """Do what a line says: the run's state after it, or the answer.
+        """Execute a line: the run's state after it, or the answer.
 
         Raises:
-            SessionError: it cannot be done.
+            SessionError: it is not possible.
             FileError: a file cannot be written.
         """
         word, _, rest = line.strip().partition(" ")
         rest = rest.strip()
+        if word not in _ASKING:
+            self._coming = []
         match word:
             case "help":
                 return HELP
@@ -54,6 +68,8 @@ class Console:
                 return "\n".join(self.session.lines) or "nothing yet"
             case "why":
                 return "\n".join(self.session.why(rest or None))
+            case "enabled":
+                return "\n".join(map(str, self.session.prospects())) or "no transition leads on"
             case "break":
                 self.session.stop_when(rest or None)
                 return ""
@@ -65,25 +81,44 @@ class Console:
                 for _ in range(_count(rest)):
                     moment = self.session.tick()
                 return moment
+            case "micro":
+                return self._microstep(rest)
             case _:
                 return self.session.do(line)
+
+    def _microstep(self, line: str) -> Moment | str:
+        """The next microstep of the last step; where all were shown, or a line is given, that of a new step."""
+        if line or not self._coming:
+            done = self.do(line or "tick")
+            if isinstance(done, str):
+                return done
+            self._coming = self.session.microsteps()
+            if not self._coming:
+                return done
+        return self._coming.pop(0)
 
     def answer(self, line: str) -> str:
         """The same as a text.
 
         Raises:
-            SessionError: it cannot be done.
+            SessionError: it is not possible.
             FileError: a file cannot be written.
         """
         done = self.do(line)
         return done if isinstance(done, str) else moment_text(done)
 
     def _save(self, rest: str) -> str:
-        """Add the session to a file of scenarios, which is begun if it is not there."""
+        """Append the session to a file of scenarios, which is created if it does not exist."""
         name, _, title = rest.partition(" ")
         if not name:
             raise SessionError("save FILE [NAME]")
         path = Path(name)
+        if path.suffix != SCENARIOS:
+            raise SessionError(f"{path}: a file of scenarios ends in {SCENARIOS}")
+        if self.save_in is not None:
+            if path.name != name:
+                raise SessionError(f"{path}: give a name without folders; the file is put into {self.save_in}")
+            path = self.save_in / name
         scenario = self.session.scenario(title.strip() or "what was tried")
         try:
             before = path.read_text(encoding="utf-8") if path.exists() else f"test {self.session.machine}\n"
@@ -114,5 +149,5 @@ def _count(text: str) -> int:
     if not text:
         return 1
     if not text.isdecimal() or not 1 <= int(text) <= 100_000:
-        raise SessionError(f"`{text}` is no count")
+        raise SessionError(f"`{text}` is not a count")
     return int(text)

@@ -63,7 +63,7 @@ def _known(table: dict[str, Any]) -> str:
 
 
 def pace(period: float, speed: float | None) -> Pace | None:
-    """The beat of a simulation that runs at a multiple of real time; None to run as fast as it can.
+    """The clock of a simulation that runs at a multiple of real time; None to run as fast as it can.
 
     Args:
         period: simulated time from one command to the next, s.

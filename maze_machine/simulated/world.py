@@ -35,12 +35,12 @@ def find_maze(name: str, choices: Choices = AS_THE_FILE_SAYS, *, robot: RobotDes
 
     Args:
         name: a file, or the name of a shipped maze.
-        choices: what its user chooses: start, exits, goal, scale.
-        robot: who must fit through it; by default PICO.
+        choices: the user's choices: start, exits, goal, scale.
+        robot: the robot that must fit through it; by default PICO.
 
     Raises:
         FileError: there is neither.
-        MazeError: the file is no maze, or one in which the robot cannot do what is to be done.
+        MazeError: the file is not a maze, or one in which the robot cannot reach the goal.
     """
     return read_maze(maze_file(name), choices, radius=robot.radius if robot else None)
 
@@ -56,7 +56,7 @@ class SimulatedWorld:
         settings: SimulatorSettings | None = None,
         pace: Pace | None = None,
     ) -> None:
-        """Args: the maze, the robot, the run, the simulator's settings, and a beat to keep; None not to wait."""
+        """Args: the maze, the robot, the seed, the simulator's settings, and a clock; None not to wait."""
         self._simulation = Simulation(maze, robot, seed, settings)
         self._pace = pace
         self._began = 0
@@ -68,7 +68,7 @@ class SimulatedWorld:
 
     @property
     def observation(self) -> Observation:
-        """What the robot senses now."""
+        """The current sensor data of the robot."""
         return self._simulation.observation
 
     @property
@@ -78,15 +78,15 @@ class SimulatedWorld:
 
     @property
     def path(self) -> Sequence[Pose]:
-        """Where the robot really was at each tick of the present attempt, in the maze's frame."""
+        """The true pose of the robot at each tick of the current attempt, in the maze's frame."""
         return self._simulation.path()[self._began :]
 
     def pose(self, tick: int) -> Pose:
-        """Where the robot really was at a tick of the present attempt, in the maze's frame."""
+        """The true pose of the robot at a tick of the current attempt, in the maze's frame."""
         return self._simulation.path()[self._began + tick]
 
     def step(self, command: Command) -> Observation:
-        """Carry out a command for one period."""
+        """Execute a command for one period."""
         if self._pace is not None:
             self._pace.wait()
         self._simulation.step(command)
@@ -105,12 +105,12 @@ class SimulatedWorld:
         return [as_report(verdict) for verdict in self._simulation.verdicts()]
 
     def try_again(self) -> bool:
-        """Begin the next attempt at the start, if the rules grant one; time runs on.
+        """Begin the next attempt at the start, if the rules allow one; time continues.
 
         A robot that is still inside is there until the referee has ended its attempt.
 
         Returns:
-            Whether they did. Where nothing is to be done, there is one attempt.
+            Whether they did. Without a goal there is one attempt.
         """
         if isinstance(self.maze.goal, Nothing):
             return False

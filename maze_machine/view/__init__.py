@@ -1,1 +1,1 @@
-"""What a person looks at: the live page, plots, reports."""
+"""Views for people: the live page, plots, reports."""

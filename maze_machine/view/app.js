@@ -38,12 +38,14 @@ const app = (() => {
   }
 
   function take(frames) {
-    const before = store.dropped, first = !store.frames.length;
+    const before = store.dropped, restarts = store.restarts, first = !store.frames.length;
     for (const one of frames) store.add(one);
     const lost = store.dropped - before;
     if (lost) { at = Math.max(0, at - lost); plan.restart(); lanes.restart(); }
+    if (store.restarts !== restarts) { at = Math.min(at, store.frames.length - 1); plan.restart(); lanes.restart(); }
     if (first) { controls.status(""); moment(); }
     if (following) at = store.frames.length - 1;
+    trial.came();
     stale = true;
   }
 
@@ -58,13 +60,13 @@ const app = (() => {
     if (!frame) return;
     const began = performance.now();
     const [forward, aside, turn] = frame.twist;
-    const text = `${store.time(at).toFixed(1)} s · ${frame.doing || frame.states[frame.states.length - 1] || ""} · ${Math.hypot(forward, aside).toFixed(2)} m/s, ${turn.toFixed(2)} rad/s`;
+    const motion = head.trial ? trial.place(frame) : `${Math.hypot(forward, aside).toFixed(2)} m/s, ${turn.toFixed(2)} rad/s`;
+    const text = [`${store.time(at).toFixed(1)} s`, frame.doing || frame.states[frame.states.length - 1], motion].filter(Boolean).join(" · ");
     if (element("now").textContent !== text) element("now").textContent = text;
     if (slider.max !== String(store.frames.length - 1)) slider.max = store.frames.length - 1;
     slider.value = at;
     slider.setAttribute("aria-valuetext", `${store.time(at).toFixed(1)} seconds, ${frame.doing}`);
-    plan.draw(at);
-    plan.legend(frame);
+    if (!head.trial) { plan.draw(at); plan.legend(frame); }
     machine.show(frame, at);
     why.show(frame);
     lanes.draw(at);
@@ -91,7 +93,7 @@ const app = (() => {
     " ": toggle, ArrowLeft: (far) => { play(false); seek(at - (far ? 10 : 1)); }, ArrowRight: (far) => { play(false); seek(at + (far ? 10 : 1)); },
     Home: () => { play(false); seek(0); }, End: () => seek(store.frames.length - 1, true), n: () => jump(1), p: () => jump(-1),
     f: () => { element("follow").checked = !element("follow").checked; dirty(); }, "+": () => plan.closer(1.3), "-": () => plan.closer(1 / 1.3),
-    0: () => plan.fit(), ".": () => controls.step(),
+    0: () => plan.fit(), ".": () => (head.trial ? trial.tick() : controls.step()),
   };
   function key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
@@ -122,13 +124,14 @@ const app = (() => {
     for (const name of ["follow", "show-laser", "show-seen"]) element(name).addEventListener("change", dirty);
     document.addEventListener("keydown", key);
     window.addEventListener("hashchange", moment);
-    new ResizeObserver(() => { plan.resized(); machine.resized(); lanes.resized(); dirty(); }).observe(element("plan"));
+    new ResizeObserver(() => { plan.resized(); machine.resized(); lanes.resized(); dirty(); }).observe(element("machine"));
     dark.addEventListener("change", () => { readColours(); plan.restart(); lanes.recolour(); dirty(); });
+    trial.begin();
     controls.begin();
     await packedFrames();
     if (!moment() && store.frames.length) { seek(0); }
     element("seen-label").hidden = !store.frames.some((one) => one.sights) && !DATA.live;
-    element("speed").closest("label").hidden = DATA.live;
+    element("speed").closest("label").hidden = DATA.live && !head.trial;
     document.body.dataset.ready = "yes";
     requestAnimationFrame(beat);
   }

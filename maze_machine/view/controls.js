@@ -18,12 +18,13 @@ const controls = (() => {
       if (over) return;
       status(stopping ? "Connection lost: it is not confirmed that the base has stopped. Use the robot's own stop." : "Connection lost", "bad");
     };
+    socket.onopen = () => trial.opened();
     status("Waiting for the first tick");
   }
 
   function ask(operation, then = () => {}) {
     if (!socket || socket.readyState !== WebSocket.OPEN) { status("Not connected: nothing was sent", "bad"); return; }
-    waiting.push((answer) => { if (!answer.done) status(`Refused: ${answer.reason}`, "bad"); then(answer.done); });
+    waiting.push((answer) => { if (!answer.done && !head.trial) status(`Refused: ${answer.reason}`, "bad"); then(answer.done, answer); });
     socket.send(JSON.stringify(operation));
   }
 
@@ -46,7 +47,7 @@ const controls = (() => {
   function begin() {
     if (DATA.verdict) verdict(DATA.verdict);
     if (!DATA.live) return;
-    if (head.operable) {
+    if (head.operable && !head.trial) {
       element("stop").hidden = false;
       element("stop").addEventListener("click", () => {
         stopping = true;
@@ -68,5 +69,5 @@ const controls = (() => {
   }
 
   function step() { if (held) ask({ kind: "advance", ticks: 1 }); }
-  return { begin, status, step, running: () => DATA.live && !over };
+  return { begin, status, step, ask, running: () => DATA.live && !over };
 })();

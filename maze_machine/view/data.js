@@ -7,11 +7,12 @@ const BLANK = { states: EMPTY, taken: EMPTY, fired: EMPTY, twist: [0, 0, 0], reg
                 outcomes: EMPTY, variables: NONE, why: EMPTY, doing: "", ranges: EMPTY };
 
 const store = {
-  frames: [], transitions: [], violations: [], seen: new Map(), dropped: 0, last: null,
+  frames: [], transitions: [], violations: [], seen: new Map(), dropped: 0, restarts: 0, last: null,
   add(line) {
     const said = line.whole ? { ...BLANK, ...line } : { ...this.last, ...line };
     for (const name of said.gone || EMPTY) if (!(name in line)) said[name] = BLANK[name];
     delete said.gone; delete said.whole;
+    if (said.restart) this.clear();
     if (!("fired" in line) && !line.whole) said.fired = this.last.fired;
     said.time = said.stamp / 1e9;
     said.at = said.truth && head.scene ? said.truth : said.pose;
@@ -27,6 +28,7 @@ const store = {
     this.transitions = shift(this.transitions); this.violations = shift(this.violations);
     this.dropped += count;
   },
+  clear() { this.frames = []; this.transitions = []; this.violations = []; this.start = undefined; this.restarts += 1; },
   begin() { return this.frames.length ? this.frames[0].time : 0; },
   time(index) { return this.frames[index].time - this.origin(); },
   origin() { return this.start === undefined ? (this.start = this.begin()) : this.start; },

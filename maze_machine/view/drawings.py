@@ -1,4 +1,4 @@
-"""The pictures of a machine that the page shows: one compound state opened at a time, the others folded."""
+"""The pictures of a machine on the page: one compound state opened at a time, the others folded."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _VALUE = re.compile(r"[\w\s.,()+-]*", re.ASCII)
 
 
 def cleaned(drawing: str) -> str:
-    """A picture of somebody else's with nothing in it but shapes and texts; empty if it is none.
+    """The shapes and texts of a foreign picture; empty if it is not a picture.
 
     Colours are left out, too: the page has its own.
     """

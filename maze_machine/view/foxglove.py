@@ -1,6 +1,6 @@
-"""A layout for Foxglove that shows a recording at once: plan, scan, path and outline, the states, the velocity.
+"""A Foxglove layout for a recording: plan, scan, path and outline, the states, the velocity.
 
-The file is what Foxglove's "Import from file" takes: the settings of each panel and how the panels share the window.
+The file is for Foxglove's "Import from file": the settings of each panel and how the panels share the window.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The server of the page: shows a run while it goes on, and takes what its operator wants.
+"""The server of the page: shows a run while it runs, and receives the operator's requests.
 
 It answers on the loopback unless another address is asked for, and only to clients that have the token in its address;
 requests that a browser sends for another page (by their ``Host`` or ``Origin``) are refused. The loop that publishes
@@ -32,24 +32,24 @@ from maze_machine.view.page import Frame, FrameEncoder, live_page
 
 LOOPBACK = "127.0.0.1"
 KEPT = 18_000
-"""That many of the newest frames are kept for browsers that come late: half an hour at 10 Hz."""
+"""How many of the newest frames are kept for late browsers: half an hour at 10 Hz."""
 BATCH = 500
-"""A browser is sent at most that many frames at once."""
+"""The largest number of frames per message to a browser."""
 BEAT = 0.03
-"""Between two looks for new frames, s."""
+"""The interval of checks for new frames, s."""
 LARGEST = 4096
-"""A browser's longer message is refused, bytes."""
+"""The largest message from a browser, bytes."""
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; "
     "connect-src 'self' ws:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 
 Operate = Callable[[bytes], bytes]
-"""Does what a question of an operator asks for, and gives the answer; both are JSON."""
+"""Executes an operator's question, and returns the answer; both are JSON."""
 
 
 Made = Callable[[], Frame]
-"""Makes a frame, when it is wanted; in another thread than the loop's."""
+"""Makes a frame on demand, in another thread than the loop's."""
 
 
 class Feed:
@@ -62,11 +62,11 @@ class Feed:
         self._encoder = FrameEncoder()
 
     def publish(self, frame: Made) -> None:
-        """Add a frame; nothing is done about it in this thread."""
+        """Add a frame, without processing it in this thread."""
         self._waiting.append(frame)
 
     def encode(self) -> None:
-        """Make and encode what has come; to be called from one thread alone."""
+        """Make and encode the new frames; call it from a single thread."""
         for _ in range(min(len(self._waiting), BATCH)):
             self._frames.append(self._encoder(self._waiting.popleft()()))
         if len(self._frames) >= 2 * KEPT:
@@ -75,7 +75,7 @@ class Feed:
 
     @property
     def complete(self) -> bool:
-        """Whether all that has come is encoded."""
+        """Whether all frames are encoded."""
         return not self._waiting
 
     def after(self, index: int) -> tuple[list[bytes], int]:
@@ -93,7 +93,7 @@ class LivePage:
         watched: set while a browser shows the page.
 
     Raises (when it is made):
-        OSError: the port is taken, or the host is none of this computer.
+        OSError: the port is taken, or the host is not an address of this computer.
     """
 
     def __init__(
@@ -105,6 +105,7 @@ class LivePage:
         operate: Operate | None = None,
         drawn: Callable[[str], str] | None = None,
         pausable: Callable[[], bool] = lambda: False,
+        feed: Feed | None = None,
     ) -> None:
         """Begin to listen.
 
@@ -112,12 +113,13 @@ class LivePage:
             head: what does not change.
             port: 0 for any that is free.
             host: an address of this computer.
-            operate: does what an operator wants; None for a page that only shows.
-            drawn: gives the picture of the machine around a compound state.
-            pausable: whether the run may be paused; may be known only once it goes on.
+            operate: executes an operator's request; None for a read-only page.
+            drawn: returns the picture of the machine around a compound state.
+            pausable: whether the run may be paused; may be known only once it continues.
+            feed: frames that have come before; None where none have.
         """
         self.watched, self.seen = Event(), Event()
-        self._feed, self._operate, self._drawn, self._pausable = Feed(), operate, drawn, pausable
+        self._feed, self._operate, self._drawn, self._pausable = feed or Feed(), operate, drawn, pausable
         self._ending: Mapping[str, Any] | None = None
         self._browsers = 0
         self._token = secrets.token_urlsafe(16)
@@ -147,7 +149,7 @@ class LivePage:
         self._feed.publish(frame)
 
     def end(self, verdict: Frame) -> None:
-        """Show how the run has ended; the base stands still by then."""
+        """Show how the run has ended; the base has stopped by then."""
         self._ending = {"end": {**verdict, "stands": True}}
 
     def wait_until_closed(self, grace: float) -> None:
@@ -198,7 +200,7 @@ class LivePage:
     def _refused(self, scope: Scope) -> str:
         headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
         if headers.get("host") not in self._hosts:
-            return "this is no page of that host"
+            return "the host of the request is not this server"
         origin = headers.get("origin")
         if origin is not None and (urlsplit(origin).netloc not in self._hosts or not origin.startswith("http://")):
             return "another page may not ask"
@@ -217,7 +219,7 @@ class LivePage:
             if self._drawn is None:
                 raise LookupError(name)
             drawing = await asyncio.to_thread(self._drawn, name[:1000])
-        except Exception as error:  # whatever cannot be drawn is not there
+        except Exception as error:  # a state that cannot be drawn has no picture
             return PlainTextResponse(f"{error}", 404)
         return Response(drawing, media_type="image/svg+xml", headers={"Cache-Control": "no-store"})
 
@@ -253,12 +255,12 @@ class LivePage:
                 await asyncio.sleep(BEAT)
 
     async def _listen(self, browser: WebSocket) -> None:
-        """Take a browser's questions until it goes."""
+        """Answer a browser's questions until it disconnects."""
         with suppress(WebSocketDisconnect):
             while True:
                 asked = await browser.receive_text()
                 if self._operate is None:
-                    answer = b'{"done":false,"reason":"this page only shows"}'
+                    answer = b'{"done":false,"reason":"this page is read-only"}'
                 else:
                     answer = await asyncio.to_thread(self._operate, asked.encode())
                 await browser.send_text('{"answer":' + answer.decode() + "}")

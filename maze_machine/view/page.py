@@ -1,13 +1,13 @@
-"""The page that shows a run: one HTML file with all in it, for a recording, a run that goes on, or a robot elsewhere.
+"""The page that shows a run: one self-contained HTML file, for a recording, a run in progress, or a robot elsewhere.
 
-It is fed with a head, which says what does not change, and with frames, one a tick. A frame is a tick's JSON
-(``docs/reference/tick.schema.json``) with ``ranges`` and what perception found (``sights``); ``FrameEncoder`` leaves
-out what is as it was in the frame before.
+Its inputs are a head, the constant part, and frames, one per tick. A frame is a tick's JSON
+(``docs/reference/tick.schema.json``) with ``ranges`` and the results of perception (``sights``); ``FrameEncoder``
+leaves out values that did not change since the previous frame.
 
 The head has ``title``, ``period`` (s), ``footprint`` (m), ``laser``, ``scene`` (``walls``, ``doors`` and ``exits`` as
-x1, y1, x2, y2 in m; null where they are not known), ``model`` (the machine; null where there is none), ``sources`` (the
+x1, y1, x2, y2 in m; null if they are unknown), ``model`` (the machine; null where there is none), ``sources`` (the
 text of its files by name), ``drawings`` (SVG by the compound state that is opened), ``undrawn`` (why there are none)
-and ``operable``.
+, ``operable``, and ``trial``: the ``signals`` of a machine that is tried without a robot, or null.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from maze_machine.view.palette import DASHES, INKS
 from transport.description import RobotDescription
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("data", "plan", "machine", "lanes", "why", "controls", "app")
-"""The page's own scripts, in order; each reads the ones before."""
+SCRIPTS = ("data", "plan", "machine", "lanes", "why", "controls", "trial", "app")
+"""The page's own scripts, in order; each uses the previous ones."""
 LIBRARIES = (
     "d3-dispatch", "d3-selection", "d3-timer", "d3-ease", "d3-color", "d3-interpolate", "d3-transition", "d3-drag",
     "d3-zoom", "uPlot.iife",
 )  # fmt: skip
 KEYFRAME = 50
-"""Every that many frames one is whole."""
+"""Every how many frames one is complete."""
 STRIDE = 8
-"""The frames' ``ranges`` are every that many beams."""
+"""Every how many beams one is in the frames' ``ranges``."""
 KEPT = frozenset(("tick", "stamp", "pose"))
 """What every frame says."""
 
@@ -46,12 +46,12 @@ def head(
     model: Mapping[str, Any] | None = None,
     sources: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """What does not change during a run.
+    """The constant part of a run.
 
     Args:
         title: what the page is called.
         robot: shape and laser.
-        scene: ``walls``, ``doors`` and ``exits``; None where they are not known: then it is drawn what the laser saw.
+        scene: ``walls``, ``doors`` and ``exits``; None if they are unknown: then the points of the laser are drawn.
         model: the machine, as ``hsm.interchange.reports.model_json`` gives it.
         sources: the text of the machine's files, by name.
     """
@@ -73,18 +73,47 @@ def head(
         "drawings": {},
         "undrawn": "",
         "operable": False,
+        "trial": None,
     }
 
 
+def trial_head(
+    title: str,
+    period: float,
+    model: Mapping[str, Any],
+    sources: Mapping[str, str],
+    signals: Sequence[Mapping[str, Any]],
+) -> dict[str, Any]:
+    """What does not change while a machine is tried without a robot.
+
+    Args:
+        title: what the page is called.
+        period: from one tick to the next, s.
+        model: the machine, as for ``head``.
+        sources: the text of the machine's files, by name.
+        signals: ``name`` as it is written, ``type`` and, of an enumeration, ``members`` of each signal.
+    """
+    still: dict[str, Any] = {
+        "footprint": [],
+        "laser": None,
+        "scene": None,
+        "drawings": {},
+        "undrawn": "",
+        "operable": True,
+    }
+    told = {"title": title, "period": period, "model": model, "sources": dict(sources)}
+    return {**still, **told, "trial": {"signals": list(signals)}}
+
+
 class FrameEncoder:
-    """Encodes frames one after the other, each without what is as it was in the one before."""
+    """Encodes frames in order, each without the values that did not change since the previous one."""
 
     def __init__(self) -> None:
         self._before: Frame = {}
         self._count = 0
 
     def __call__(self, frame: Frame) -> bytes:
-        """A frame as JSON: whole every ``KEYFRAME`` frames; in the others ``gone`` names what is no longer said."""
+        """A frame as JSON: complete every ``KEYFRAME`` frames; in the others ``gone`` names removed keys."""
         whole = self._count % KEYFRAME == 0
         before = {} if whole else self._before
         said: dict[str, Any] = {
@@ -100,7 +129,7 @@ class FrameEncoder:
 
 
 def replay_page(head: Frame, frames: Iterable[Frame], verdict: Frame | None = None) -> str:
-    """A page that shows a whole run and needs nothing else.
+    """A self-contained page that shows a whole run.
 
     Args:
         head: what does not change.
@@ -113,13 +142,13 @@ def replay_page(head: Frame, frames: Iterable[Frame], verdict: Frame | None = No
 
 
 def live_page(head: Frame, token: str) -> str:
-    """A page that asks the server that it came from for its frames."""
+    """A page that gets its frames from its server."""
     return _page({"head": head, "verdict": None, "live": True, "token": token}, "")
 
 
 def _page(data: Mapping[str, Any], packed: str) -> str:
     data = {**data, "palette": {"INKS": INKS, "DASHES": DASHES}}
-    # Only "</" could end the data early, and "<!--" begin what hides the end; neither is left.
+    # Only "</" could end the data early, and "<!--" could hide the end; both are escaped.
     text = json.dumps(data, separators=(",", ":"), default=str).replace("<", "\\u003c")
     scripts = [_text(f"vendor/{name}.min.js") for name in LIBRARIES] + [_text(f"{name}.js") for name in SCRIPTS]
     parts = {

@@ -1,8 +1,8 @@
-"""The colours that show states apart, on the page and in pictures.
+"""The colours that distinguish states, on the page and in pictures.
 
 Any two of a ground differ in CIELAB by more than 20 for normal sight and under simulated deuteranopia (Machado,
 Oliveira and Fernandes, IEEE TVCG 15(6), 2009), and each by a contrast of 3:1 or more from its ground. A dash pattern
-goes with each, so that colour never says it alone.
+goes with each, so that colour is never the only distinction.
 """
 
 from __future__ import annotations
@@ -19,6 +19,6 @@ DOOR, EXIT = "#995544", "#1c7a00"
 
 
 def style(number: int, ground: str = "light") -> tuple[str, tuple[int, ...]]:
-    """The colour and the dash pattern of the state that was met as this one, from 0."""
+    """The colour and the dash pattern of a state by the order of first entry, from 0."""
     inks = INKS[ground]
     return inks[number % len(inks)], DASHES[(number + number // len(inks)) % len(DASHES)]

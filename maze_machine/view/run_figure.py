@@ -1,4 +1,4 @@
-"""A picture of a run: the maze seen from above and the way that the robot took through it."""
+"""A picture of a run: the maze seen from above and the path of the robot."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LINES_OF_LEGEND = 24
-"""That many states are distinguished by colour and dashes; with more of them the trail shows time instead."""
+"""How many states are distinguished by colour and dashes; with more, the path shows time instead."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """What does not move, in metres in the frame of the maze.
+    """The static parts, in metres in the frame of the maze.
 
     Attributes:
         walls: segments, shape (n, 2, 2): end points, each x and y.
@@ -42,12 +42,12 @@ class Scene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trail:
-    """Where the robot has been.
+    """The path of the robot.
 
     Attributes:
         times: seconds, shape (n,), increasing.
         positions: metres in the frame of the maze, shape (n, 2).
-        states: what the machine was doing at each time; empty where that is not known.
+        states: the active state at each time; empty if unknown.
     """
 
     times: NDArray[np.float64]
@@ -86,7 +86,7 @@ def draw_scene(axes: Axes, scene: Scene) -> None:
 
 
 def draw_trail(figure: Figure, axes: Axes, trail: Trail) -> None:
-    """The way, coloured by state where these are few, otherwise by time; a circle at its beginning."""
+    """The path, coloured by state if there are few, otherwise by time; a circle marks its beginning."""
     if not len(trail.positions):
         return
     names = list(dict.fromkeys(trail.states))
@@ -119,7 +119,7 @@ def state_styles(states: Sequence[str]) -> dict[str, tuple[str, tuple[int, ...]]
 
 
 def _dashes(pattern: tuple[int, ...]) -> tuple[int, tuple[float, ...] | None]:
-    """A dash pattern as matplotlib has it, in widths of a line of 2 points."""
+    """A dash pattern for matplotlib, in widths of a line of 2 points."""
     return 0, tuple(one / 2 for one in pattern) or None
 
 
@@ -131,7 +131,7 @@ def stretches(states: Sequence[str]) -> list[tuple[str, int, int]]:
 
 
 def _extent(scene: Scene, trail: Trail) -> tuple[float, float]:
-    """Width and height of all that is to be seen, m."""
+    """Width and height of everything visible, m."""
     points = np.concatenate([scene.walls.reshape(-1, 2), trail.positions.reshape(-1, 2)])
     if not len(points):
         return 1.0, 1.0

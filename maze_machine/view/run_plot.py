@@ -25,7 +25,7 @@ LONGEST_NAME = 24
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunSeries:
-    """How a run went over time.
+    """A run over time.
 
     Attributes:
         times: s from its beginning, shape (n,).

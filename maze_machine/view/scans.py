@@ -1,4 +1,4 @@
-"""Figures of one scan and of what is seen in it: Hough space, minimap, junction, nodes and door, landmarks.
+"""Figures of one scan and of its features: Hough space, minimap, junction, nodes and door, landmarks.
 
 All take plain data in the robot's frame, metres and radians: x forward, y to the left. In the pictures ahead is up.
 """

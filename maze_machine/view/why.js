@@ -1,4 +1,4 @@
-// Why: for the chosen state and the states around it each transition, its line, what became of it, and on what grounds.
+// Why: for the chosen state and the states around it each transition, its line, its verdict, and the reasons.
 const why = (() => {
   const body = element("reasons").tBodies[0], choice = element("chosen"), facts = element("facts");
   const VERDICTS = { taken: "✔ taken", preempted: "⇥ preempted", false: "✘ not so", earlier: "• another came first",
@@ -62,7 +62,7 @@ const why = (() => {
       for (const [index, row] of rows) {
         const one = found.get(index);
         row.className = one ? one.verdict : "";
-        cells(row, [row.cells[0].textContent, row.cells[1].textContent, one ? VERDICTS[one.verdict] || one.verdict : "", one ? one.reason : "not looked at in this tick"]);
+        cells(row, [row.cells[0].textContent, row.cells[1].textContent, one ? VERDICTS[one.verdict] || one.verdict : "", one ? one.reason : "not considered in this tick"]);
       }
     }
     now(frame);

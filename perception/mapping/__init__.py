@@ -1,4 +1,4 @@
-"""Where the robot is and what it has seen: scans matched with each other, their poses in a graph, loops closed."""
+"""Localisation and mapping: scans matched with each other, their poses in a graph, loops closed."""
 
 from perception.mapping.cloud import Cloud, cloud_of
 from perception.mapping.mapper import Mapper

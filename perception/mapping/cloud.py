@@ -84,7 +84,7 @@ def cloud_of(sweep: ScanPoints, settings: CloudSettings) -> Cloud:
     dx, dy = mount.x - points[0], mount.y - points[1]
     towards = dx * normals[0] + dy * normals[1]
     normals *= np.where(towards < 0, -1.0, 1.0)
-    # A range errs along its beam: across a wall that the beam grazes the point is known the better.
+    # The error of a range is along its beam: across a wall that the beam grazes the point is more accurate.
     slant = towards * towards / np.maximum(dx * dx + dy * dy, 1e-9)
     variances = square(settings.range_noise) * slant / counts + square(settings.least_noise)
     return Cloud(points[:, straight], normals[:, straight], variances[straight])

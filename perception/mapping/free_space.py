@@ -1,4 +1,4 @@
-"""Where a robot can drive, as far as it has seen: a grid of cells that are free, taken by a wall, or not yet seen."""
+"""Where a robot can drive, as far as it has seen: a grid of free, occupied and unknown cells."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ GROWTH = 40
 class FreeSpace:
     """A grid that grows with what is seen.
 
-    A scan counts for a cell through whose middle a beam went, and against one that a beam ended in; what has been seen
-    last counts the most, so that a door that opens becomes free.
+    A scan counts for a cell through whose middle a beam went, and against one that a beam ended in; newer scans count
+    more, so that a door that opens becomes free.
 
     Attributes:
         settings: how fine, how fast to learn.
@@ -86,11 +86,11 @@ class FreeSpace:
         belief = self.belief.astype(np.int16)
         belief[seen] += settings.gain
         belief[hits] -= settings.gain * seen[hits] + settings.loss
-        # Where the robot stands still it is free, also behind it, where it may see nothing.
+        # The place of the robot is free, also behind it, where it may see nothing.
         own = self._disc(pose, settings.body)
         belief[own] = np.where(belief[own] == 0, settings.gain, belief[own])
         np.clip(belief, -settings.most, settings.most, out=belief)
-        # A cell has been seen once it was free or taken: it does not become unknown again.
+        # A cell that was free or occupied does not become unknown again.
         belief[(belief == 0) & (self.belief != 0)] = -1
         self.belief = belief.astype(np.int8)
         self.changes += 1

@@ -1,9 +1,9 @@
-"""The pose graph: poses one after the other, linked by steps, and loops that link poses seen from the same place.
+"""The pose graph: a chain of poses, linked by steps, and loops that link poses at the same place.
 
 Gauss-Newton, where the unknowns are not the poses but the corrections of the steps between them. A pose's correction
 is then a sum over all steps before it, and conjugate gradients, preconditioned by the steps' own information, need
-about as many steps as there are independent loops. Everything is made of cumulative and plain sums, never of products
-of matrices: the same bits on every processor.
+about as many steps as there are independent loops. It uses only cumulative and plain sums, no matrix products: the same
+bits on every processor.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ SLICE = 8
 
 @dataclass(slots=True)
 class PoseGraph:
-    """Poses with what links them.
+    """Poses with their links.
 
     Attributes:
         settings: when to stop, which loops to doubt.
@@ -79,7 +79,7 @@ class PoseGraph:
         self.loops.append(loop)
 
     def optimise(self) -> Iterator[None]:
-        """Move the poses to where steps and loops contradict each other the least, in small pieces of work.
+        """Optimise the poses, in small pieces of work.
 
         Poses and loops may be added at a pause: such poses are carried along, such loops wait for the next time.
         """
@@ -98,7 +98,7 @@ class PoseGraph:
             doubtful = max(doubtful / 4.0, self.settings.doubtful)
 
     def _move(self, moves: Floats) -> None:
-        """Move the poses, those that have come since along with the last one."""
+        """Move the poses; later ones move along with the last one."""
         count = moves.shape[1]
         last = self.poses[count - 1]
         moved = [
@@ -195,7 +195,7 @@ class Linearised:
         return squares
 
     def weights(self, doubtful: float) -> Floats:
-        """The loops' weights by Geman and McClure: what deviates far more than is doubtful weighs nothing."""
+        """The loops' weights by Geman and McClure: a loop with a very large deviation has no weight."""
         share = doubtful / (doubtful + self.squares())
         return share * share
 

@@ -1,4 +1,4 @@
-"""Symmetric matrices of three rows as six plain numbers: what a pose's x, y and heading are known by.
+"""Symmetric matrices of three rows as six plain numbers: information and covariance of a pose.
 
 Written out, because products and inverses of matrices in numpy go through BLAS and LAPACK, whose last bits differ from
 processor to processor.

@@ -1,6 +1,6 @@
-"""Finding places again: which old keyframes may show what a new one shows, whether they do, and when to believe it.
+"""Loop closure: which old keyframes may show the same place, whether they match, and when to accept it.
 
-A match is believed only if it lies within what the graph knows of the two poses, fixes the place in both directions,
+A match is accepted only if it lies within what the graph knows of the two poses, fixes the place in both directions,
 has no rival elsewhere in the window, and another match a few keyframes on says the same.
 """
 
@@ -61,7 +61,7 @@ class Loops:
         return Reference(Cloud.joined(seen).merged(self.settings.match.cell))
 
     def find(self, number: int) -> Iterator[None]:
-        """Look for loops of a new keyframe and close those that are confirmed, in small pieces of work."""
+        """Search for loops of a new keyframe and close the confirmed ones, in small pieces of work."""
         if not any(self._near(number, old, self.settings.loops.most_reach) for old in self._old(number)):
             return
         paths = yield from self.paths.from_pose(self.graph, number, self.settings.loops.caution)
@@ -155,13 +155,13 @@ class Loops:
         return worth or self._unsolved >= settings.every
 
     def close(self, loop: Link) -> None:
-        """Add a loop that is believed."""
+        """Add a loop that is accepted."""
         self.graph.close(loop)
         self.paths.add(loop)
         self._unsolved += 1
 
     def _agree(self, loop: Link, other: Link) -> bool:
-        """Whether two loops put the new keyframe into the same place."""
+        """Whether two loops put the new keyframe at the same place."""
         settings, poses = self.settings.loops, self.graph.poses
         if other.second >= loop.second or abs(other.first - loop.first) > settings.stretch:
             return False

@@ -29,12 +29,12 @@ def drift_of(step: Pose, settings: DriftSettings) -> Symmetric:
 
 
 UNKNOWN_STEP = Symmetric.diagonal(1.0, 1.0, 1.0)
-"""Covariance of a step that nobody has measured: about a metre and a radian."""
+"""Covariance of an unmeasured step: about a metre and a radian."""
 
 
 @dataclass(slots=True)
 class Mapper:
-    """Follows the robot and remembers what it saw.
+    """Follows the robot and remembers its scans.
 
     Attributes:
         settings: thresholds.
@@ -76,7 +76,7 @@ class Mapper:
         """Follow odometry.
 
         Args:
-            step: the movement in the robot's frame before it; None where nobody has measured it.
+            step: the movement in the robot's frame before it; None if it is not measured.
         """
         if step is None:
             self.covariance = self.covariance.plus(UNKNOWN_STEP)
@@ -115,14 +115,15 @@ class Mapper:
             self._keep(cloud)
 
     def resume(self, cloud: Cloud, at: int) -> bool:
-        """Go on with the map from another place: where a keyframe was made, or near it.
+        """Continue with the map from another place: where a keyframe was made, or near it.
 
         Args:
             cloud: what is seen there, in the robot's frame.
             at: the keyframe's number.
 
         Returns:
-            Whether the scan fits; if not, the robot is taken to be where the keyframe was made, and is not sure of it.
+            Whether the scan fits; if not, the robot is assumed to be where the keyframe was made, with a large
+            uncertainty.
         """
         track = self.settings.track
         near = range(max(0, at - track.neighbours), min(at + track.neighbours + 1, len(self.clouds)))

@@ -25,7 +25,7 @@ from transport.messages import Pose
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """What a scan is matched with: a cloud in some frame, made ready for looking up neighbours."""
+    """The reference of a match: a cloud in some frame, prepared for looking up neighbours."""
 
     cloud: Cloud
 
@@ -75,7 +75,7 @@ class _Pairs:
 
 @dataclass(frozen=True, slots=True)
 class _Equations:
-    """What pairs say of a pose: information and gradient in the robot's frame, and how far they are apart.
+    """The constraint of pairs on a pose: information and gradient in the robot's frame, and their distance.
 
     Attributes:
         information: of the pose.
@@ -148,7 +148,7 @@ STEPS = 3
 
 
 def _step(said: _Equations, guess: Pose, pose: Pose, prior: Symmetric | None) -> tuple[float, ...]:
-    """The Gauss-Newton step that pairs and prior ask for, in the robot's frame."""
+    """The Gauss-Newton step from pairs and prior, in the robot's frame."""
     # A unit of information keeps the equations solvable where the walls leave a direction free.
     total, gradient = said.information.plus(Symmetric.diagonal(1.0, 1.0, 1.0)), said.gradient
     if prior is not None:
@@ -187,7 +187,7 @@ def _equations(pairs: _Pairs, pose: Pose, scale: float, settings: MatchSettings)
     off = (points[0] - pairs.walls[0]) * pairs.normals[0] + (points[1] - pairs.walls[1]) * pairs.normals[1]
     ratio = off / np.sqrt(pairs.variances)
     measured = max(1.4826 * _median(np.abs(ratio)), 1.0)
-    # Cauchy's weights: what deviates much shows little.
+    # Cauchy's weights: a large deviation has a small weight.
     ratio *= 1.0 / (3.0 * scale)
     weights = 1.0 / ((1.0 + ratio * ratio) * pairs.variances * (measured * measured * settings.correlated))
     nx, ny = turned(pairs.normals, -pose.heading)

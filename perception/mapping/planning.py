@@ -1,4 +1,4 @@
-"""Ways over the grid: from the robot to every place that it has seen, and where what it has seen ends."""
+"""Paths over the grid: from the robot to every seen place, and to the edge of the seen area."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from perception.sweep import Floats, Mask
 from transport.description import Point
 
 Way = tuple[Point, ...]
-"""Places one after the other, some centimetres apart, m."""
+"""A list of places, some centimetres apart, m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Frontier:
-    """A piece of the rim of what has been seen, to which the robot can drive.
+    """A frontier: a piece of the edge of the seen area that the robot can reach.
 
     Attributes:
         place: the cell of it to which the way is the shortest, m.
@@ -135,7 +135,7 @@ def plan_from(space: FreeSpace, start: Point, radius: float, settings: PlanSetti
         return ShortestWays(space, nowhere, nowhere, np.full(space.belief.size, -1, dtype=np.int32), radius, settings)
     room: Floats = distance_transform_edt(~space.taken) * size
     passable = space.free & (room >= settings.room * radius)
-    # What is too near to a wall for the robot is no place for it, but it may be there and must get away.
+    # The robot cannot be planned through cells too near to a wall, but it may be in one and must get away.
     near = (slice(max(cell[0] - 2, 0), cell[0] + 3), slice(max(cell[1] - 2, 0), cell[1] + 3))
     passable[near] |= space.free[near]
     passable[cell] = True

@@ -1,4 +1,4 @@
-"""The correlative search: where a scan fits best within a window, found surely and at a bounded cost.
+"""The correlative search: where a scan fits best within a window, found reliably and at a bounded cost.
 
 Points are looked up in a grid in which the walls are blurred. A coarse grid of the largest values bounds what any place
 within a block can score, so that only blocks that may hold the best place are searched in full (Olson, "Real-time
@@ -102,7 +102,7 @@ class BlurredWalls:
 
 
 def _looked_up(table: Bytes, x: NDArray[np.intp], y: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Sums over the last axis of a table's values; what is outside counts nothing."""
+    """Sums over the last axis of a table's values; values outside count as zero."""
     columns, rows = table.shape
     inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
     values = table[np.where(inside, x, 0), np.where(inside, y, 0)]

@@ -123,7 +123,7 @@ class TrackSettings(Settings):
     """Following the pose from scan to scan, and when a scan is kept."""
 
     every: Count = 2
-    """Where odometry is good, each this many ticks a scan is looked at; else each tick."""
+    """With good odometry, a scan is matched every this many ticks; otherwise in each tick."""
     good: Positive = 0.005
     """Odometry is good where the last match corrected it by less than this, m."""
     good_turn: Positive = 0.003
@@ -136,13 +136,13 @@ class TrackSettings(Settings):
     recent: Count = 15
     """Scans are matched with this many keyframes, the last ones."""
     neighbours: Count = 4
-    """Where the map is gone on with from a keyframe, the scan is matched with it and this many before and after it."""
+    """If the map is continued from a keyframe, the scan is matched with it and this many before and after it."""
     sure: Share = 0.75
     """With a smaller share of the scan on known walls the wide search is made, too."""
     better: Share = 0.1
     """Its answer is taken if the share is larger by this much."""
     least: Share = 0.4
-    """A match with a smaller share is believed only where it agrees with odometry: much may be new in sight."""
+    """A match with a smaller share is accepted only where it agrees with odometry: much may be new in sight."""
     gate: Positive = 16.0
     """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
     most_step: Annotated[Positive, Grows(speed=1)] = 0.2
@@ -150,7 +150,7 @@ class TrackSettings(Settings):
     most_turn: Positive = 0.4
     """Nor is one that turns by more, rad."""
     new: Share = 0.15
-    """And with a share that is smaller still no match is believed; odometry alone is followed."""
+    """And with a share that is smaller still no match is accepted; odometry alone is followed."""
     across: Positive = 0.6
     """Half the width of the wide search, m."""
     around: Positive = 0.4
@@ -218,15 +218,15 @@ class FreeSpaceSettings(Settings):
     body: Positive = 0.35
     """So far about its origin it is free, for the robot could turn there, m."""
     before: Positive = 0.1
-    """A beam says nothing of what is nearer than this before what it hit, m."""
+    """The last part of a beam before its hit does not count as free, m."""
     every: Count = 5
     """Each this many ticks a scan is drawn."""
     gain: Count = 2
-    """What a beam that goes through a cell counts for it."""
+    """The increment of a cell for a beam that passes through it."""
     loss: Count = 3
-    """What a beam that ends in a cell counts against it."""
+    """The decrement of a cell for a beam that ends in it."""
     most: Annotated[int, Field(ge=1, le=100)] = 4
-    """What a cell's belief is limited to, either way."""
+    """The largest absolute value of a cell's belief."""
 
 
 class PlanSettings(Settings):
@@ -235,13 +235,13 @@ class PlanSettings(Settings):
     room: Positive = 0.9
     """The robot's origin keeps this many of its radii from cells with a wall, middle to middle, at least."""
     ease: Positive = 0.5
-    """Nearer to a wall than this a way is the longer the nearer it is, m."""
+    """Nearer to a wall than this, a path costs more, m."""
     dear: Positive = 3.0
     """At a wall by this many times."""
     rim_room: Positive = 1.12
     """The rim of what has been seen counts where there is this much room, in radii."""
     least_rim: Count = 3
-    """A piece of the rim has at least this many cells: what is smaller no robot fits through."""
+    """A frontier has at least this many cells: no robot fits through a smaller one."""
 
 
 class PlaceSettings(Settings):

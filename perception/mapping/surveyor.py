@@ -1,4 +1,4 @@
-"""The map of a robot on its way: from the ticks' odometry and scans to the pose and what has been seen."""
+"""The map during a run: from the ticks' odometry and scans to the pose and the seen area."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from transport.arithmetic import norm
 from transport.messages import Pose
 
 FORGETTING = 0.9
-"""From scan to scan, this much is left of how rough odometry was."""
+"""The decay per scan of the estimated odometry error."""
 
 
 @dataclass(slots=True)
@@ -84,7 +84,7 @@ class Surveyor:
         return math.sqrt(max(self.covariance.xx, self.covariance.yy, 0.0))
 
     def from_the_start(self) -> Surveyor:
-        """What keeps the same map for a robot that is back where the map was begun."""
+        """A surveyor with the same map for a robot that is back where the map began."""
         again = Surveyor(self.settings, self.start)
         again.mapper, again.free_space, again._resumes = self.mapper, self.free_space, True
         return again
@@ -100,7 +100,7 @@ class Surveyor:
         self._measured = self._measured and step is not None
 
     def see(self, sweep: ScanPoints) -> None:
-        """Take in the tick's scan, if it is its turn, and do a part of the work on loops.
+        """Process the tick's scan, if it is its turn, and a part of the work on loops.
 
         Where the last matches had to correct odometry much, each scan is looked at, else every second one.
         """

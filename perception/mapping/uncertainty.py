@@ -67,11 +67,11 @@ class Moments(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """What paths are compared by."""
+        """The cost of a path."""
         return self.own.xx + self.own.yy + LEVER * self.own.tt
 
     def at(self, place: Pose) -> Symmetric:
-        """The covariance of a pose that is carried along by the path, with axes of the graph's frame."""
+        """The covariance of a pose at the end of the path, with axes of the graph's frame."""
         own, x, y = self.own, place.x, place.y
         across = own.tt * y * y - 2 * self.ty * y + self.tyy
         along = own.tt * x * x - 2 * self.tx * x + self.txx

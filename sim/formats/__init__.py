@@ -1,4 +1,4 @@
-"""Maze files: one module a format, a table of them, and functions that read and write them all."""
+"""Maze files: one module per format, a table of them, and functions that read and write them all."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ AS_THE_FILE_SAYS = Choices()
 
 
 def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: float | None = None) -> Maze:
-    """Read a maze of any format, complete its exits and make sure that a robot can do in it what is to be done.
+    """Read a maze of any format, complete its exits and make sure that a robot can reach the goal in it.
 
     The content shows the format: an image, a map's description, a micromouse drawing, six numbers a line, or else our
     own ``.maze``.
 
     Args:
         path: a file of any of the `FORMATS`.
-        choices: what its user chooses.
+        choices: the user's choices.
         radius: of the disc that the robot sweeps when it turns, m; by default PICO's.
 
     Raises:
-        MazeError: the file cannot be read, is not a maze, or nobody can do in it what is to be done.
+        MazeError: the file cannot be read, is not a maze, or no robot can reach the goal in it.
     """
     source = Source.of(Path(path))
     if course.is_config(source):
@@ -82,12 +82,14 @@ def write_maze(maze: Maze, path: Path | str, choices: Choices = AS_THE_FILE_SAYS
     path = Path(path)
     writers = {suffix: (form.name, form.write) for form in FORMATS if form.write for suffix in form.suffixes}
     if path.suffix not in writers:
-        raise MazeError(str(path), f"no maze is written as `{path.suffix}`", hint=f"one of {', '.join(writers)}")
+        raise MazeError(str(path), f"no format for mazes is named `{path.suffix}`", hint=f"one of {', '.join(writers)}")
     name, write = writers[path.suffix]
     try:
         write_bytes(path, write(maze, path.suffix, choices))
     except CannotHoldError as error:
-        raise MazeError(str(path), f"a {name} cannot hold this maze: {error}", hint="write a .maze file") from None
+        raise MazeError(
+            str(path), f"the format {name} cannot hold this maze: {error}", hint="write a .maze file"
+        ) from None
     except OSError as error:
         raise MazeError(str(path), f"cannot be written: {error.strerror or error}") from None
 

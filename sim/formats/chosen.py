@@ -11,7 +11,7 @@ from sim.maze import Leave, Maze, Point, Segments, Survive
 from transport.arithmetic import norm
 
 OPENED = 0.15
-"""Where an exit is chosen, walls within this distance of it are taken away, m."""
+"""Walls within this distance of a chosen exit are removed, m."""
 END = 1e-6
 """Walls at its ends stay, m."""
 
@@ -19,7 +19,7 @@ END = 1e-6
 def chosen(maze: Maze, choices: Choices) -> Maze:
     """The maze as chosen.
 
-    Chosen exits replace the file's, which are walled up, and walls and edges of the unknown are opened along them.
+    Chosen exits replace the file's, which are closed, and walls and edges of the unknown are removed along them.
     An exit without a goal means that the robot is to leave.
     """
     if choices.start is not None:

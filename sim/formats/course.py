@@ -1,4 +1,4 @@
-"""What the course's simulator says in JSON beside its map: moving objects and where the robot is put down.
+"""The JSON file beside a map of the course's simulator: moving objects and the robot's start.
 
 ``objects`` are boxes with ``length`` along x, ``width`` along y, ``init_pose`` and ``final_pose`` (x, y, heading),
 ``velocity``, ``trigger_radius`` and ``repeat``; ``initial_pose`` is the robot's. The file's other keys choose noise,
@@ -20,7 +20,7 @@ from transport.messages import Pose
 from transport.wording import in_words
 
 LARGEST = 1_000_000
-"""Files longer than this are not read, bytes."""
+"""The largest file, bytes."""
 
 Coordinate = Annotated[float, Field(ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE)]
 Length = Annotated[float, Field(gt=0, le=LARGEST_COORDINATE)]
@@ -50,18 +50,18 @@ def furnished(maze: Maze, source: Source) -> Maze:
     """A maze with the objects of such a file in it, and the robot where the file puts it.
 
     Raises:
-        MazeError: the file cannot be understood.
+        MazeError: the file is malformed.
     """
     if len(source.content) > LARGEST:
-        raise source.error(f"is longer than {LARGEST} bytes, the most that is read")
+        raise source.error(f"is longer than the limit of {LARGEST} bytes")
     try:
         config = _Config.model_validate(json.loads("\n".join(source.lines)))
     except json.JSONDecodeError as error:
-        raise source.error(f"is no JSON: {error.msg}", error.lineno, error.colno) from None
+        raise source.error(f"is not JSON: {error.msg}", error.lineno, error.colno) from None
     except ValidationError as error:
         raise source.error(in_words(error.errors()[0])) from None
     except (RecursionError, ValueError) as error:
-        raise source.error(f"is no JSON: {type(error).__name__}") from None
+        raise source.error(f"is not JSON: {type(error).__name__}") from None
     objects = tuple(_object(number, said) for number, said in enumerate(config.objects, start=1))
     start = maze.start
     if config.initial_pose is not None:

@@ -1,4 +1,4 @@
-"""What a maze format is: how its files are recognised, read and written, and what their user may choose."""
+"""Maze formats: how their files are recognised, read and written, and the choices of the user."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ TextPlace = tuple[int | None, int | None]
 """Line and column in a text file, or row and column of a pixel, from 1; None where the format knows no such place."""
 
 LARGEST_FILE = 64_000_000
-"""Files longer than this are not read, bytes."""
+"""The largest file, bytes."""
 LARGEST_TEXT = 8_000_000
-"""Text longer than this is not read, bytes."""
+"""The longest text, bytes."""
 LONGEST_LINE = 100_000
-"""Lines longer than this are not read, characters."""
+"""The longest line, characters."""
 
 COMMENTS = ("#", "//", ";", "%")
-"""What a line of comment begins with in a maze of cells."""
+"""The beginnings of comment lines in a maze of cells."""
 
 METRES_A_PIXEL = 0.025
-"""Edge of a pixel of an image that does not say it, m."""
+"""Edge of a pixel of an image without a scale, m."""
 METRES_A_CELL = 1.0
 """Edge of a cell of a maze of cells, m."""
 
 
 class Grey(StrEnum):
-    """What the pixels of an image are that are neither dark enough for a wall nor light enough to be free."""
+    """The meaning of pixels that are neither dark enough for a wall nor light enough to be free."""
 
     DOOR = "door"
     UNKNOWN = "unknown"
@@ -40,16 +40,16 @@ class Grey(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """What the user of a maze chooses because its file does not say it, or says something else.
+    """The user's choices for a maze, which complete or override its file.
 
     Attributes:
         metres_a_pixel: edge of a pixel of an image, m; None for what the file says, or else `METRES_A_PIXEL`.
         metres_a_cell: edge of a cell, m.
         grey: what grey pixels are; ``split`` takes the darker half for walls, the lighter one for free. None for the
             format's own meaning.
-        start: where the first robot is put down; None for what the file says.
+        start: where the first robot is put down; None for the value in the file.
         exits: the ways out, both ends of each, m; none for those that the file says or that are found.
-        goal: what is to be done; None for what the file says.
+        goal: the goal; None for the value in the file.
         objects: a file of the course's simulator (``config.json``) with moving objects; None for no such file.
     """
 
@@ -86,12 +86,12 @@ class Source:
             if not stat.S_ISREG(status.st_mode):
                 raise MazeError(str(path), "is not a regular file")
             with path.open("rb") as file:
-                # A reader gets as much memory as it asks for, so it asks for no more than there seems to be.
+                # Read in bounded pieces, since a reader allocates as much memory as it requests.
                 content = file.read(min(status.st_size, LARGEST_FILE) + 1)
         except OSError as error:
             raise MazeError(str(path), f"cannot be read: {error.strerror or error}") from None
         if len(content) > LARGEST_FILE:
-            raise MazeError(str(path), f"is longer than {LARGEST_FILE // 1_000_000} MB, the most that is read")
+            raise MazeError(str(path), f"is longer than the limit of {LARGEST_FILE // 1_000_000} MB")
         return cls(path, content)
 
     @cached_property
@@ -99,10 +99,10 @@ class Source:
         """The file as lines of text; a byte order mark is taken off.
 
         Raises:
-            MazeError: it is no text, too long, or has a line that is too long.
+            MazeError: it is not text, too long, or has a line that is too long.
         """
         if len(self.content) > LARGEST_TEXT:
-            raise self.error(f"is longer than {LARGEST_TEXT // 1_000_000} MB of text, the most that is read")
+            raise self.error(f"is longer than the limit of {LARGEST_TEXT // 1_000_000} MB of text")
         encoding = "utf-16" if self.content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
         try:
             lines = self.content.decode(encoding).splitlines()
@@ -119,7 +119,7 @@ class Source:
         """The lines with their numbers, from 1, without lines of comment and without empty ones before and after.
 
         Raises:
-            MazeError: it is no text.
+            MazeError: it is not text.
         """
         lines = [(number, line.rstrip()) for number, line in enumerate(self.lines, start=1)]
         lines = [(number, line) for number, line in lines if not line.lstrip().startswith(COMMENTS)]
@@ -127,18 +127,18 @@ class Source:
         return lines[filled[0] : filled[-1] + 1] if filled else []
 
     def error(self, reason: str, line: int | None = None, column: int | None = None, hint: str = "") -> MazeError:
-        """What is wrong with the file."""
+        """An error of the file."""
         return MazeError(str(self.path), reason, line=line, column=column, hint=hint)
 
 
 @dataclass(frozen=True, slots=True)
 class Sketch:
-    """A maze as a file draws it, before it is known whether it can be solved.
+    """A maze from a file, before it is checked whether it can be solved.
 
     Attributes:
         maze: the maze, perhaps without exits.
         locate: from a point in the maze, m, to the place in the file that drew what is nearest to it.
-        may_be_closed: whether a maze without a way out is a world in which nothing is to be done, and no mistake.
+        may_be_closed: whether a maze without an exit is a valid world without a goal.
     """
 
     maze: Maze
@@ -147,7 +147,7 @@ class Sketch:
 
 
 class CannotHoldError(Exception):
-    """A format has no way to say what a maze is like; the message says what."""
+    """A format cannot represent a maze; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)

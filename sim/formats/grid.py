@@ -81,7 +81,7 @@ def refuse_large(source: Source, columns: int, rows: int, size: float) -> None:
     if max(columns, rows) * size > LARGEST:
         raise source.error(
             f"{columns} x {rows} cells of {size:g} m are {columns * size:.4g} by {rows * size:.4g} m; more than "
-            f"{LARGEST:.0f} m are not read",
+            f"the limit is {LARGEST:.0f} m",
             hint="check the metres a cell",
         )
 

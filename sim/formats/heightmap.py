@@ -82,7 +82,7 @@ def draw(maze: Maze, metres_a_pixel: float) -> NDArray[np.uint8]:
     walls = moved(maze.walls)
     leaves = moved(np.asarray([[*door.leaf[0], *door.leaf[1]] for door in maze.doors]).reshape(-1, 4))
     reach = HALF_THICKNESS * metres_a_pixel
-    # One white pixel about everything that is black.
+    # One white pixel around everything that is black.
     half = np.ceil(np.abs(walls.reshape(-1, 2)).max(axis=0) / metres_a_pixel).astype(int) + 2
     rows, columns = int(2 * half[0]), int(2 * half[1])
     lowest = ((0.5 - half[0]) * metres_a_pixel, (0.5 - half[1]) * metres_a_pixel)

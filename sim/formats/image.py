@@ -44,7 +44,7 @@ class Picture:
 
 
 def is_image(source: Source) -> bool:
-    """Whether a file begins as an image does."""
+    """Whether a file begins like an image."""
     return source.content.startswith(tuple(start for starts in KINDS.values() for start in starts))
 
 
@@ -56,7 +56,7 @@ def decoded(source: Source, metres_a_pixel: float) -> Picture:
         metres_a_pixel: edge of a pixel, m.
 
     Raises:
-        MazeError: the image declares more pixels or metres than are read, or cannot be decoded.
+        MazeError: the image declares more pixels or metres than the limits, or cannot be decoded.
     """
     try:
         with warnings.catch_warnings():
@@ -74,7 +74,7 @@ def _refuse_large(source: Source, size: tuple[int, int], metres_a_pixel: float) 
     columns, rows = size
     if columns * rows > MOST_PIXELS:
         raise source.error(
-            f"the image has {columns} x {rows} pixels; more than {MOST_PIXELS // 1_000_000} million are not read",
+            f"the image has {columns} x {rows} pixels; the limit is {MOST_PIXELS // 1_000_000} million",
             hint="scale it down",
         )
     if max(size) * metres_a_pixel > LARGEST:

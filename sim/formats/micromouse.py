@@ -1,8 +1,8 @@
 """Micromouse text mazes: posts at even distances, walls `---` and `|`, marks `S` and `G`, the north first.
 
 Posts are `o`, `+`, `.` or `*`, three characters apart or any other number; cells are empty or hold a dot. Where no
-cell is marked `S`, the mouse starts in the south-west corner; where none is marked `G`, the goal is the middle: so
-contests have it, whose files leave the marks out.
+cell is marked `S`, the mouse starts in the south-west corner; where none is marked `G`, the goal is the middle: as in
+contests, whose files have no marks.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sim.maze import Maze, Point
 
 POSTS = "o+.*"
 LEVEL = "-=_"
-"""What walls that run east-west are drawn with."""
+"""The characters of walls that run east-west."""
 CORNER = (0, 0)
 FIRST_LINE = re.compile(r"\s*[o+.*](([-=_]+|\s+)[o+.*])+")
 
@@ -115,7 +115,7 @@ class _Grid:
             on_wall = at % self.pitch == 0
             if character not in ("| " if on_wall else " .SGsg"):
                 raise self._source.error(
-                    f"`{character}` is not known here",
+                    f"`{character}` is not allowed here",
                     number,
                     self._margin + at + 1,
                     "`|` in the columns of the posts; `S`, `G` or nothing in a cell",

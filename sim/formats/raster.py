@@ -18,7 +18,7 @@ from transport.arithmetic import halfway
 DOOR_SLOT = 0.06
 """A door slides along a wall if it is as near to it as this, m."""
 MOST_DOORS = 100
-"""Images with more grey areas have other reasons for them than doors."""
+"""In images with more grey areas, grey does not mean doors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +68,12 @@ class PixelFrame:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Raster:
-    """What each pixel is; those that are none of it are free. All of shape (rows, columns).
+    """The kind of each pixel; all other pixels are free. All of shape (rows, columns).
 
     Attributes:
         wall: walls.
         door: doors, one for each connected piece.
-        unknown: pixels of which nothing is known.
+        unknown: unknown pixels.
         frame: where they are.
     """
 
@@ -90,7 +90,7 @@ def sketch(source: Source, raster: Raster, start: Start, goal: Goal | None = Non
         source: where it comes from.
         raster: the pixels.
         start: where the robot is put down.
-        goal: what is to be done, by default to leave.
+        goal: the goal, by default to leave.
 
     Raises:
         MazeError: there is no wall, there are too many doors, or the areas are frayed as in a photograph.
@@ -111,7 +111,7 @@ def sketch(source: Source, raster: Raster, start: Start, goal: Goal | None = Non
 def _merged(source: Source, edges: Segments, frame: PixelFrame) -> Segments:
     if len(edges) > MOST_EDGES:
         raise source.error(
-            f"the outline of its areas has {len(edges)} pixels; more than {MOST_EDGES} are not read",
+            f"the outline of its areas has {len(edges)} pixels; the limit is {MOST_EDGES}",
             hint="is it a photograph, or noise?",
         )
     return frame.segments(merge_collinear(edges))
@@ -121,7 +121,7 @@ def _doors(source: Source, raster: Raster, walls: Segments) -> tuple[MazeDoor, .
     pieces = areas(raster.door)
     if len(pieces) > MOST_DOORS:
         raise source.error(
-            f"the image has {len(pieces)} grey areas, each of which would be a door; at most {MOST_DOORS} are read",
+            f"the image has {len(pieces)} grey areas, each of which would be a door; the limit is {MOST_DOORS}",
             hint="`--grey unknown` for the map of a mapping tool, `--grey split` for an image with soft edges",
         )
     leaves = [_towards_wall(_axis(rows, columns, raster.frame), walls) for rows, columns in pieces]

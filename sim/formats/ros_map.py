@@ -1,4 +1,4 @@
-"""Maps of mapping tools as the ROS map server reads them: a ``.yaml`` file that names an image and says what it means.
+"""Maps of mapping tools as the ROS map server reads them: a ``.yaml`` file that describes an image.
 
 Which pixels are walls, free or unknown follows Nav2's map server (nav2_map_server, ``loadMapFromFile``): a pixel's
 occupancy is its darkness from 0 to 1, or its lightness where the map is negated; from ``occupied_thresh`` on it is a
@@ -33,7 +33,7 @@ from transport.messages import Pose
 from transport.wording import in_words
 
 LARGEST_DESCRIPTION = 4_000
-"""Descriptions longer than this are not read, bytes."""
+"""The longest description, bytes."""
 MOST_BRACKETS = 50
 """Nor are those with more brackets: the time that YAML takes grows with the square of their depth."""
 SAVED_WALL, SAVED_UNKNOWN, SAVED_FREE = 0, 205, 254
@@ -41,14 +41,14 @@ SAVED_WALL, SAVED_UNKNOWN, SAVED_FREE = 0, 205, 254
 SAVED_RESOLUTION = 0.05
 """Their default size of a pixel, m."""
 ROOM = 0.3
-"""The robot is put down at the map's origin, or else at its middle, where nothing is nearer than this, m."""
+"""The robot starts at the map's origin, or else in its middle, if nothing is nearer than this, m."""
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Description(BaseModel):
-    """What the ``.yaml`` file says; keys that are not listed mean nothing here."""
+    """The contents of the ``.yaml`` file; unlisted keys are ignored."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -97,14 +97,16 @@ def describe(source: Source) -> Description:
     """The description in a ``.yaml`` file.
 
     Raises:
-        MazeError: it is none.
+        MazeError: it is invalid.
     """
-    # Few runs need it, and it takes a while to import.
+    # Few runs need it, and its import is slow.
     from ruamel.yaml import YAML  # noqa: PLC0415
     from ruamel.yaml.error import YAMLError  # noqa: PLC0415
 
     if len(source.content) > LARGEST_DESCRIPTION or len(re.findall(rb"[\[{]", source.content)) > MOST_BRACKETS:
-        raise source.error(f"is no map's description: those have at most {LARGEST_DESCRIPTION} bytes and few brackets")
+        raise source.error(
+            f"is not a map's description: those have at most {LARGEST_DESCRIPTION} bytes and few brackets"
+        )
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -112,9 +114,9 @@ def describe(source: Source) -> Description:
     except YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         problem = getattr(error, "problem", None) or "cannot be understood"
-        raise source.error(f"is no YAML: {problem}", mark.line + 1 if mark else None) from None
+        raise source.error(f"is not valid YAML: {problem}", mark.line + 1 if mark else None) from None
     except (RecursionError, ValueError) as error:
-        raise source.error(f"is no YAML: {type(error).__name__}") from None
+        raise source.error(f"is not valid YAML: {type(error).__name__}") from None
     if not isinstance(said, dict):
         raise source.error("does not describe a map", hint="`image: map.pgm`, `resolution: 0.05`, `origin: [0, 0, 0]`")
     try:
@@ -139,7 +141,7 @@ def is_saved(picture: Picture) -> bool:
 
 
 def saved_resolution(source: Source) -> float | None:
-    """The metres a pixel that the map saver of ROS 1 writes into a comment of its images; None where it did not."""
+    """The metres per pixel in an image's comment by the map saver of ROS 1; None if there is none."""
     said = re.search(rb"# CREATOR: \S+ (\d*\.?\d+) m/pix", source.content[:200])
     return float(said[1]) or None if said else None
 

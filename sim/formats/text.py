@@ -55,7 +55,7 @@ FASTEST = 100.0
 
 
 class _Line:
-    """The words of one line, taken one after the other."""
+    """The words of one line, read in order."""
 
     def __init__(self, source: Source, number: int, text: str) -> None:
         self._source, self.number_in_file = source, number
@@ -137,7 +137,7 @@ class _Line:
     def keyword(self, allowed: Sequence[str]) -> str:
         word = self.word("a keyword")
         if word not in allowed:
-            raise self.error(f"`{word}` is not known here", "one of: " + ", ".join(allowed), back=1)
+            raise self.error(f"the word `{word}` is unknown here", "one of: " + ", ".join(allowed), back=1)
         return word
 
 
@@ -161,7 +161,7 @@ class _Reader:
         """Read every line.
 
         Raises:
-            MazeError: one cannot be understood.
+            MazeError: a line is malformed.
         """
         readers: dict[str, Callable[[_Line], None]] = {
             "name": self.read_name,
@@ -179,12 +179,12 @@ class _Reader:
             if line:
                 readers[line.keyword(list(readers))](line)
                 if line:
-                    raise line.error(f"`{line.word('a word')}` is one word too many", back=1)
+                    raise line.error(f"`{line.word('a word')}` is superfluous", back=1)
                 if max(len(self.places), len(self.doors), len(self.objects)) > MOST:
-                    raise line.error(f"the maze has more than {MOST} pieces, the most that is read")
+                    raise line.error(f"the maze has more than {MOST} pieces, which is the limit")
 
     def drawn(self, points: Sequence[Point], line: _Line) -> list[tuple[float, float, float, float]]:
-        """Segments along points, noted with the line that drew them."""
+        """Segments along points, recorded with their line."""
         segments = [(*first, *second) for first, second in pairwise(points)]
         self.places += [(segment, line.number_in_file) for segment in segments]
         return segments
@@ -263,7 +263,7 @@ def read(source: Source, choices: Choices) -> Sketch:
     """A ``.maze`` file as a maze.
 
     Raises:
-        MazeError: a line cannot be understood, or there is no start.
+        MazeError: a line is malformed, or there is no start.
     """
     reader = _Reader(source)
     reader.read_all()
@@ -292,29 +292,29 @@ def read(source: Source, choices: Choices) -> Sketch:
 
 
 def start_in(words: str) -> Start:
-    """The start that the words after ``start`` say.
+    """The start from the words after ``start``.
 
     Raises:
-        MazeError: they cannot be understood.
+        MazeError: they are malformed.
     """
     return _said("start", words).starts[0]
 
 
 def exit_in(words: str) -> tuple[Point, Point]:
-    """The two ends that the words after ``exit`` say.
+    """The two ends from the words after ``exit``.
 
     Raises:
-        MazeError: they cannot be understood.
+        MazeError: they are malformed.
     """
     ax, ay, bx, by = _said("exit", words).exits[0]
     return (ax, ay), (bx, by)
 
 
 def goal_in(words: str) -> Goal:
-    """The goal that the words after ``goal`` say.
+    """The goal from the words after ``goal``.
 
     Raises:
-        MazeError: they cannot be understood.
+        MazeError: they are malformed.
     """
     return _said("goal", words).goal
 
@@ -326,7 +326,7 @@ def _said(keyword: str, words: str) -> _Reader:
 
 
 def write(maze: Maze, _suffix: str = ".maze", _choices: Choices | None = None) -> bytes:
-    """A maze as a ``.maze`` file; what `read` makes of it is the same maze."""
+    """A maze as a ``.maze`` file; `read` returns the same maze."""
     lines = [f"name   {maze.name}"]
     if maze.time_limit != MAZE_TIME_LIMIT:
         lines.append(f"limit  {_number(maze.time_limit) if math.isfinite(maze.time_limit) else 'none'}")
@@ -383,7 +383,7 @@ def _word(name: str) -> str:
 
 
 def _chains(segments: Segments) -> list[list[Point]]:
-    """Segments, in order, with those joined that begin where the one before ended."""
+    """Segments, in order, with those joined that begin where the previous one ended."""
     chains: list[list[Point]] = []
     for ax, ay, bx, by in segments.tolist():
         if not chains or chains[-1][-1] != (ax, ay):

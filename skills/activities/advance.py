@@ -16,8 +16,8 @@ from skills.passage import Passage
 class Advance(Drive):
     """Drive a distance straight on, like `drive`.
 
-    The robot is still at speed when the distance is driven, so that what follows need not start from rest; `move`
-    comes to rest. Outcomes: `done` when it is driven, `blocked` when the robot gets no farther.
+    The robot does not stop at the end, so the next activity need not start from rest; `move` stops. Outcomes: `done`
+    when it is driven, `blocked` when the robot makes no progress.
     """
 
     def __init__(self, distance: Length, speed: Speed = 0.5) -> None:

@@ -21,10 +21,10 @@ PATIENCE = 4.0
 
 @LIBRARY.activity("align", outcomes=("done", "blocked"), holds=("base",))
 class Align(Skill):
-    """Turn along the walls and move sideways to the usual distance from the wall at a side.
+    """Align with the walls and move sideways to the usual distance from the wall at a side.
 
     In a corridor too narrow for that distance the robot moves to the middle. A distance of zero means the robot's usual
-    one. A robot whose base cannot move sideways only turns: as it drives on, it comes to that distance. Outcomes:
+    one. A robot whose base cannot move sideways only turns: it reaches that distance while driving on. Outcomes:
     `done`; `blocked` when there is no wall at that side, or the robot cannot get there.
     """
 

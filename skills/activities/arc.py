@@ -29,9 +29,9 @@ class Arc(ToOpening):
     The distances to the opening's corners give the radius of a quarter circle that ends in the middle of the opening,
     in wide ones as far from the corner as a wall is kept off. At its beginning a local frame is set in the odometry.
     Along the circle the path's speed is fed forward; the distance from where the robot should be is fed back: for the
-    angle that it has turned, or, where its base cannot move sideways, for its place. A turn once begun is ended, if
-    need be on the spot. Outcomes: `done`, `blocked` when the robot does not get to where the circle begins, or cannot
-    turn there.
+    angle that it has turned, or, where its base cannot move sideways, for its place. A turn, once begun, is always
+    completed, on the spot if necessary. Outcomes: `done`, `blocked` when the robot does not get to where the circle
+    begins, or cannot turn there.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5) -> None:

@@ -23,7 +23,7 @@ class CrossSpace(FollowWall):
     """Cross an open space along the wall at a side, as `follow_wall` does, to where the space or the wall ends.
 
     Outcomes: `done` at the far side, where a wall is ahead or a corridor begins; `lost` where the wall ends at
-    that side, as at an opening, or is not there at all; `blocked` when the robot gets no farther.
+    that side, as at an opening, or is not there at all; `blocked` when the robot makes no progress.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5, distance: Length = 0.0) -> None:

@@ -16,8 +16,8 @@ AT_REST = 0.02
 class Ring(Skill):
     """Stand still, ring the bell once, and wait for the answer.
 
-    Outcomes: `accepted` when a door will open, `refused` when none will. A robot whose door does not
-    answer has neither.
+    Outcomes: `accepted` when a door will open, `refused` when none will. Without an answer from the door there is no
+    outcome.
     """
 
     def __init__(self) -> None:
@@ -35,7 +35,7 @@ class Ring(Skill):
             self._began = self._moved = time
         if facts.observation.odometry.twist.speed > AT_REST:
             self._moved = time
-        # A robot that keeps off something is never quite at rest; with the bell it stands still all the same.
+        # A robot that avoids something is never quite at rest; while ringing it still stands still.
         rings = not self._rung and (time - self._moved >= settle or time - self._began >= 2 * settle)
         self._rung = self._rung or rings
         return Command(ring=rings)

@@ -16,7 +16,7 @@ from transport.messages import Command
 class Drive(Skill):
     """Drive straight on along the walls, in the middle of a corridor, off the walls of a wider space.
 
-    Outcomes: `blocked` when the robot gets no farther.
+    Outcomes: `blocked` when the robot makes no progress.
     """
 
     def __init__(self, speed: Speed = 0.5) -> None:
@@ -37,7 +37,7 @@ class Drive(Skill):
         return Command(self.steering(facts).along(error, self._speed, self._aside(passage), passage.ahead))
 
     def _ended(self, facts: Facts, passage: Passage) -> Outcome | None:
-        """How the activity has ended, or None while it goes on."""
+        """How the activity has ended, or None while it runs."""
         return None
 
     def _aside(self, passage: Passage) -> float:

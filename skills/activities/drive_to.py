@@ -1,4 +1,4 @@
-"""Driving to a target past what is in the way."""
+"""Driving to a target past obstacles."""
 
 from __future__ import annotations
 
@@ -15,19 +15,18 @@ from transport.messages import Command, Pose
 THERE = 0.05
 """The robot has arrived when it is this near, m."""
 PATIENCE = 8.0
-"""A way round an obstacle that brings the robot no nearer for this long is none, s."""
+"""A detour counts as blocked after this long without progress, s."""
 
 
 @LIBRARY.activity("drive_to", outcomes=("done", "blocked"), holds=("base",))
 class DriveTo(Skill):
-    """Drive to a target past what is in the way.
+    """Drive to a target past obstacles.
 
     The target is given relative to the first pose: a distance and a direction; odometry measures the way to it.
-    The robot turns to where it drives. It goes through a potential field: the target draws it, and what is in the
-    way pushes it to the side by which the way round is the shorter. A base that cannot move sideways drives in the
-    direction in which the way is free for longest. So it rounds obstacles; it does not leave a room or a dead end that
-    opens away from the target.
-    Outcomes: `done` within 5 cm; `blocked` when the robot stands still or gets no nearer for 8 s.
+    The robot turns to where it drives. It follows a potential field: the target attracts it, and an obstacle pushes it
+    towards the side with the shorter detour. A base that cannot move sideways drives in the direction with the longest
+    free way. So it avoids obstacles, but it does not leave a room or a dead end that opens away from the target.
+    Outcomes: `done` within 5 cm; `blocked` when the robot stands still or makes no progress for 8 s.
     """
 
     def __init__(self, distance: Length, bearing: Angle = 0.0, speed: Speed = 0.5) -> None:

@@ -1,4 +1,4 @@
-"""Driving to where the map ends, and to what may be a door."""
+"""Driving to the edge of the map, and to possible doors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NONE = Outcome("none")
 SAME = 0.8
 """A piece of the map's rim nearer than this to the one that was chosen is the same one, m."""
 LOOKS = 0.3
-"""Where the map ends nearer than this the robot turns to look, m."""
+"""At an edge nearer than this the robot turns to look, m."""
 THERE = 0.1
 """The robot has arrived when it is this near, m."""
 SQUARE = 0.06
@@ -30,7 +30,7 @@ WITHIN = 0.4
 
 
 class OnMap(Skill):
-    """An activity that drives along ways over the map, which are found again each time the map has changed."""
+    """An activity that drives along paths over the map, which are replanned when the map changes."""
 
     def __init__(self, speed: Speed) -> None:
         self._speed = above_zero("speed", speed)
@@ -59,12 +59,12 @@ class OnMap(Skill):
 
 @LIBRARY.activity("explore", outcomes=("explored", "blocked"), holds=("base",))
 class Explore(OnMap):
-    """Drive to where the map ends, again and again, until there is no such place left.
+    """Drive to the edge of the map, repeatedly, until no reachable edge is left.
 
-    Of the places where it ends that is chosen which takes the least time to reach, and of these rather one at the
-    outside of all that has been seen: the exit is there. Where an earlier attempt has found the way out, that is driven
-    as long as no wall has come into it. It begins a map where there is none. Outcomes: `explored` when every way that
-    can be driven has been seen to its end; `blocked` when the robot gets no farther.
+    It chooses the edge that takes the least time to reach, with a preference for the outside of the seen area, where
+    the exit is. If an earlier attempt has found the way out, it drives there as long as no wall blocks it. It begins a
+    map if there is none. Outcomes: `explored` when all reachable space has been seen; `blocked` when the robot makes no
+    progress.
     """
 
     def __init__(self, speed: Speed = 0.5) -> None:
@@ -134,10 +134,10 @@ def _way_out(facts: Facts, plan: ShortestWays) -> Way:
 
 @LIBRARY.activity("go_to_door", outcomes=("done", "none", "blocked"), holds=("base",))
 class GoToDoor(OnMap):
-    """Drive to the nearest dead end that may be a door, that has not been tried and not been driven to in this way.
+    """Drive to the nearest dead end that may be a door and has not been tried or visited yet.
 
     Outcomes: `done` when the robot is in front of it, square to it; `none` when there is no such dead end; `blocked`
-    when the robot gets no farther.
+    when the robot makes no progress.
     """
 
     def __init__(self, speed: Speed = 0.5) -> None:

@@ -16,7 +16,7 @@ class FollowWall(Drive):
 
     Where the corridor is narrower than twice the distance the robot drives in its middle; where there is no wall to
     follow it drives straight on. A distance of zero means the robot's usual one. Outcomes: `blocked` when the robot
-    gets no farther.
+    makes no progress.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5, distance: Length = 0.0) -> None:

@@ -1,4 +1,4 @@
-"""Getting away from whatever is too near."""
+"""Moving away from obstacles that are too near."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from transport.messages import Command
 
 @LIBRARY.activity("make_room", outcomes=("done", "blocked"), holds=("base",))
 class MakeRoom(Skill):
-    """Move away from what is near until there is room about the robot.
+    """Move away from obstacles until there is room around the robot.
 
     The push of each hit within reach falls with its distance. A base that cannot move sideways goes forward or back,
-    and turns where it is pushed to a side. Outcomes: `done` when there is room, `blocked` when the
-    time is over first, as in a narrow place.
+    and turns where it is pushed to a side. Outcomes: `done` when there is room, `blocked` when that takes too long, as
+    in a narrow place.
     """
 
     def __init__(self, timeout: Duration = 2.0) -> None:

@@ -20,10 +20,10 @@ THERE = 0.02
 class Move(Skill):
     """Move in a straight line and come to rest, without turning where the base can move so.
 
-    The way is given relative to the first pose: metres forward and metres to the left, negative to the right. Not
-    back: what is behind the laser does not see; turn first. Odometry measures the way; walls do not guide the robot,
-    only the guard keeps it off them. A base on two wheels moves forward only. Outcomes: `done` within 2 cm; `blocked`
-    when the robot gets no nearer.
+    The way is given relative to the first pose: metres forward and metres to the left, negative to the right. Backwards
+    is not possible, because the laser does not see what is behind; turn first. Odometry measures the way; walls do not
+    guide the robot, only the guard keeps it off them. A base on two wheels moves forward only. Outcomes: `done` within
+    2 cm; `blocked` when the robot makes no progress.
     """
 
     @classmethod

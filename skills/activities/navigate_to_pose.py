@@ -1,4 +1,4 @@
-"""Having the robot's own navigation drive."""
+"""Driving with the robot's own navigation."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from skills.motion import BLOCKED, DONE, Headway, Skill, Stopwatch, above_zero, 
 from transport.messages import Command, Pose
 
 ANSWER = 5.0
-"""A navigation that has not taken the goal after this long counts as absent, s."""
+"""A navigation that has not accepted the goal after this long counts as absent, s."""
 
 
 @LIBRARY.activity("navigate_to_pose", outcomes=("done", "blocked", "unavailable"), holds=("base",))
 class NavigateToPose(Skill):
-    """Have the robot's own navigation (the ROS 2 action of Nav2) drive it to a pose in its map.
+    """Drive to a pose in the robot's map with its own navigation (the ROS 2 action of Nav2).
 
-    Who drives then is the navigation, with its planner, costmaps and recoveries; the guard of this library is not
-    asked. The goal is given up when the state is left, and when the base has to stop because it does not see.
-    Outcomes: `done` when the navigation says so; `blocked` when it refuses the goal, fails, or gets nowhere for the
-    patience; `unavailable` when nobody serves the action, as with a simulated robot and behind a gate.
+    The navigation drives, with its planner, costmaps and recoveries; the guard of this library is not used. The goal is
+    cancelled when the state is left, and when the base must stop because sensor data is missing. Outcomes: `done` when
+    the navigation reports success; `blocked` when it refuses the goal, fails, or makes no progress for the time
+    `patience`; `unavailable` without a server for the action, as with a simulated robot and behind a gate.
     """
 
     def __init__(self, x: Length, y: Length, heading: Angle = 0.0, patience: Duration = 30.0) -> None:

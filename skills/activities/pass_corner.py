@@ -22,7 +22,7 @@ class PassCorner(ToOpening):
     """Drive past the end of the wall at a side: to the middle of the opening, or as far as a wall is kept off.
 
     There the robot can turn into the opening and has the corner as far at its side as a wall that it follows. A `past`
-    of zero means the robot's usual distance. Outcomes: `done`, `blocked` when the robot gets no farther.
+    of zero means the robot's usual distance. Outcomes: `done`, `blocked` when the robot makes no progress.
     """
 
     def __init__(self, side: Side = Side.RIGHT, speed: Speed = 0.5, past: Length = 0.0) -> None:

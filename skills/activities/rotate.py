@@ -12,6 +12,7 @@ from skills.course import TRUSTED
 from skills.frames import Frame, Turned, rotated
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, finite
+from skills.nearing import Nearing
 from skills.passage import Passage, passage_of, points_along
 from transport.arithmetic import norm
 from transport.messages import Command, Pose
@@ -19,13 +20,19 @@ from transport.messages import Command, Pose
 CLOSE = 0.35
 """With less than this left to turn the compass says where the turn ends, rad."""
 SECOND_TRY = 0.9
-"""A turn that is taken back, or tried again, is given up after this share of the patience."""
+"""The timeout of undoing or repeating a turn, as a share of the usual one."""
 HELD = 0.1
 """A robot that has turned less than this from one failure to the next is held, rad."""
 TRIES = 5
-"""A turn that has failed more often, forth and back, is given up."""
+"""The largest number of failures, in both directions, of one turn."""
 PUSHED = 0.05
 """A robot that is this much farther from its spot than it was has given way to something, m."""
+SHARE = 0.5
+"""For this share of its turn the robot makes room beforehand, where something comes nearer."""
+WATCHED = 0.7
+"""As long as it has turned less than this, it is looked at whether something comes nearer, rad."""
+ASKEW = 0.15
+"""Off its course by more than this it turns back before it backs, rad."""
 
 
 @LIBRARY.activity("rotate", outcomes=("done", "blocked"), holds=("base",))
@@ -34,10 +41,10 @@ class Rotate(Skill):
 
     The turn is measured by odometry from the axis of the walls that the robot is along at first; quarter turns end
     along the walls, where there are any. Where a wall is too near for the robot's corners, the robot moves off it while
-    it turns; one whose base cannot move sideways backs from a wall ahead before it turns. A turn that meets an obstacle
-    is taken back, and tried again should that fail too, so that the robot does not stay between two headings as long as
-    it can turn at all. Outcomes: `done`; `blocked` when the robot faces as before, when it can turn neither way, and
-    when neither way has led anywhere several times.
+    it turns; one whose base cannot move sideways backs from a wall ahead before it turns, farther from what comes
+    nearer meanwhile. A turn that meets an obstacle is undone, and repeated if that fails too, so that the robot does
+    not stay between two headings if it can turn at all. Outcomes: `done`; `blocked` when the robot faces as before,
+    when it can turn in neither direction, and after several failures in both.
     """
 
     def __init__(self, angle: Angle) -> None:
@@ -52,6 +59,8 @@ class Rotate(Skill):
         self._away = 0.0
         self._nearest = math.inf
         self._there = False
+        self._sure = False
+        self._nearing: Nearing | None = None
 
     def tick(self, facts: Facts) -> Command | Outcome:
         """The next velocity."""
@@ -61,7 +70,8 @@ class Rotate(Skill):
             self._along_walls = abs(math.remainder(self._angle, facts.settings.compass.world_angle)) < 0.01
             self._error = facts.misalignment
             self._spot = self._roomy_spot(facts, pose)
-        left = self._goal + self._error - self._turned.update(pose.heading)
+        off_course = self._error - self._turned.update(pose.heading)
+        left = self._goal + off_course
         compass = facts.compass
         if self._along_walls and abs(left) < CLOSE and compass.known and abs(compass.misalignment - left) < TRUSTED:
             left = compass.misalignment
@@ -71,13 +81,20 @@ class Rotate(Skill):
         if self._headway.lost(facts):
             if self._stuck():
                 return BLOCKED
-            # With the time that it takes to notice, both tries take no longer than twice the patience.
+            # Including detection, both tries take at most twice the timeout.
             self._headway = Headway(SECOND_TRY * settings.patience)
             if self._there or self.steering(facts).sideways:
                 self._goal = self._angle - self._goal
-            self._there = True
+            self._there = self._sure = True
+        steering = self.steering(facts)
+        if steering.sideways:
+            spot = self._to_the_spot(pose)
+        else:
+            spot = self._backwards(facts, pose, off_course, abs(left)), 0.0
+            if spot[0] and abs(off_course) > ASKEW:  # first along the course again
+                left, spot = off_course, (0.0, 0.0)
         turn = math.copysign(min(settings.rate, settings.gain * abs(left)), left)
-        return Command(self.steering(facts).turn(turn, self._to_the_spot(facts, pose)))
+        return Command(steering.turn(turn, spot))
 
     def _stuck(self) -> bool:
         """Whether the robot, which gets no farther, has not got anywhere since the last time either, or too often."""
@@ -85,31 +102,52 @@ class Rotate(Skill):
         self._losses.append(self._turned.angle)
         return len(self._losses) > TRIES or any(abs(a - b) < HELD for a, b in pairwise(self._losses[-2:]))
 
+    def _room(self, facts: Facts) -> float:
+        """How far off the walls the robot turns, m."""
+        return facts.robot.radius + self.settings.safety.margin + self.settings.rotate.room
+
+    def _passage(self, facts: Facts, error: float) -> Passage:
+        """What is around, in a frame at the robot along its course, which is so far (rad) off its heading."""
+        points = points_along(facts, error, self.settings.passage)
+        return passage_of(points, facts.robot, self._room(facts), self.settings.passage)
+
     def _roomy_spot(self, facts: Facts, pose: Pose) -> Frame:
         """Where to turn: here, or as far off the walls as the robot's corners need."""
-        error = self._error
-        room = facts.robot.radius + self.settings.safety.margin + self.settings.rotate.room
-        points = points_along(facts, error, self.settings.passage)
-        passage = passage_of(points, facts.robot, room, self.settings.passage)
+        room, passage = self._room(facts), self._passage(facts, self._error)
         aside = _aside(passage, room, facts.robot.half_width) if self.steering(facts).sideways else 0.0
-        back = min(0.0, passage.ahead - room)
-        x, y = rotated(back, aside, error)
+        x, y = rotated(min(0.0, passage.ahead - room), aside, self._error)
         return Frame(Frame(pose).outer(Pose(x, y)))
 
-    def _to_the_spot(self, facts: Facts, pose: Pose) -> tuple[float, float]:
-        """Where the spot is, in the robot's frame, m; a robot that can only go there first goes there once."""
-        if not self.steering(facts).sideways and not self._there:
-            self._spot = self._roomy_spot(facts, pose)  # what is ahead may come nearer meanwhile
+    def _to_the_spot(self, pose: Pose) -> tuple[float, float]:
+        """Where the spot is, in the robot's frame, m."""
         here = self._spot.local(pose)
         distance = norm(here.x, here.y)
-        if not self.steering(facts).sideways:
-            self._there = self._there or distance < self.settings.motion.dead_zone
-            if self._there:
-                return 0.0, 0.0
-        elif self._pushed_off(distance):
+        if self._pushed_off(distance):
             self._spot, self._away, self._nearest = Frame(pose), 0.0, 0.0
             return 0.0, 0.0
         return rotated(-here.x, -here.y, -here.heading)
+
+    def _backwards(self, facts: Facts, pose: Pose, off_course: float, left: float) -> float:
+        """How far to back along the course, negative, before there is room for the whole turn, m; 0 where there is.
+
+        Whether something comes nearer shows after a moment. A turn that has just begun is then taken back.
+
+        Args:
+            facts: of the tick.
+            pose: of the robot.
+            off_course: from the robot's heading to its course, rad.
+            left: of the turn, rad.
+        """
+        if self._sure or (self._there and abs(off_course) > WATCHED):
+            return 0.0
+        ahead = self._passage(facts, off_course).ahead
+        self._nearing = self._nearing or Nearing(facts.robot.limits.speed)
+        nearing = self._nearing.update(facts.observation.stamp * 1e-9, self._spot.local(pose).x + ahead)
+        missing = self._room(facts) + SHARE * nearing * left / self.settings.rotate.rate - ahead
+        self._there = missing < self.settings.motion.dead_zone
+        self._sure = self._there and self._nearing.watched
+        # Proportional feedback alone would stay behind what comes nearer.
+        return 0.0 if self._there else -(missing + nearing / self.settings.motion.to_spot_gain)
 
     def _pushed_off(self, distance: float) -> bool:
         """Whether the robot, on its way to the spot or there, has been made to leave it.

@@ -1,7 +1,7 @@
-"""Steering: what to ask of a base so that the robot goes where a skill wants it; one law for each kind of base.
+"""Steering: the velocity of a base that brings the robot where a skill wants it; one law for each kind of base.
 
-A skill says where the robot should be, the law which velocity brings it there. No skill writes a sideways velocity of
-its own.
+A skill determines where the robot should be, and the law computes the velocity. No skill sets a sideways velocity
+itself.
 """
 
 from skills.steering.law import Seeker, Steering, steering_of

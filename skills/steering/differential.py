@@ -58,7 +58,7 @@ class DifferentialSteering:
         motion = self.settings.motion
         if abs(spot[0]) < motion.dead_zone:
             return Twist(turn=rate)
-        return Twist(max(-motion.lateral_speed, min(motion.lateral_speed, motion.lateral_gain * spot[0])))
+        return Twist(max(-motion.to_spot_speed, min(motion.to_spot_speed, motion.to_spot_gain * spot[0])))
 
     def follow(self, path: OnPath, speed: float) -> Twist:
         """As fast as the path's curvature allows, with heading and distance fed back."""
@@ -86,5 +86,5 @@ class DifferentialSteering:
         return Twist(ahead * CREEP * speed, 0.0, self.settings.motion.heading_gain * bearing)
 
     def seeker(self, speed: float) -> GapSeeker:
-        """Through gaps between what is in the way."""
+        """Through gaps between obstacles."""
         return GapSeeker(self.robot, self.settings, self, speed)

@@ -16,7 +16,7 @@ from transport.section import Point
 class FieldSeeker:
     """Drives with the sum of the target's pull and the walls' push, and looks at the target meanwhile.
 
-    What is in the way pushes the robot to the side by which the way round is the shorter, not back.
+    An obstacle pushes the robot towards the side with the shorter detour, not back.
     """
 
     def __init__(self, robot: RobotDescription, settings: SkillSettings, speed: float) -> None:
@@ -36,7 +36,7 @@ class FieldSeeker:
     def _field(self, facts: Facts, distance: float, bearing: float) -> tuple[float, float]:
         """The velocity that target and walls make together, in the robot's frame, m/s."""
         drawn = min(self._speed, max(self._settings.target.arrival, self._settings.motion.lateral_gain * distance))
-        facing = max(0.0, cos(bearing))  # what is behind the laser does not see: turn first
+        facing = max(0.0, cos(bearing))  # the laser does not see what is behind: turn first
         drawn *= facing
         share = facing * min(1.0, distance / self._settings.target.near)
         back, aside = share * facts.repulsion.forward, share * facts.repulsion.left

@@ -1,4 +1,4 @@
-"""What every law of steering can do, and which one a robot has."""
+"""The interface of steering laws, and the law of each base."""
 
 from __future__ import annotations
 

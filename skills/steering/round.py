@@ -1,4 +1,4 @@
-"""What is between the robot and a target, and by which side it is rounded."""
+"""The obstacle between the robot and a target, and the side on which to pass it."""
 
 from __future__ import annotations
 

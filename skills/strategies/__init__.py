@@ -1,1 +1,1 @@
-"""What the strategies must remember and a machine cannot: signals and actions over the world model."""
+"""The memory of strategies, which a machine cannot hold: signals and actions over the world model."""

@@ -1,4 +1,4 @@
-"""Marks at junctions, for machines that decide by them."""
+"""Marks at junctions, for machines that use them."""
 
 from __future__ import annotations
 

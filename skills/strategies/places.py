@@ -1,4 +1,4 @@
-"""The map, for machines that decide by it."""
+"""The map, for machines that use it."""
 
 from __future__ import annotations
 

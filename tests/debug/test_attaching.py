@@ -179,6 +179,21 @@ def test_a_simulation_elsewhere_is_held_and_goes_on_by_a_tick(elsewhere):
         run.change(0, "turns", "2")
 
 
+def test_a_run_that_stands_still_already_shows_where_it_is(elsewhere):
+    run = elsewhere(pausable=True)
+    first_step(run)
+    late = RemoteRun(run.chart, run.machine, lambda: None)  # nothing is published while it stands still
+    assert late.advance()
+    assert late.steps[0].states(0) == run.steps[-1].states(0) == ("idle",)
+    assert not late.advance()
+    late.go(1)
+    deadline = time.monotonic() + LIMIT
+    while len(late.steps) < 2:
+        late.advance()
+        assert time.monotonic() < deadline, "no tick was heard"
+    assert late.steps[1].heard["tick"] == late.steps[0].heard["tick"] + 1
+
+
 def test_on_hardware_nothing_is_held(elsewhere):
     run = elsewhere(pausable=False)
     debugger = Debugger(run, Breakpoints(), lambda _: None)

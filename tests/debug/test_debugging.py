@@ -171,7 +171,7 @@ def test_a_tick_after_tick_run_can_be_paused(editor, tmp_path):
     )
     editor.launch(path)
     editor.ask("continue", threadId=1)
-    assert "goes; pause it first" in editor.refused("stepIn", threadId=1)
+    assert "is not paused; pause it first" in editor.refused("stepIn", threadId=1)
     editor.ask("pause", threadId=1)
     assert editor.event("stopped")["reason"] == "pause"
 
@@ -215,7 +215,7 @@ def test_what_is_wrong_is_refused_with_a_reason(editor, walk, tmp_path):
     assert "cannot be used" in editor.refused("launch", program=str(broken))
     editor.launch(walk)
     assert "no request" in editor.refused("readMemory", memoryReference="x", count=1)
-    assert "is no variable" in editor.refused("setExpression", expression="nothing", value="1")
+    assert "neither a variable" in editor.refused("setExpression", expression="nothing", value="1")
     assert editor.refused("setExpression", expression="space.left", value="7")
     assert editor.refused("evaluate", expression="when event nothing", context="repl")
     assert editor.refused("evaluate", expression="turns +", context="watch")

@@ -34,7 +34,9 @@ def errors(text, library):
         ("\u0663", "`\u0663` (U+0663)"),
     ],
 )
-@pytest.mark.parametrize("line", ["state a{}", "state a\n    on go{} -> a", "state a\n    {}on go -> a", "state a{}b"])
+@pytest.mark.parametrize(
+    "line", ["state a{}", "sta{}te a", "state a\n    on go{} -> a", "state a\n    {}on go -> a", "state a{}b"]
+)
 def test_a_strange_character_is_named(character, words, line, library):
     found = errors(HEAD + line.format(character), library)
     assert [one.message for one in found if one.code == "E0101"] == [f"here is {words}"]

@@ -10,10 +10,15 @@ from pathlib import Path
 import pytest
 
 from hsm.dsl import check_text
-from hsm.dsl.lsp import actions, navigation, refactoring
-from hsm.dsl.lsp.editing import Document, SymbolKind
+from hsm.dsl.lsp import actions, navigation, refactoring, references
+from hsm.dsl.lsp.completion import completions
+from hsm.dsl.lsp.document import Document
+from hsm.dsl.lsp.edited import MachineFile
+from hsm.dsl.lsp.entries import SymbolKind
+from hsm.dsl.lsp.hovering import hover, open_call
 from hsm.dsl.lsp.occurrences import Role
 from maze_machine.catalogue.library import robot_names
+from maze_machine.editor.scenarios import ScenarioDocument
 
 MACHINES = Path(__file__).parent / "machines"
 TEXT = """\
@@ -56,7 +61,7 @@ def complete(document):
 
     def labels(line):
         lines = [*TEXT.split("\n")[:-2], line]
-        return {one.label: one for one in document("\n".join(lines)).completions(len(lines) - 1, len(line))}
+        return {one.label: one for one in completions(document("\n".join(lines)), len(lines) - 1, len(line))}
 
     return labels
 
@@ -114,32 +119,32 @@ def at(word, nth=0):
 
 
 def test_hovering_shows_the_registry(document):
-    found = document().hover(*at("drive("))
+    found = hover(document(), *at("drive("))
     assert (found.kind, found.doc) == (SymbolKind.ACTIVITY, "Drive straight on.")
-    assert found.detail == "drive(speed : speed = 0.5 m/s) -> blocked; holds base"
-    assert document().hover(*at("space.front")).detail == "space.front : bool"
-    assert document().hover(*at("cruise", 1)).detail == "speed = 0.5 m/s"
-    assert document().hover(999, 0) is None
+    assert found.detail == "drive(speed : speed = 0.5 m/s) -> blocked; uses base"
+    assert hover(document(), *at("space.front")).detail == "space.front : bool"
+    assert hover(document(), *at("cruise", 1)).detail == "speed = 0.5 m/s"
+    assert hover(document(), 999, 0) is None
 
 
 def test_hovering_a_state_shows_the_ways_in_and_out(document):
-    found = document().hover(*at("straight"))
+    found = hover(document(), *at("straight"))
     assert found.doc.startswith("Drives on.")
     assert "out:\n- `when space.front -> turning`" in found.doc
     assert "in:" not in found.doc
-    assert "- open_door: `on opened -> turning.history`" in document().hover(*at("turning", 1)).doc
+    assert "- open_door: `on opened -> turning.history`" in hover(document(), *at("turning", 1)).doc
 
 
 def test_hovering_an_argument_and_a_machine(document):
-    assert document().hover(*at("speed = cruise")).detail == "speed in m/s"
-    assert document().hover(*at("door")).kind is SymbolKind.MACHINE
-    assert document().hover(*at("deg")).detail == "angle"
+    assert hover(document(), *at("speed = cruise")).detail == "speed in m/s"
+    assert hover(document(), *at("door")).kind is SymbolKind.MACHINE
+    assert hover(document(), *at("deg")).detail == "angle"
 
 
 def test_a_call_shows_what_it_takes_and_what_is_due(document):
     text = TEXT.replace("do rotate(90 deg)", "do rotate(")
     line, column = at("rotate(")
-    call = Document(text, "walk.maze-machine", document().library).call(line, column + 6)
+    call = open_call(Document(text, "walk.maze-machine", document().library), line, column + 6)
     assert (call.name, call.active) == ("rotate", 0)
     assert call.parameters[0].name == "angle"
 
@@ -159,7 +164,7 @@ def test_definitions(document):
 
 def test_references_are_those_of_one_meaning(document):
     def used(word, nth=0):
-        return [(one.line, one.declares) for one in navigation.references(document(), *at(word, nth))]
+        return [(one.line, one.declares) for one in references.references(document(), *at(word, nth))]
 
     assert used("cruise") == [(5, True), (10, False)]
     assert used("turning") == [(11, False), (13, True), (22, False)]
@@ -169,37 +174,96 @@ def test_references_are_those_of_one_meaning(document):
 
 def test_a_new_name_is_written_wherever_the_old_one_is_meant(document):
     one = document()
-    found = navigation.rename(one, *at("turning"), "veering", [])
+    found = references.rename(one, *at("turning"), "veering", [])
     lines = [list(line) for line in TEXT.split("\n")]
     for _, place in sorted(found, key=lambda pair: (pair[1].line, -pair[1].column)):
         lines[place.line][place.column : place.end] = "veering"
     renamed = "\n".join("".join(line) for line in lines)
     assert renamed == TEXT.replace("turning", "veering")
-    for name in ("not a name", "9", "straight", "cruise", "space.front", ""):
-        with pytest.raises(navigation.RenameError):
-            navigation.rename(one, *at("turning"), name, [])
+    for name in ("not a name", "9", "straight", "cruise", "space.front", "", "and"):
+        with pytest.raises(references.RenameError):
+            references.rename(one, *at("turning"), name, [])
     for word in ("rotate", "space.front", "90"):
-        with pytest.raises(navigation.RenameError):
-            navigation.rename(one, *at(word), "other", [])
+        with pytest.raises(references.RenameError):
+            references.rename(one, *at(word), "other", [])
 
 
-def test_a_new_name_reaches_the_files_that_import_the_machine(library, tmp_path):
-    (tmp_path / "part.maze-machine").write_text(
-        "machine part\n\nparam rest : time = 1 s\n\ninitial a\n\nstate a\n    after rest -> over\n\nfinal over\n",
-        encoding="utf-8",
-    )
-    text = (
-        "machine whole\n\nimport part\n\ninitial p\n\nstate p = part(rest = 2 s)\n    on over -> q\n\n"
-        "state q\n    on over -> p\n"
-    )
-    part = Document(
-        (tmp_path / "part.maze-machine").read_text(encoding="utf-8"), str(tmp_path / "part.maze-machine"), library
-    )
-    whole = Document(text, str(tmp_path / "whole.maze-machine"), library)
-    renamed = navigation.rename(part, 2, 7, "pause", [whole])
-    assert [(Path(file).stem, one.line) for file, one in renamed] == [("part", 2), ("part", 7), ("whole", 6)]
-    renamed = navigation.rename(part, 9, 8, "ended", [whole])
-    assert [(Path(file).stem, one.line) for file, one in renamed] == [("part", 7), ("part", 9), ("whole", 7)]
+PART = """machine part
+
+event knock
+
+param rest : time = 1 s
+
+var count : int = 0
+
+expose count
+
+initial a
+
+state a
+    on knock -> a / count += 1
+    after rest -> over
+
+final over
+"""
+WHOLE = """machine whole
+
+import part
+
+initial p
+
+state p = part(rest = 2 s)
+    on over -> q
+    when p.count > 2 -> q / raise knock
+
+state q
+    on over -> p
+"""
+SCENARIOS = """test whole
+
+scenario it rests
+    given rest = 1 s
+    expect p.a, a
+    when event knock,
+        # twice
+
+        event knock
+    expect p.count == 2, not p.over, q
+"""
+
+
+@pytest.mark.parametrize(
+    ("asked", "places"),
+    [
+        (("part", 4, 7), {("part", 4), ("part", 14), ("whole", 6)}),  # a parameter
+        (("whole", 6, 17), {("part", 4), ("part", 14), ("whole", 6)}),
+        (("part", 16, 8), {("part", 14), ("part", 16), ("whole", 7), ("tests", 9)}),  # an outcome
+        (("whole", 7, 8), {("part", 14), ("part", 16), ("whole", 7), ("tests", 9)}),
+        (("part", 6, 5), {("part", 6), ("part", 8), ("part", 13), ("whole", 8), ("tests", 9)}),  # what it exposes
+        (("whole", 8, 12), {("part", 6), ("part", 8), ("part", 13), ("whole", 8), ("tests", 9)}),
+        (("tests", 9, 14), {("part", 6), ("part", 8), ("part", 13), ("whole", 8), ("tests", 9)}),
+        (("part", 2, 6), {("part", 2), ("part", 13), ("whole", 8), ("tests", 5), ("tests", 8)}),  # an event
+        (("tests", 8, 16), {("part", 2), ("part", 13), ("whole", 8), ("tests", 5), ("tests", 8)}),
+        (("part", 12, 6), {("part", 10), ("part", 12), ("part", 13), ("tests", 4)}),  # a state of the part
+        (("whole", 10, 6), {("whole", 7), ("whole", 8), ("whole", 10), ("tests", 9)}),  # a state
+        (("tests", 4, 11), {("whole", 4), ("whole", 6), ("whole", 8), ("whole", 11), ("tests", 4), ("tests", 9)}),
+    ],
+)
+def test_a_new_name_reaches_all_files_wherever_it_is_asked_for(library, tmp_path, asked, places):
+    for name, text in (("part", PART), ("whole", WHOLE)):
+        (tmp_path / f"{name}.maze-machine").write_text(text, encoding="utf-8")
+    known = {
+        "part": Document(PART, str(tmp_path / "part.maze-machine"), library),
+        "whole": Document(WHOLE, str(tmp_path / "whole.maze-machine"), library),
+        "tests": ScenarioDocument(SCENARIOS, str(tmp_path / "whole.maze-test"), library, {}),
+    }
+    names = {one.file: name for name, one in known.items()}
+    file, line, column = asked
+    found = references.rename(known[file], line, column, "renamed", known.values())
+    assert {(names[of.file], one.line) for of, one in found} == places
+    written = {references.occurrence(known[file], line, column).name}
+    for of, one in found:
+        assert of.lines[one.line][one.column : one.end] in written
 
 
 def test_the_outline(document):
@@ -216,7 +280,7 @@ def test_a_deep_outline(document):
 
 
 def test_colours_name_the_role_of_each_word(document):
-    found = {(one.line, one.column): one.kind for one in navigation.colours(document())}
+    found = {(one.line, one.column): one.kind for one in MachineFile(document()).colours()}
     assert found[0, 0] is navigation.Colour.COMMENT
     assert found[1, 0] is navigation.Colour.KEYWORD
     assert found[at("space.front")[0], at("space.front")[1] - 1] is Role.SIGNAL
@@ -236,6 +300,21 @@ def test_what_is_meant_is_one_click_away(library):
     (missing,) = (one for one in actions.fixes(Document(mended, "m", library), remaining) if "Add" in one.title)
     assert missing.title == "Add `on done`"
     assert missing.edits[0].text == "\n    on done -> a"
+
+
+def test_units_that_a_line_does_not_show_are_hinted_at(library):
+    text = (
+        "machine m\nparam near : length = 20 cm\nparam far : length = 2 m # rad\nvar turned : angle = 90 deg # rad\n"
+        "var done : int = 0\nvar left : time = 2 * rest\nparam rest : time = 1 s\nevent floor(height : length)\n"
+        "var cruise : speed = 1 m/s\nvar ratio : number = 1\n"
+    )
+    lines = text.split("\n")
+    found = [(one.line, lines[one.line][: one.column].split()[-1], one.text) for one in actions.hints(
+        Document(text, "m", library), 0, 99
+    )]  # fmt: skip
+    assert found == [
+        (1, "length", " in m"), (3, "angle", " in rad"), (5, "time", " in s"), (7, "length", " in m"),
+    ]  # fmt: skip
 
 
 def test_arguments_that_are_left_out_are_hinted_at(document):
@@ -341,13 +420,13 @@ def at_line(document, number, text):
 
 
 def test_hovering_over_an_event_and_what_it_carries(talking):
-    assert talking.hover(*at_line(talking, 7, "floor")).detail == "event floor(number : int, pace : Pace)"
-    entry = talking.hover(*at_line(talking, 7, "number > at"))
+    assert hover(talking, *at_line(talking, 7, "floor")).detail == "event floor(number : int, pace : Pace)"
+    entry = hover(talking, *at_line(talking, 7, "number > at"))
     assert (entry.label, entry.detail) == ("number", "int")
 
 
 def test_hovering_over_what_an_instance_exposes(talking):
-    entry = talking.hover(*at_line(talking, 11, "rings"))
+    entry = hover(talking, *at_line(talking, 11, "rings"))
     assert (entry.label, entry.doc) == ("d.rings", "How often it rang.")
 
 
@@ -370,7 +449,7 @@ def test_completion_of_the_newer_words(talking, line, expected, absent):
     text = f"{TALKING}state b\n{line}\n"
     document = Document(text, talking.file, talking.library)
     number = text.splitlines().index(line) if line.strip() in text else len(text.splitlines()) - 1
-    labels = {one.label for one in document.completions(number, len(line))}
+    labels = {one.label for one in completions(document, number, len(line))}
     assert expected <= labels
     assert not absent & labels
 
@@ -383,14 +462,14 @@ def test_going_to_what_an_event_carries_and_what_an_instance_exposes(talking):
 
 
 def test_what_an_event_carries_is_renamed_everywhere(talking):
-    found = [one for _, one in navigation.rename(talking, *at_line(talking, 7, "number > at"), "storey", [])]
+    found = [one for _, one in references.rename(talking, *at_line(talking, 7, "number > at"), "storey", [])]
     lines = TALKING.splitlines()
     assert {(one.line, lines[one.line][one.column : one.end]) for one in found} == {(3, "number"), (6, "number")}
     assert len(found) == 3
 
 
 def test_the_newer_words_have_their_colours(talking):
-    lines, found = TALKING.splitlines(), navigation.colours(talking)
+    lines, found = TALKING.splitlines(), MachineFile(talking).colours()
     named = {(one.line + 1, lines[one.line][one.column : one.column + one.length]) for one in found}
     assert {(8, "defer"), (9, "stop"), (7, "number"), (7, "raise"), (11, "rings")} <= named
 

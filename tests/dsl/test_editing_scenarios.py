@@ -7,10 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lsprotocol import types
 
+from hsm.dsl.lsp.navigation import Colour
+from hsm.dsl.lsp.occurrences import Role
 from maze_machine.catalogue.library import robot_names
 from maze_machine.catalogue.machines import SHIPPED
 from maze_machine.editor.scenarios import ScenarioDocument
-from tests.dsl.test_server import serving
+from tests.dsl.test_server import served, serving
 
 LIBRARY = robot_names()
 MACHINE = """machine ring
@@ -156,6 +158,10 @@ def test_nothing_that_is_asked_of_half_a_text_ends_in_an_error(tmp_path_factory,
     document.definition(line, column)
     document.outline()
     document.formatted()
+    list(document.folds())
+    for one in document.occurrences:
+        assert one.end <= len(document.lines[one.line])
+    assert [one.line for one in document.colours()] == sorted(one.line for one in document.colours())
 
 
 def test_over_the_protocol(folder):
@@ -186,3 +192,45 @@ def test_over_the_protocol(folder):
             assert client.errors == []
 
     asyncio.run(asyncio.wait_for(work(), 60))
+
+
+def test_names_in_scenarios_have_colours(document):
+    made = document(TEST.replace("it rings", "event 2 when"))
+    found = {(one.line, one.column): (one.kind, one.length) for one in made.colours()}
+    assert found[0, 0] == (Colour.KEYWORD, 4)
+    assert found[0, 5] == (Role.MACHINE, 4)
+    assert {place for place in found if place[0] == 2} == {(2, 0)}
+    assert found[3, 10] == (Role.PARAMETER, 5)
+    assert found[4, 15] == (Role.EVENT, 2)
+    assert found[5, 11] == (Role.STATE, 7)
+    assert found[5, 26] == (Role.ACTIVITY, 4)
+    assert found[6, 9] == (Role.ACTIVITY, 4)
+    assert found[6, 22] == (Role.EVENT, 8)
+    assert found[7, 20] == (Role.VARIABLE, 5)
+
+
+def test_a_state_is_renamed_from_its_scenario(folder):
+    async def work():
+        async with serving(folder) as client:
+            machine, tests = folder / "ring.maze-machine", folder / "ring.maze-test"
+            tests.write_text(TEST, encoding="utf-8")
+            item = types.TextDocumentItem(tests.as_uri(), "maze-test", 1, TEST)
+            client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+            identifier, position = types.TextDocumentIdentifier(tests.as_uri()), types.Position(5, 14)
+            asked = types.RenameParams(new_name="busy", text_document=identifier, position=position)
+            changes = (await client.text_document_rename_async(asked)).changes
+            assert sorted(one.range.start.line for one in changes[machine.as_uri()]) == [15, 17]
+            assert [one.range.start.line for one in changes[tests.as_uri()]] == [5]
+            at = {"text_document": identifier, "position": position}
+            context = types.ReferenceContext(include_declaration=False)
+            found = await client.text_document_references_async(types.ReferenceParams(context=context, **at))
+            assert len(found) == 2
+            shown = await client.text_document_document_highlight_async(types.DocumentHighlightParams(**at))
+            assert [one.range.start.line for one in shown] == [5]
+            tokens = await client.text_document_semantic_tokens_full_async(types.SemanticTokensParams(identifier))
+            assert tokens.data
+            folds = await client.text_document_folding_range_async(types.FoldingRangeParams(identifier))
+            assert [(one.start_line, one.end_line) for one in folds] == [(2, 7)]
+        assert not client.errors
+
+    served(work())

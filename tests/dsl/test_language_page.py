@@ -43,7 +43,7 @@ def check(folder, name, text):
 @pytest.mark.parametrize(("text", "name"), MACHINES)
 def test_an_example_passes_check(text, name, tmp_path):
     result = check(tmp_path, name, text)
-    if "rihgt" in text:  # the tutorial's own mistake, which it goes on to explain
+    if "rihgt" in text:  # the tutorial's own mistake, which it continues to explain
         assert result.exit_code == 1
         return
     assert result.exit_code == 0, result.output

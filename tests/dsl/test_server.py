@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 from lsprotocol import types
-from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
+from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams, JsonRpcRequestCancelled
 from pygls.lsp.client import LanguageClient
 
 from hsm.dsl import check_text
 from hsm.dsl.lsp import navigation
-from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.server import make_server
 from maze_machine.catalogue.library import robot_library
 from maze_machine.catalogue.machines import SHIPPED
@@ -30,6 +30,8 @@ class Client(LanguageClient):
         super().__init__("tests", "1")
         self.published = {}
         self.messages = []
+        self.progress = []
+        self.refreshed = 0
         self.errors = []
 
         @self.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
@@ -40,14 +42,26 @@ class Client(LanguageClient):
         def shown(params):
             self.messages.append(params.message)
 
+        @self.feature(types.WINDOW_WORK_DONE_PROGRESS_CREATE)
+        def created(params):
+            self.progress.append((params.token, "created"))
+
+        @self.feature(types.WORKSPACE_DIAGNOSTIC_REFRESH)
+        def asked_again(_params):
+            self.refreshed += 1
+
+        @self.feature(types.PROGRESS)
+        def progressed(params):
+            self.progress.append((params.token, params.value["kind"]))
+
     def report_server_error(self, error, source):
         self.errors.append(error)
 
 
 @asynccontextmanager
-async def serving(folder, *, pulls=True, options=None):
+async def serving(folder, *, pulls=True, options=None, command=None):
     client = Client()
-    await client.start_io(str(Path(sys.executable).parent / "maze-machine"), "lsp")
+    await client.start_io(*(command or [str(Path(sys.executable).parent / "maze-machine"), "lsp"]))
     text = types.TextDocumentClientCapabilities(
         completion=types.CompletionClientCapabilities(
             completion_item=types.ClientCompletionItemOptions(snippet_support=True)
@@ -56,7 +70,13 @@ async def serving(folder, *, pulls=True, options=None):
     )
     await client.initialize_async(
         types.InitializeParams(
-            types.ClientCapabilities(text_document=text),
+            types.ClientCapabilities(
+                text_document=text,
+                workspace=types.WorkspaceClientCapabilities(
+                    diagnostics=types.DiagnosticWorkspaceClientCapabilities(refresh_support=True)
+                ),
+                window=types.WindowClientCapabilities(work_done_progress=True),
+            ),
             root_uri=folder.as_uri(),
             initialization_options=options,
             workspace_folders=[types.WorkspaceFolder(folder.as_uri(), folder.name)],
@@ -68,7 +88,9 @@ async def serving(folder, *, pulls=True, options=None):
     finally:
         await client.shutdown_async(None)
         client.exit(None)
+        said = await client._server.stderr.read()
         await client.stop()
+    assert said == b""  # requests that are refused or cancelled are no errors of the server
 
 
 def opened(client, path, text):
@@ -211,6 +233,7 @@ def test_an_import_that_is_edited_elsewhere_is_read_again(tmp_path):
             part.write_text("machine part\n\ninitial b\n\nfinal b\n", encoding="utf-8")
             change = types.FileEvent(part.as_uri(), types.FileChangeType.Changed)
             client.workspace_did_change_watched_files(types.DidChangeWatchedFilesParams([change]))
+            await until(lambda: client.refreshed)
             report = await client.text_document_diagnostic_async(types.DocumentDiagnosticParams(document))
             assert report.items
 
@@ -258,6 +281,47 @@ def test_completion_replaces_what_was_typed(tmp_path):
             found = await client.text_document_completion_async(types.CompletionParams(**at))
             assert [one.label for one in found] == ["space.left"]
             assert found[0].text_edit.range == types.Range(types.Position(5, 9), types.Position(5, 16))
+
+    served(work())
+
+
+@pytest.mark.parametrize("long", [0.0, 1.0])
+def test_a_check_that_takes_long_is_shown_as_work_in_progress(tmp_path, long):
+    run = f"from hsm.dsl.lsp import machine_server\nmachine_server.LONG = {long}\n"
+    run += "from maze_machine.commands.lsp import lsp\nlsp()"
+
+    async def work():
+        async with serving(tmp_path, command=[sys.executable, "-c", run]) as client:
+            document = opened(client, tmp_path / "m.maze-machine", "machine m\n\ninitial a\n\nfinal b\n")
+            for _ in range(2):
+                report = await client.text_document_diagnostic_async(types.DocumentDiagnosticParams(document))
+                assert [one.code for one in report.items] == ["E0201"]
+            shown = [kind for _, kind in client.progress]
+            assert shown == ([] if long else ["created", "begin", "end"] * 2)
+            assert len({token for token, _ in client.progress}) == len(shown) / 3
+
+    served(work())
+
+
+def test_requests_that_are_cancelled_are_not_done(tmp_path):
+    async def work():
+        async with serving(tmp_path) as client:
+            document = opened(client, tmp_path / "m.maze-machine", "machine m\n\ninitial a\n\nfinal b\n")
+            asked = types.DocumentDiagnosticParams(document)
+            await client.text_document_diagnostic_async(asked)
+            sent = []
+            for number in range(20):
+                asked_again = client.protocol.send_request(types.TEXT_DOCUMENT_DIAGNOSTIC, asked, msg_id=f"n{number}")
+                sent.append(asyncio.wrap_future(asked_again))
+                if number < 19:
+                    client.protocol.notify(types.CANCEL_REQUEST, types.CancelParams(f"n{number}"))
+            answers = await asyncio.gather(*sent, return_exceptions=True)
+            cancelled = [one for one in answers if isinstance(one, JsonRpcRequestCancelled)]
+            assert cancelled  # those that were not begun
+            reports = [one for one in answers if isinstance(one, types.RelatedFullDocumentDiagnosticReport)]
+            assert len(cancelled) + len(reports) == 20
+            assert [one.code for one in answers[-1].items] == ["E0201"]
+            assert client.errors == []
 
     served(work())
 

@@ -350,7 +350,7 @@ def test_members_have_their_own_signals_and_events(tmp_path):
     assert {"red.asking", "blue.outside"} <= run.configuration
     assert run.act(facts) == [("blue.outside", "driving")]
     run.step(0.2, [], facts)  # blue hears the claim, and grants it
-    run.step(0.3, [], facts)  # red hears of that
+    run.step(0.3, [], facts)  # red receives that
     assert {"red.inside", "blue.outside"} <= run.configuration
 
 

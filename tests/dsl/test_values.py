@@ -145,3 +145,26 @@ def test_a_person_reads_six_digits_and_a_file_all():
     assert value_text(0.223606797749979, length) == "0.223606797749979 m"
     assert shown_text(0.223606797749979, length) == "0.223607 m"
     assert (shown_text(3, None), shown_text(True, BOOLEAN)) == ("3", "true")
+
+
+@pytest.mark.parametrize("value", ["4611686018427387904", "9223372036854775807", "000000000000000000000000000000012"])
+def test_whole_numbers_have_63_bits(library, value):
+    checked = check_text(f"machine m\nvar n : int = {value}\nstate a\n    when n > 3 -> a / n = 0\n", library)
+    assert checked.model is not None
+    assert checked.model.variables[0].initial.value == int(value)
+
+
+@pytest.mark.parametrize("value", ["9223372036854775808", "9" * 5000])
+def test_a_whole_number_beyond_is_named(library, value):
+    found = check_text(f"machine m\nvar n : int = {value}\nstate a\n    when n > 3 -> a / n = 0\n", library).diagnostics
+    assert ("E0306", "this whole number is too large") in [(one.code, one.message) for one in found]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"), [("1 / (n - n)", "division by zero"), ("1.5 / (x - x)", "division by zero")]
+)
+def test_a_fault_has_the_same_words_in_every_python(library, wrong, reason):
+    text = f"machine m\nevent go\nvar n : int = 1\nvar x : number = 1.5\nstate a\n    on go / x = {wrong}, n = 2\n"
+    run = hsm.build(check_text(text, library).model).start()
+    with pytest.raises(hsm.MachineFault, match=f"an action failed: {reason}"):
+        run.step(0.1, ["go"])

@@ -7,6 +7,7 @@ import pytest
 import hsm
 from hsm.dsl import check_text
 from hsm.dsl.format.formatter import format_text
+from hsm.dsl.syntax.lexer import IN_PLACE
 from hsm.model.chart import Else, Every, Held
 from hsm.model.unparse import action_text, trigger_text
 from hsm.testing.generation.generating import generate
@@ -246,7 +247,7 @@ def test_every_with_a_guard_or_a_target():
 
 def test_every_zero_is_refused():
     assert "E0307" in codes("machine m\nvar n : int = 0\nstate a\n    every 0 s / n += 1")
-    with pytest.raises(hsm.MachineFault, match="above 0 s"):
+    with pytest.raises(hsm.MachineFault, match="a nanosecond or more"):
         start("machine m\nparam p : time = 0 s\nvar n : int = 0\nstate a\n    every p / n += 1")
 
 
@@ -363,3 +364,40 @@ def test_they_are_explored_and_tests_are_generated_for_them():
     missed = [one.text for one in found.unreached]
     assert not any("is not taken" in one and "when near if" not in one for one in missed), missed
     assert found.scenarios
+
+
+# Words that are keywords in places only.
+
+
+def as_names(word):
+    """A machine in which a word is the name of an event, a variable or a state, wherever such a name can be."""
+    return (
+        f"machine m\nevent go, {word}\nstate a\n"
+        f"    on go, {word} if near -> b / raise {word} after 3 s, cancel {word}\n"
+        f"    on go / raise {word}, send {word}\nstate b\n    on {word} -> a\n    defer go, {word} if near\n",
+        f"machine m\nvar {word} : bool = true\nexpose {word}\nproperty one : never {word}\n"
+        f"property two : after {word}, (near and {word}) before not {word}\n"
+        f"state a\n    when {word} for 2 s -> a / {word} = {word}\n"
+        f"    when near if {word} / {word} = {word} == near, {word} = true\n    stay when {word}\n",
+        f"machine m\nproperty one : never in({word}) and (near or in({word}))\n"
+        f"state {word}\n    when near for 1 s -> {word}\n"
+        f"    when ahead > (1.0 if near\n        else 2.0) -> {word}\n",
+    )
+
+
+@pytest.mark.parametrize("word", sorted(IN_PLACE))
+def test_a_word_that_is_a_keyword_in_places_is_a_name_elsewhere(word):
+    for text in as_names(word):
+        checked = check_text(text, LIBRARY, "words.maze-machine")
+        assert checked.model is not None, checked.diagnostics
+        assert format_text(format_text(text)) == format_text(text)
+
+
+def test_blanks_before_what_an_action_word_is_about_do_not_matter():
+    text = "machine m\nevent go\nstate a\n    on go / raise go after 1 s, cancel   go, send    go\n"
+    assert format_text(text).endswith("/ raise go after 1 s, cancel go, send go\n")
+
+
+def test_a_bracket_that_is_open_where_a_line_with_else_begins_was_never_closed():
+    text = "machine m\nstate a\n    when (near -> b\n    else -> b\nfinal b\n"
+    assert codes(text) == ["E0104"]

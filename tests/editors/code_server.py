@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,6 +80,17 @@ class Workbench:
             self.page.wait_for_timeout(200)
         raise AssertionError(f"the driver did not come to `{step}`: {self.steps()}")
 
+    @contextmanager
+    def person_at(self, step: str) -> Iterator[Any]:
+        """The page at a step that needs a person; after the block the driver looks at what the person has done."""
+        assert self.wait_for(step) == "shown", self.steps()
+        yield self.page
+        self.verdict.with_name(f"{self.verdict.name}.{step}").touch()
+        end = time.monotonic() + PATIENCE
+        while self.steps()[step] == "shown" and time.monotonic() < end:
+            self.page.wait_for_timeout(100)
+        assert self.steps()[step] == "ok", self.steps()[step]
+
 
 @contextmanager
 def workbench(
@@ -89,6 +100,7 @@ def workbench(
     *,
     settings: Mapping[str, Any] | None = None,
     environment: Mapping[str, str] | None = None,
+    others: Sequence[str] = (),
 ) -> Iterator[Workbench]:
     """The editor with a workspace open.
 
@@ -98,9 +110,10 @@ def workbench(
         steps: what the driver does, separated by commas.
         settings: the user's, besides those above.
         environment: variables, besides the test's own.
+        others: further extensions, by their folders beside the driver's.
     """
     sync_api = pytest.importorskip("playwright.sync_api")
-    _install(packed(), folder / "extensions")
+    _install(packed(), folder / "extensions", ("driver", *others))
     (folder / "data" / "User").mkdir(parents=True, exist_ok=True)
     written = json.dumps({**SETTINGS, **(settings or {})})
     (folder / "data" / "User" / "settings.json").write_text(written, encoding="utf-8")
@@ -133,12 +146,14 @@ def workbench(
         process.wait(20)
 
 
-def _install(extension: Path, folder: Path) -> None:
+def _install(extension: Path, folder: Path, others: Sequence[str]) -> None:
     with zipfile.ZipFile(extension) as archive:
         archive.extractall(folder / "unpacked")
     (folder / "unpacked" / "extension").rename(folder / "maze-machine.maze-machine-0.1.0")
     shutil.rmtree(folder / "unpacked")
-    shutil.copytree(EXTENSION / "test" / "driver", folder / "maze-machine.driver-0.0.1")
+    for other in others:
+        told = json.loads((EXTENSION / "test" / other / "package.json").read_text(encoding="utf-8"))
+        shutil.copytree(EXTENSION / "test" / other, folder / f"{told['publisher']}.{told['name']}-{told['version']}")
 
 
 def _free_port() -> int:

@@ -7,13 +7,13 @@ import re
 import sys
 from pathlib import Path
 
-PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "editor.md"
+PAGES = Path(__file__).parents[2] / "docs" / "how-to"
 TEXT = "machine m\n\ninitial a\n\nstate a\n    do rotat(90 deg)\n    when space.l\n\nfinal b\n"
 
 
-def lines_for(editor: str, language: str) -> list[str]:
+def lines_for(editor: str, language: str, page: str = "editor") -> list[str]:
     """The blocks in a language in the section of an editor."""
-    text = PAGE.read_text(encoding="utf-8")
+    text = (PAGES / f"{page}.md").read_text(encoding="utf-8")
     (section,) = re.findall(rf"^## {editor}[^\n]*\n(.*?)(?=^## |\Z)", text, re.DOTALL | re.MULTILINE)
     return re.findall(rf"^```{language}\n(.*?)^```$", section, re.DOTALL | re.MULTILINE)
 

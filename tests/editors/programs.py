@@ -9,7 +9,23 @@ from random import Random
 from hsm.dsl.syntax.lexer import STATEMENTS
 from hsm.dsl.syntax.parser import parse
 
-_NAMES = ("a", "b2", "exit", "event", "on", "state", "cancel", "within", "order", "x.y", "robot.speed", "for_", "h")
+_CLAIM_WORDS = ("after", "always", "before", "eventually", "never")
+_NAMES = (
+    "a",
+    "b2",
+    "exit",
+    "event",
+    "on",
+    "state",
+    "cancel",
+    "within",
+    "order",
+    "x.y",
+    "robot.speed",
+    "for_",
+    "h",
+    *_CLAIM_WORDS,
+)
 _NUMBERS = ("0", "1.5", "90 deg", "20cm", "0.5 m/s", "1e3", "2e-3 s", "4 m/s^2", "3 order", "1e", "2 orders", "7 e")
 _COMPARISONS = ("==", "!=", "<=", ">=", "<", ">")
 _ASSIGNMENTS = ("=", "+=", "-=", "*=")
@@ -73,7 +89,7 @@ class _Writer:
         below = depth + 1
         if divided and self.chance(0.05):
             inner = [self.operand(depth + 1, divided=True) for _ in range(3)]
-            return f"({inner[0]} if {inner[1]} else {inner[2]})"
+            return f"({inner[0]} if {inner[1]}{self.one(' ', chr(10) + '   ')}else {inner[2]})"
         kind = self.draw.randrange(9)
         first = self.operand(below, divided=divided)
         if kind == 0:

@@ -63,3 +63,64 @@ def test_neovim_attaches_and_asks(tmp_path):
     assert shown["colours"] is True
     assert shown["on"] is True
     assert "keyword.type" in shown["kinds"]
+
+
+PLUGIN = os.environ.get("MAZE_MACHINE_NVIM_DAP")
+"""The folder of the plugin nvim-dap."""
+DEBUG = """
+local function until_true(condition, what) assert(vim.wait(60000, condition, 20), what .. " did not come") end
+local dap = require("dap")
+local function stopped() local session = dap.session() return session and session.stopped_thread_id end
+local function top() local frame = dap.session().current_frame return frame and frame.name end
+vim.cmd.edit("m.maze-machine")
+vim.api.nvim_win_set_cursor(0, { 9, 0 })
+dap.toggle_breakpoint()
+dap.run(dap.configurations["maze-machine"][1])
+until_true(function() return stopped() and top() end, "the first stop")
+local first = top()
+dap.continue()
+until_true(function() return stopped() and top() == "moving" end, "the breakpoint")
+local line = dap.session().current_frame.line
+until_true(function() return dap.session().current_frame.scopes end, "the scopes")
+local scopes = {}
+for _, one in ipairs(dap.session().current_frame.scopes) do table.insert(scopes, one.name) end
+dap.step_back()
+until_true(function() return stopped() and top() ~= "moving" end, "the step back")
+io.stdout:write(vim.json.encode({ first = first, line = line, scopes = scopes }))
+dap.terminate()
+until_true(function() return dap.session() == nil end, "the end")
+vim.cmd("qall!")
+"""
+MACHINE = """machine m
+
+initial idle
+
+state idle
+    after 1 s -> moving
+
+# Stands still.
+state moving
+    do stop()
+"""
+
+
+@pytest.mark.skipif(NVIM is None or PLUGIN is None, reason="Neovim or nvim-dap is not installed")
+def test_nvim_dap_debugs_a_machine(tmp_path):
+    before = [f"vim.opt.runtimepath:append({json.dumps(PLUGIN)})", *lines_for("Neovim", "lua")[:1]]
+    lines = [*before, *lines_for("Neovim with nvim-dap", "lua", "debugging")]
+    (tmp_path / "init.lua").write_text("\n".join(lines), encoding="utf-8")
+    (tmp_path / "drive.lua").write_text(DEBUG, encoding="utf-8")
+    (tmp_path / "m.maze-machine").write_text(MACHINE, encoding="utf-8")
+    done = subprocess.run(
+        [NVIM, "--headless", "-u", tmp_path / "init.lua", "-l", "drive.lua"],
+        cwd=tmp_path,
+        env=surroundings(tmp_path),
+        capture_output=True,
+        text=True,
+        timeout=150,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    shown = json.loads(done.stdout or done.stderr)
+    assert (shown["first"], shown["line"]) == ("idle", 9)
+    assert {"Variables", "Activity"} <= set(shown["scopes"])

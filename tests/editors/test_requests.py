@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 from lsprotocol import types
 
-from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.refactoring import refactorings
 from maze_machine.catalogue.library import robot_names
 from maze_machine.catalogue.machines import SHIPPED

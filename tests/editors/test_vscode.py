@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import socket
 import subprocess
@@ -17,7 +18,8 @@ from tests.editors.test_requests import OWN
 
 TRUSTED = {"security.workspace.trust.enabled": False}
 STEPS = (
-    "server,diagnostics,completion,indentation,diagram,changes,live,tests,coverage,continuous,debug,machines,crashes"
+    "server,diagnostics,completion,scenarios,settings,indentation,diagram,changes,live,tests,coverage,continuous,debug,"
+    "machines,crashes"
 )
 PROGRAM = Path(sys.executable).parent / "maze-machine"
 PICTURES = os.environ.get("MAZE_MACHINE_PICTURES")
@@ -58,6 +60,62 @@ def test_the_extension_does_what_it_says(tmp_path, sample):
             assert {step: editor.steps().get(step) for step in STEPS.split(",")} == dict.fromkeys(
                 STEPS.split(","), "ok"
             )
+
+
+def picture(page, name):
+    if PICTURES:
+        page.screenshot(path=str(Path(PICTURES) / f"{name}.png"))
+
+
+def test_what_a_person_clicks(tmp_path, sample):
+    text = (sample / "patrol.maze-machine").read_text(encoding="utf-8")
+    (sample / "notes.md").write_text(f"# Notes\n\n```maze-machine\n{text}```\n", encoding="utf-8")
+    steps = "server,fence,export,gutter,tree,rename,walkthrough"
+    with workbench(tmp_path / "editor", sample, steps, settings=TRUSTED) as editor:
+        with editor.person_at("fence") as page:
+            spans = page.locator(".view-line span span")
+            patterns = (r"^machine$", r"^\s*walk$", r"^0\.3", r"^#\sWalks")
+            words = {word: spans.filter(has_text=re.compile(word)).first for word in patterns}
+            colours = {word: one.evaluate("one => getComputedStyle(one).color") for word, one in words.items()}
+            assert len(set(colours.values())) == 4, colours
+            picture(page, "fence")
+        with editor.person_at("export") as page:
+            diagram_frame(page).locator("#export").click()
+            page.locator(".quick-input-widget input.input").press("Enter")
+        with editor.person_at("gutter") as page:
+            page.locator(".testing-run-glyph").nth(1).click()
+        with editor.person_at("tree") as page:
+            machines = page.get_by_role("tree", name="Machines")
+            machines.get_by_role("treeitem").first.locator(".monaco-tl-twistie").click()
+            machines.get_by_role("treeitem", name="tired").click()
+            picture(page, "tree")
+        with editor.person_at("rename") as page:
+            diagram_frame(page).get_by_role("button", name="Rename...").click()
+            box = page.locator(".rename-box input")
+            box.fill("pivot")
+            box.press("Enter")
+        with editor.person_at("walkthrough") as page:
+            for title in ("Install the program", "Open a sample", "Look at its diagram", "Run its tests"):
+                page.get_by_text(title, exact=True).first.wait_for()
+            page.get_by_text("Open a sample", exact=True).first.click()
+            picture(page, "walkthrough")
+            page.get_by_role("button", name="Open a Sample", exact=True).click()
+            page.locator(".quick-input-widget input.input").press("Enter")
+
+
+def test_the_server_is_that_of_the_selected_interpreter(tmp_path, sample):
+    (sample / ".venv").unlink()
+    for name in ("one", "two"):
+        folder = tmp_path / name / "bin"
+        folder.mkdir(parents=True)
+        (folder / "maze-machine").write_text(f'#!/bin/sh\nexec "{PROGRAM}" "$@"\n', encoding="utf-8")
+        (folder / "maze-machine").chmod(0o755)
+    interpreters = os.pathsep.join(str(tmp_path / name / "bin" / "python") for name in ("one", "two"))
+    environment = {"MAZE_MACHINE_INTERPRETERS": interpreters}
+    with workbench(
+        tmp_path / "editor", sample, "interpreter", settings=TRUSTED, environment=environment, others=["python"]
+    ) as editor:
+        assert editor.wait_for("interpreter") == "ok"
 
 
 def test_until_it_is_trusted_no_code_of_a_workspace_runs(tmp_path):

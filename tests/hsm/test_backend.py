@@ -106,8 +106,8 @@ def test_transitions_of_the_whole_machine_come_last():
         ("no event", [state("a", when("a", "b")), state("b")]),
         ("no event", [state("a", always("b")), state("b")]),
         ("activity", [state("a", activity=doing(1))]),
-        ("other states", [state("a", state("b", state("c"), state("d")), on("go", "d"))]),
-        ("other states", [state("a", state("b"), on("go", "b", **EXTERNAL))]),
+        ("different states", [state("a", state("b", state("c"), state("d")), on("go", "d"))]),
+        ("different states", [state("a", state("b"), on("go", "b", **EXTERNAL))]),
     ],
 )
 def test_what_is_not_shared_is_refused(reason, parts):

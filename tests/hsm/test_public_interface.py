@@ -191,8 +191,8 @@ def test_times_are_checked_and_nothing_has_changed(time, error, words, machine):
     ("events", "error", "words"),
     [
         ("knock", TypeError, "events are a list of names: ['knock'], not 'knock'"),
-        (["ring"], ValueError, "nobody declares an event `ring` for machine lamp; its events: knock"),
-        (["knock", "k"], ValueError, "nobody declares an event `k`"),
+        (["ring"], ValueError, "no event `ring` is declared for machine lamp; its events: knock"),
+        (["knock", "k"], ValueError, "no event `k` is declared"),
         (DARK, TypeError, "events are a list of names, not Room("),
         ([7], TypeError, "an event is a text or an Occurrence, not 7 (int)"),
     ],

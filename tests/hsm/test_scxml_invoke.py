@@ -185,7 +185,7 @@ def test_what_cannot_be_invoked_is_an_error_of_the_chart(invoke, event):
 def test_a_chart_that_invokes_itself_is_refused_when_it_is_read(tmp_path):
     path = tmp_path / "c.scxml"
     path.write_text('<scxml datamodel="ecmascript"><state id="a"><invoke src="c.scxml"/></state></scxml>')
-    with pytest.raises(MachineError, match="more than 16 deep"):
+    with pytest.raises(MachineError, match="more than 16 levels deep"):
         load(path)
 
 

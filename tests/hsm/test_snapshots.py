@@ -119,7 +119,7 @@ def test_a_changed_machine_goes_on_where_the_old_one_was():
         ((state("b"),), "`a` is active, and the machine has no such state"),
         ((state("a", state("inner")),), "now has states inside"),
         ((state("around", state("a")),), "`around` is no longer at the same place in the machine"),
-        ((parallel("p", state("a"), state("other")),), "`other` is missing beside the active ones"),
+        ((parallel("p", state("a"), state("other")),), "`other` is missing among the active ones"),
     ],
 )
 def test_without_its_active_states_it_is_refused_and_the_old_one_goes_on(parts, reason):

@@ -117,7 +117,7 @@ def test_one_seed_gives_the_same_ticks_in_both_attempts(made, seed):
 
     once = told()
     assert once == told()
-    assert once[0] != once[1], "noise goes on, it does not begin anew"
+    assert once[0] != once[1], "noise continues, it does not begin anew"
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -190,7 +190,7 @@ def test_a_run_of_one_attempt_fails_with_it(finish):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--attempts", 2, "--connect", "tcp/127.0.0.1"), "`tcp/127.0.0.1` is no endpoint"),
+        (("--attempts", 2, "--connect", "tcp/127.0.0.1"), "`tcp/127.0.0.1` is not an endpoint"),
         (("--practice", "--record", "run.mcap"), "--record does not go with --practice"),
     ],
 )

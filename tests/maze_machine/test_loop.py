@@ -1,7 +1,7 @@
 """The loop on a robot that only remembers what it was told."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -209,6 +209,14 @@ def test_a_verdict_that_cannot_be_read_is_said_to_be_so_and_the_run_keeps_its_re
     shown = Result("going", {}, ending)
     assert "cannot be read: `" + next(iter(changed)) in "\n".join(shown.lines())
     assert shown.as_json()["verdict"] is None
+
+
+def test_the_longest_tick_is_printed_where_a_beat_was_missed(tmp_path):
+    ending = replace(drive(mission(tmp_path, GOING), Recorder()), longest_tick=0.25)
+    assert Result("going", {}, ending).as_json()["longest_tick"] == 0.25
+    late, never = ("\n".join(Result("going", {}, ending, link={"overruns": n}).lines()) for n in (1, 0))
+    assert "longest tick                 0.250 s" in late
+    assert "longest tick" not in never
 
 
 @pytest.mark.parametrize("name", [name for name in VERDICT if name not in ("maze", "seed", "attempt", "rings")])

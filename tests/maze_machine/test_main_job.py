@@ -30,6 +30,7 @@ def test_the_result_is_there_for_programs(finish, tmp_path):
     assert result["verdict"]["contacts"] == []
     assert result["verdict"]["doors_opened"] == ["front"]
     assert result["verdict"]["clearance"] > 0.1
+    assert 0 < result["longest_tick"] < 60
     assert result["files"] == {"picture": "run.svg"}
     assert (tmp_path / "run.svg").exists()
 

@@ -52,9 +52,9 @@ def test_what_a_name_stands_for_is_found():
 @pytest.mark.parametrize(
     "command", [["check", "pledge"], ["fmt", "--check", "FILE"], ["list", "signals"], ["export", "door"]]
 )
-def test_commands_about_text_import_neither_numpy_nor_the_robot(command):
+def test_commands_about_text_import_neither_numpy_nor_pydantic_nor_the_robot(command):
     file = str(shipped_machines()["pledge"])
-    heavy = ["numpy", "matplotlib", "zenoh", "pymunk", "perception", "skills", "sim"]
+    heavy = ["numpy", "pydantic", "rich", "matplotlib", "zenoh", "pymunk", "perception", "skills", "sim"]
     code = (
         f"import sys; sys.argv = ['maze-machine', *{[file if one == 'FILE' else one for one in command]!r}]\n"
         "from maze_machine.cli import main\n"

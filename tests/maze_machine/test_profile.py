@@ -102,7 +102,7 @@ def test_of_several_overrides_the_one_at_fault_is_named(overrides, told):
     [
         ("angle_min = 1.0\nangle_max = 1.0", "must have `angle_min` (1) below `angle_max` (1)"),
         ("angle_min = -200.0\nangle_max = 200.0", "has its angles in radians: 200 degrees are 3.4907 rad"),
-        ("angle_min = -4.0\nangle_max = 4.0", "cannot look at more than a full turn: it is 6.2832 rad, not 8"),
+        ("angle_min = -4.0\nangle_max = 4.0", "cannot span more than a full turn: it is 6.2832 rad, not 8"),
         ("range_min = 5.0\nrange_max = 5.0", "must have `range_min` (5) below `range_max` (5)"),
         ("angle_min = nan", "must be a finite number, not nan"),
         ("mount_heading = inf", "must be a finite number, not inf"),

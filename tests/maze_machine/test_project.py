@@ -1,6 +1,7 @@
 """Projects: their settings, the library of one's own in every command, and whose code may run."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -104,7 +105,7 @@ def test_code_of_an_untrusted_folder_never_runs(stranger, command):
     name, *rest = command
     status, _, told = run(name, stranger / "m.maze-machine", *rest)
     assert status == 2
-    assert "is not trusted; look at the code, then run `maze-machine trust" in told
+    assert "is not trusted; read the code, then run `maze-machine trust" in told
     assert not (stranger / "ran").exists()
 
 
@@ -125,6 +126,16 @@ def test_trust_of_a_folder_is_none_of_the_folders_in_it(stranger):
     project = find_project(inner)
     assert project is not None
     assert not is_trusted(project)
+
+
+def test_an_editor_vouches_for_its_workspace(stranger, monkeypatch):
+    for folders in ("", ".", str(stranger / "inner"), f"{stranger}_not"):
+        monkeypatch.setenv("MAZE_MACHINE_TRUSTED", folders)
+        assert run("check", stranger / "m.maze-machine")[0] == 2
+    assert not (stranger / "ran").exists()
+    monkeypatch.setenv("MAZE_MACHINE_TRUSTED", os.pathsep.join(["/elsewhere", str(stranger.parent)]))
+    assert run("check", stranger / "m.maze-machine")[0] == 0
+    assert trusted_folders() == set()
 
 
 def test_a_person_who_is_asked_may_say_yes_or_no(stranger):
@@ -187,8 +198,8 @@ def test_codes_that_a_project_ignores_are_left_out(tmp_path):
         ("library = 3", "`library` is a string, not 3"),
         ('machines = "x"', "`machines` is a list of strings"),
         ("machines = [1]", "`machines` is a list of strings"),
-        ("library = ", "is no valid TOML"),
-        ("a = " + "[" * 5000, "is no valid TOML"),
+        ("library = ", "is not valid TOML"),
+        ("a = " + "[" * 5000, "is not valid TOML"),
     ],
 )
 def test_wrong_settings_end_with_one_message(tmp_path, text, message):

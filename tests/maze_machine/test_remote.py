@@ -17,6 +17,7 @@ from maze_machine.drive.mission import drive, prepare
 from maze_machine.drive.operation import ScheduledEvents
 from maze_machine.errors import UsageError
 from maze_machine.remote.client import NoMachineError, RemoteMachine
+from maze_machine.remote.looking import looked_on
 from maze_machine.remote.messages import (
     AdvanceRun,
     EndRun,
@@ -130,6 +131,20 @@ def test_a_viewer_sees_the_machine_and_asks_why(mission):
         why = client.why("idle")
         assert why["active"] is True
         assert client.why("nowhere")["reason"] == "machine waiting has no state `nowhere`"
+
+
+def test_who_looks_on_sees_what_perception_found_and_a_pause_is_no_end(mission):
+    with running(mission) as (_, client, _):
+        frames = looked_on(client, silence=0.05)
+        first = next(frames)
+        assert first["tick"] == 0
+        assert {"landmarks", "nodes", "ways", "minimap", "at"} <= set(first["sights"])
+        later = threading.Timer(0.3, lambda: client.operate(AdvanceRun()))
+        later.start()
+        second = next(frames)
+        later.join()
+        assert second["tick"] == 1
+        assert second["sights"]["minimap"]["rows"]
 
 
 def test_an_operator_ends_the_run(mission):
@@ -328,7 +343,7 @@ def test_a_run_that_stands_still_keeps_its_robot_and_another_pace_is_kept(missio
     robot = LockstepRobot(world)
     work = threading.Thread(target=lambda: drive(mission, robot, robot, [seen.append, operated], operator=operated))
     work.start()
-    assert kept.wait(30.0), "the robot hears of a run that stands still"
+    assert kept.wait(30.0), "the robot hears from a paused run"
     assert len(seen) == 1
     assert json.loads(operated.answer(b'{"kind":"speed","factor":0.001}'))["done"] is True
     assert json.loads(operated.answer(b'{"kind":"resume"}'))["done"] is True

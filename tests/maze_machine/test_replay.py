@@ -150,7 +150,7 @@ class TestSomebodyElsesRecording:
         status, out, err = finish("replay", "pledge", bag, *robot, "--trace", "again.jsonl")
         assert (status, err) == (0, "")
         head, *lines = out.splitlines()
-        assert head == "pledge on 101 ticks of /scan and /wheels: still at work at the end"
+        assert head == "pledge on 101 ticks of /scan and /wheels: still active at the end"
         lines_of_run = [json.loads(line) for line in recorded[1].read_text().splitlines()[1:]]
         states = [json.loads(line)["states"] for line in (tmp_path / "again.jsonl").read_text().splitlines()[1:]]
         assert states == [line["states"] for line in lines_of_run]
@@ -171,7 +171,7 @@ class TestSomebodyElsesRecording:
     @pytest.mark.parametrize(
         ("arguments", "status", "words"),
         [
-            (["replay", "BAG"], 3, "does not say which machine ran; name one before the recording"),
+            (["replay", "BAG"], 3, "does not name its machine; give a machine before the recording"),
             (["replay", "pledge", "BAG", "--machine", "pledge"], 2, "two machines"),
             (["replay", "pledge", "BAG", "--scan", "/none"], 3, "has no sensor_msgs/msg/LaserScan on `/none`"),
             (["replay", "none", "BAG"], 3, "there is no machine `none`"),
@@ -190,10 +190,10 @@ class TestWhatARecordingNames:
     @pytest.mark.parametrize(
         ("said", "words"),
         [
-            ({"machine": "SECRET"}, "which is no machine's file"),
-            ({"machine": "\x1b[2J"}, "which is no machine's file"),
-            ({"machine": "/dev/zero"}, "which is no machine's file"),
-            ({"profile": "[" * 100_000}, "recorded profile cannot be used|which robot ran"),
+            ({"machine": "SECRET"}, "which is not a machine's file"),
+            ({"machine": "\x1b[2J"}, "which is not a machine's file"),
+            ({"machine": "/dev/zero"}, "which is not a machine's file"),
+            ({"profile": "[" * 100_000}, "recorded profile cannot be used|not name its robot"),
             ({"profile": "{}{"}, "recorded profile cannot be used"),
             ({"profile": '{"robot": {"period": -1}}'}, "recorded profile cannot be used: .*period"),
             ({"parameters": "[1]"}, "parameters"),

@@ -11,6 +11,7 @@ import hsm
 from hsm.testing.scenarios.session import Session, SessionError
 from maze_machine.catalogue.library import robot_names
 from maze_machine.cli import app
+from maze_machine.simulated.console import Console
 
 MACHINE = """machine walk
 
@@ -148,6 +149,97 @@ def test_going_back_is_never_having_gone(lines, count):
     again = driven(kept)
     assert (session.moment.states, session.moment.variables) == (again.moment.states, again.moment.variables)
     assert session.moment.time == again.moment.time
+
+
+QUICK = """machine quick
+
+event go, floor(number : int)
+
+var n : int = 0
+
+initial first
+
+state first
+    on go                  -> second
+    on floor if floor.number > 2 -> third
+
+state second
+    when n == 0  -> third    / n = 4
+
+state third
+    after 2 s        -> first
+    when door.near   -> first
+"""
+
+
+@pytest.fixture
+def quick():
+    library = robot_names()
+    return Session(hsm.loads(QUICK, library), library)
+
+
+def test_microsteps_are_seen_one_by_one(quick):
+    console = Console(quick)
+    first = console.do("micro when event go")
+    assert (first.states, first.variables["n"], first.taken) == (("second",), "0", ("first -> second (line 10)",))
+    second = console.do("micro")
+    assert (second.states, second.variables["n"]) == (("third",), "4")
+    assert second.taken == ("second -> third (line 14)",)
+    assert quick.moment.states == ("third",)
+    assert console.do("micro").time == pytest.approx(0.2)
+
+
+def test_what_comes_next_is_what_the_engine_does_with_it(quick):
+    coming = quick.prospects()
+    assert [(one.enabled, one.line) for one in coming] == [
+        (True, "when event go"),
+        (False, "when event floor(number = 0)"),
+    ]
+    assert coming[1].reason == "`floor.number > 2` was false (floor.number = 0)"
+    quick.do("when event go")
+    late, near = quick.prospects()
+    assert (late.enabled, late.line) == (True, "after 2 s")
+    assert (near.enabled, near.reason) == (False, "`door.near` was false")
+    before = quick.moment
+    quick.do(late.line)
+    assert quick.moment.states == ("first",)
+    quick.back()
+    assert quick.moment.states == before.states
+
+
+def test_whatever_is_said_to_fire_fires(session):
+    session.do("when event go")
+    for chosen in range(6):
+        enabled = [one for one in session.prospects() if one.enabled]
+        if not enabled:
+            session.do("when space.left")
+            continue
+        one = enabled[chosen % len(enabled)]
+        before = session.moment.time
+        session.do(one.line)
+        assert one.transition.index in {taken.index for taken in session.driver.last.transitions}, one
+        assert session.moment.time > before
+
+
+def test_a_wait_stops_at_a_transition_by_its_line(session):
+    session.do("when event go")
+    session.do("when space.left")
+    session.stop_when("line 23")
+    assert session.do("after 5 s").time == pytest.approx(1.2)
+    assert session.moment.taken == ("turning -> idle (line 23)",)
+    with pytest.raises(SessionError, match="there is no transition in line 99"):
+        session.stop_when("line 99")
+
+
+def test_a_page_saves_where_it_may_and_nothing_but_scenarios(session, tmp_path):
+    console = Console(session, tmp_path)
+    session.do("when event go")
+    for name in ("../walk.maze-test", f"{tmp_path}/walk.maze-test", ".bashrc"):
+        with pytest.raises(SessionError):
+            console.do(f"save {name}")
+    assert list(tmp_path.iterdir()) == []
+    console.do("save walk.maze-test it goes")
+    assert "scenario it goes" in (tmp_path / "walk.maze-test").read_text(encoding="utf-8")
 
 
 def simulate(text, *arguments):

@@ -231,7 +231,8 @@ def workers_of(sweep):
     while True:
         assert time.monotonic() < deadline
         assert sweep.poll() is None, sweep.stderr.read()
-        found = [pid for pid in children_of(sweep.pid) if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+        servers = [pid for pid in children_of(sweep.pid) if b"forkserver" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+        found = [worker for server in servers for worker in children_of(server)]
         if found:
             return found
         time.sleep(0.01)

@@ -40,11 +40,11 @@ def test_every_tick_is_by_the_schema(schema, machine):
 
 
 @pytest.mark.parametrize(
-    "spoilt", [{"more": 1}, {"tick": -1}, {"pose": [0.0]}, {"why": [{"transition": 0}]}, {"fired": ["a"]}]
+    "corrupt", [{"more": 1}, {"tick": -1}, {"pose": [0.0]}, {"why": [{"transition": 0}]}, {"fired": ["a"]}]
 )
-def test_what_is_not_by_the_schema_is_noticed(schema, spoilt):
+def test_what_is_not_by_the_schema_is_noticed(schema, corrupt):
     _, _, seen = run("pledge", 0.1)
-    assert list(schema.iter_errors(json.loads(json.dumps({**seen[0].json, **spoilt}))))
+    assert list(schema.iter_errors(json.loads(json.dumps({**seen[0].json, **corrupt}))))
 
 
 def test_a_tick_says_what_happened():

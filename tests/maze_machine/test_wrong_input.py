@@ -109,3 +109,27 @@ def test_a_bare_simulator_that_would_wait_for_its_controller_is_refused():
     ended = CliRunner().invoke(app, ["sim", "corridor", "--set", "link.keys=rmw_zenoh"], env={"COLUMNS": "200"})
     assert ended.exit_code == 2
     assert "(link.gate=false) does not wait for commands; add --realtime" in ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "known"),
+    [
+        (["export", "pledge", "-o"], ".scxml or .rrd"),
+        (["import", "lift.scxml", "-o"], ".maze-machine"),
+        (["diagram", "pledge", "-o"], ".svg or .png or .dot or .mmd"),
+        (["plot", "run.mcap", "-o"], ".svg or .png or .pdf or .jpg"),
+        (["view", "run.mcap", "-o"], ".html"),
+        (["view", "run.mcap", "--foxglove"], ".json"),
+        (["test", "pledge", "--generate", "--output"], ".maze-test"),
+        (["run", "pledge", "--picture"], ".png or .svg or .pdf or .jpg"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+@pytest.mark.parametrize("name", ["x.foo", "x"])
+def test_a_suffix_that_names_no_format_is_refused(tmp_path, monkeypatch, arguments, known, name):
+    monkeypatch.chdir(tmp_path)
+    ended = CliRunner().invoke(app, [*arguments, name])
+    assert ended.exit_code == 2
+    assert f"use {known}\n" in ended.stderr
+    assert len(ended.stderr.splitlines()) == 1
+    assert not list(tmp_path.iterdir())

@@ -94,7 +94,7 @@ def s_bend(rng):
 
 
 def corner(rng):
-    """A corridor that goes on to one side."""
+    """A corridor that continues to one side."""
     width = rng.uniform(0.7, 1.5)
     half, side, path = width / 2, rng.choice([-1, 1]), rng.uniform(0.6, 1.5)
     walls = [(-FAR, -side * half, 0, -side * half), (0, -side * half, 0, side * FAR)]

@@ -93,7 +93,7 @@ def test_a_side_path_seen_from_afar_is_unknown_then_open():
 
 
 def test_the_junction_of_the_2015_challenge_with_its_parallel_wall_offset_has_no_way_to_the_right():
-    """A way to the left; the right wall steps back by 15 cm in the middle of it, which is no way."""
+    """A way to the left; the right wall steps back by 15 cm in the middle of it, which is not a way."""
     walls = [
         (-4, 0.5, 0.1, 0.5), (0.1, 0.5, 0.1, 4), (1.1, 4, 1.1, 0.5), (1.1, 0.5, 5, 0.5),
         (-4, -0.5, 0.6, -0.5), (0.6, -0.5, 0.6, -0.65), (0.6, -0.65, 5, -0.65),

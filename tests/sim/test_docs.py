@@ -51,7 +51,13 @@ def test_the_example_in_python_runs():
 @pytest.mark.parametrize("line", re.findall(r"^\| `(\w+)` \|(.*?)\|", PAGES["explanation/simulator.md"], re.MULTILINE))
 def test_every_kind_of_fault_in_the_table_can_be_ordered(line):
     kind, keys = line
-    values = {"FIRST,LAST": "-0.1,0.1", "FORWARD,LEFT,TURN": "0.1,0,0", "N": "2", "NAME": "front"}
+    values = {
+        "FIRST,LAST": "-0.1,0.1",
+        "FORWARD,LEFT,TURN": "0.1,0,0",
+        "N": "2",
+        "NAME": "front",
+        "X,Y,HEADING": "1,2,0",
+    }
     details = [f"{key}={values[value]}" for key, value in re.findall(r"`(\w+)=([A-Z,]+)`", keys)]
     assert parse_fault(" ".join([kind, *details])).kind == kind
 

@@ -139,8 +139,8 @@ def test_a_fault_is_read_from_a_line(text, fault):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("", "there are laser_blinded, laser_frozen"),
-        ("laser", "no fault `laser`"),
+        ("", "the faults are laser_blinded, laser_frozen"),
+        ("laser", "there is no fault `laser`"),
         ("laser_blinded when=3", "`when` is not known"),
         ("laser_blinded at=-1", "`at` must be at least 0, not '-1'"),
         ("laser_blinded at=soon", "`at` must be a number, not 'soon'"),

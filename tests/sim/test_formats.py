@@ -165,7 +165,7 @@ def test_cells_survive_being_written(tmp_path):
 def test_what_a_format_cannot_hold_is_refused(final, tmp_path):
     for name, reason in (
         ("a.txt", "neither doors nor moving"),
-        ("a.xyz", "no maze is written"),
+        ("a.xyz", "no format for mazes"),
         ("no/a.maze", "written"),
     ):
         with pytest.raises(MazeError, match=reason):
@@ -186,7 +186,7 @@ ROOM = "start 1 1 0\nwall 0 0 2 0 2 2 0 2 0 1.5\nwall 0 0 0 0.5\nexit 0 0.5 0 1.
     [
         ("wall 0 0 1 1\n", (None, None), "no start"),
         (ROOM.replace("start 1 1 0", "start 1 1 0 spread 0.7 0.7 0"), (1, None), "nearer than 1.21 m"),
-        (ROOM + "wal 0 0 1 1\n", (5, 1), "`wal` is not known"),
+        (ROOM + "wal 0 0 1 1\n", (5, 1), "the word `wal` is unknown"),
         (ROOM + "wall 0 0 1\n", (5, 11), "a y in metres is missing"),
         (ROOM + "wall 0 0 1 x\n", (5, 12), "should be a number, not `x`"),
         (ROOM + "wall 0 0 1 nan\n", (5, 12), "should be a number|finite"),
@@ -195,9 +195,9 @@ ROOM = "start 1 1 0\nwall 0 0 2 0 2 2 0 2 0 1.5\nwall 0 0 0 0.5\nexit 0 0.5 0 1.
         (ROOM + "start 1 1.95 0\n", (5, None), "does not fit at its start"),
         (ROOM + "door a 0 0 1 0 speed 0\n", (5, 22), "greater than zero"),
         (ROOM + "door a 0 0 1 0 2 0\n", (5, 18), "two ends"),
-        (ROOM + "limit 3 4\n", (5, 9), "one word too many"),
+        (ROOM + "limit 3 4\n", (5, 9), "superfluous"),
         (ROOM.replace("start 1 1 0", "start 0.1 0.2 0"), (1, None), "does not fit at its start"),
-        (ROOM.replace("wall 0 0 0 0.5\n", ""), (3, None), "does not part the inside"),
+        (ROOM.replace("wall 0 0 0 0.5\n", ""), (3, None), "does not separate the inside"),
         (ROOM + "wall 0 0.4 0 1.6\n", (1, None), "no way leads"),
         (ROOM + "wall 0 0.4 0 1.1\n", (4, None), "only about 0.4"),
     ],
@@ -218,7 +218,7 @@ CELLS = (MAZES / "cells.txt").read_text()
 @pytest.mark.parametrize(
     ("content", "place", "reason"),
     [
-        (CELLS.replace("G", "x"), (4, 11), "`x` is not known here"),
+        (CELLS.replace("G", "x"), (4, 11), "`x` is not allowed here"),
         (CELLS.replace("o   o   o---o   o", "o   x   o---o   o", 1), (3, 5), "a post `o` is missing"),
         (CELLS.replace("o---o   o   o   o", "o-- o   o   o   o", 1), (5, 2), "here is `-- ` between two posts"),
         (CELLS + "|   \n", (10, None), "2H.1 lines"),

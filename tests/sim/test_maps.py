@@ -146,8 +146,8 @@ class TestMapsOfMappingTools:
             ({"image": "/dev/zero"}, "not a regular file"),
             ({"image": "[" * 60}, "few brackets"),
             ({"image": "x" * 5000}, "at most 4000 bytes"),
-            ({"image": "[" * 40}, "no YAML"),
-            ({"image": "&a [*a, *a"}, "no YAML"),
+            ({"image": "[" * 40}, "not valid YAML"),
+            ({"image": "&a [*a, *a"}, "not valid YAML"),
         ],
     )
     def test_a_wrong_description_is_refused(self, tmp_path, said, reason):
@@ -203,8 +203,8 @@ class TestTheCoursesObjects:
     @pytest.mark.parametrize(
         ("content", "reason"),
         [
-            ("{", "no JSON"),
-            ("[" * 100_000, "no JSON"),
+            ("{", "not JSON"),
+            ("[" * 100_000, "not JSON"),
             ("[]", "must be"),
             ({"objects": [{"length": 1}]}, "is missing"),
             ({"objects": [{**CONFIG["objects"][0], "velocity": 1e300}]}, "velocity"),

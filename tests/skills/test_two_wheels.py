@@ -204,9 +204,20 @@ def test_a_straight_path_is_followed(robot):
     assert poses[-1].x > 3.0
 
 
-def test_a_turn_waits_until_what_comes_on_ahead_has_come(world, corridor, drive, robot):
-    crate = MovingObject("crate", BOX_OF_60_CM, ((0.6, 0.0), (0.2, 0.0)), speed=0.1, near=5.0)
-    done = drive(Rotate(math.pi), world(corridor(1.0), Pose(0, 0), objects=[crate]), limit=15, robot=robot)
+@pytest.mark.parametrize("away", [0.65, 0.7, 0.8])
+def test_a_turn_makes_room_beforehand_for_what_comes_on_ahead(world, corridor, drive, away):
+    """Also where there was room for the turn when it began."""
+    crate = MovingObject("crate", BOX_OF_60_CM, ((away, 0.0), (0.1, 0.0)), speed=0.1, near=5.0)
+    done = drive(Rotate(math.pi), world(corridor(1.0), Pose(0, 0), objects=[crate]), limit=15, robot=BOX)
     assert done.outcome == "done"
-    assert not done.touched
-    assert done.end.x < -0.2
+    assert done.clearance > 0.05
+    assert done.end.x < -0.15
+    assert len(done.path) < 60  # the turn takes 3.5 s
+
+
+@pytest.mark.parametrize("aside", [0.23, -0.23])
+def test_a_round_robot_keeps_its_margin_while_it_turns_away(world, corridor, drive, aside):
+    """What has no corner that swings in needs none of the margin for it."""
+    done = drive(Drive(), world(corridor(1.0), Pose(0, aside, math.copysign(0.5, aside))), limit=8, robot=ROUND)
+    assert done.end.x > 2.0
+    assert done.clearance > 0.05

@@ -160,16 +160,16 @@ def test_a_long_gap_is_bridged_for_a_while_and_left_out_then(tmp_path):
 
 def test_a_recording_of_days_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(reading, "MOST_TICKS", 20)
-    with pytest.raises(RecordingError, match="longer than 20 beats"):
+    with pytest.raises(RecordingError, match="longer than 20 periods"):
         read_recording(bag(tmp_path / "bag", messages()))
 
 
 def test_messages_that_are_none_are_skipped_and_counted(tmp_path):
-    spoilt = [
+    corrupt = [
         (topic, kind, at, data[:20] if index % 7 == 5 else data)
         for index, (topic, kind, at, data) in enumerate(messages())
     ]
-    recording = read_recording(bag(tmp_path / "bag", spoilt))
+    recording = read_recording(bag(tmp_path / "bag", corrupt))
     assert 0 < recording.skipped < 20
     assert len(recording.ticks) > 20
 
@@ -394,8 +394,8 @@ TOLD = {"stamp": 0, "door": None, "link": {}, "ring": False, "answers": 0, "step
 @pytest.mark.parametrize(
     ("told", "reason"),
     [
-        ("[" * 100_000, "no JSON"),
-        ("{", "no JSON"),
+        ("[" * 100_000, "not JSON"),
+        ("{", "not JSON"),
         ("[]", "must be"),
         ("{}", "is missing"),
         (json.dumps({**TOLD, "step": [1, 2]}), "`step`"),
@@ -441,7 +441,7 @@ def test_a_database_with_other_tables_is_refused(tmp_path, monkeypatch):
         path = tmp_path / f"{name}.db3"
         with closing(sqlite3.connect(path)) as database:
             database.executescript(script + "CREATE TABLE filler (a);")
-        with pytest.raises(RecordingError, match=r"no rosbag2 database|has no"):
+        with pytest.raises(RecordingError, match=r"not a rosbag2 database|has no"):
             read_recording(path)
 
 
@@ -453,7 +453,7 @@ def test_a_database_with_other_tables_is_refused(tmp_path, monkeypatch):
         (zstandard.compress(zstandard.compress(b"#ROSBAG V2.0\n")), "compressed twice"),
         (zstandard.compress(b"#ROSBAG V2.0\n"), "ROS 1"),
         (b"\x28\xb5\x2f\xfd" + b"\xff" * 50, "cannot be decompressed"),
-        (b"SQLite format 3\0" + bytes(200), "no rosbag2 database"),
+        (b"SQLite format 3\0" + bytes(200), "not a rosbag2 database"),
         (b"what is this", "neither an MCAP file nor"),
     ],
 )
@@ -506,9 +506,9 @@ def written(tmp_path_factory):
 def test_a_spoilt_file_is_read_or_refused(written, place, data, cut):
     folder, whole = written
     at = int(place * len(whole))
-    spoilt = whole[:at] + data + (b"" if cut else whole[at + len(data) :])
-    path = folder / "spoilt.mcap"
-    path.write_bytes(spoilt)
+    corrupt = whole[:at] + data + (b"" if cut else whole[at + len(data) :])
+    path = folder / "corrupt.mcap"
+    path.write_bytes(corrupt)
     try:
         recording = read_recording(path)
     except RecordingError as error:

@@ -115,14 +115,14 @@ def test_an_answer_to_an_old_observation_is_rejected_on_the_robots_own_clock(dri
     driven.show()
     assert not driven.send(answers=old)
     assert driven.send()
-    assert driven.reasons() == {"answers too old an observation": 1}
+    assert driven.reasons() == {"answers an observation that is too old": 1}
 
 
 @pytest.mark.parametrize("answers", [-1, 0, 12345, 2**62])
 def test_an_answer_to_nothing_is_rejected(driven: Driven, answers: int) -> None:
     driven.show()
     assert not driven.send(answers=answers)
-    assert driven.reasons() == {"answers nothing that was shown": 1}
+    assert driven.reasons() == {"answers no observation that was sent": 1}
 
 
 def test_a_repeated_or_reordered_command_is_rejected(driven: Driven) -> None:

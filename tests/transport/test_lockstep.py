@@ -263,7 +263,7 @@ def test_foreign_messages_are_counted_and_change_nothing() -> None:
 
 
 def test_nobody_at_the_address_is_one_message_within_the_limit(endpoint: str) -> None:
-    with pytest.raises(LinkError, match=f"nobody can be reached at {endpoint}"):
+    with pytest.raises(LinkError, match=f"nothing answers at {endpoint}"):
         reach(endpoint, connect=0.3)
 
 
@@ -282,10 +282,10 @@ def test_a_busy_port_is_one_message(endpoint: str) -> None:
     ["nonsense", "", "tcp/127.0.0.1", "tcp/:7447", "tcp/127.0.0.1:99999", "carrier-pigeon/127.0.0.1:7447", "tcp/a:1#b"],
 )
 def test_a_malformed_endpoint_is_one_message(wrong: str) -> None:
-    with pytest.raises(EndpointError, match=f"`{wrong}` is no endpoint") as caught, listening(wrong):
+    with pytest.raises(EndpointError, match=f"`{wrong}` is not an endpoint") as caught, listening(wrong):
         pass
     assert "\n" not in str(caught.value)
-    with pytest.raises(EndpointError, match=f"`{wrong}` is no endpoint"), dialling(wrong):
+    with pytest.raises(EndpointError, match=f"`{wrong}` is not an endpoint"), dialling(wrong):
         pass
 
 

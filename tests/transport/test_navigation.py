@@ -97,7 +97,7 @@ def test_a_goal_that_is_given_up_is_cancelled_by_its_number(network, navigator):
     there = Navigation(network, status=None)
     navigator.pursue(GOAL)
     until(lambda: navigator.news().state == "driving")
-    navigator.pursue(GOAL)  # the same one: it goes on
+    navigator.pursue(GOAL)  # the same one: it continues
     navigator.pursue(None)
     assert navigator.news() is None
     until(lambda: there.cancelled)

@@ -13,7 +13,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from programs import base, command, told, toy
+from programs import LIMIT, base, command, told, toy
 from toy_world import PERIOD, are_answers, undisturbed
 from typer.testing import CliRunner
 
@@ -61,7 +61,7 @@ def test_no_simulator_at_the_address_is_one_line_and_status_4(endpoint: str) -> 
     with command("run", "pledge", "--connect", endpoint, "--set", "link.connect=0.5", "--no-picture") as run:
         assert run.end() == 4
         assert run.errors().splitlines() == [
-            f"maze-machine: nobody can be reached at {endpoint}: is the simulator, gate or router running there?"
+            f"maze-machine: nothing answers at {endpoint}: is the simulator, gate or router running there?"
         ]
 
 
@@ -125,7 +125,7 @@ def test_a_malformed_endpoint_is_one_line_and_status_2(arguments: list[str]) -> 
     ended = CliRunner().invoke(app, arguments)
     assert ended.exit_code == 2
     assert ended.stderr.splitlines() == [
-        "maze-machine: `foo` is no endpoint: it reads tcp/HOST:PORT, such as tcp/127.0.0.1:7447"
+        "maze-machine: `foo` is not an endpoint: write tcp/HOST:PORT, such as tcp/127.0.0.1:7447"
     ]
 
 
@@ -251,7 +251,8 @@ def test_lost_doubled_late_and_damaged_messages_change_nothing_of_a_run(endpoint
             network.line()
             with toy("toy_controller", endpoint, str(seed), "150") as controller:
                 controller.until("driving")
-                assert controller.line() == undisturbed(seed, 150)
+                # Each loss costs four times what an answer takes, which on a busy computer is long.
+                assert controller.line(3 * LIMIT) == undisturbed(seed, 150)
             network.send(signal.SIGTERM)
             assert set(ast.literal_eval(network.line())) == {"lost", "doubled", "late", "damaged", "whole"}
 
@@ -346,7 +347,7 @@ def test_a_gate_stops_a_driver_that_would_drive_on_for_ever(endpoint: str, other
 def test_a_gate_without_a_driver_says_so(endpoint: str) -> None:
     with command("gate", endpoint, "--set", "link.connect=0.3") as gate:
         assert gate.end() == 4
-        assert f"nobody can be reached at {endpoint}" in gate.errors()
+        assert f"nothing answers at {endpoint}" in gate.errors()
 
 
 # Real time: what a controller does whose robot is gone
@@ -374,7 +375,7 @@ def test_a_run_whose_robot_is_gone_ends_with_one_line_and_status_4(endpoint: str
             robot.send(number)
             assert run.end() == 4
             *stopped, last = run.errors().splitlines()
-            assert last == "maze-machine: 'toy' has not been heard for 1 s"
+            assert last == "maze-machine: 'toy' has sent no data for 1 s"
             assert all("the base was stopped: no scan for 0." in line for line in stopped)
 
 

@@ -223,7 +223,7 @@ def test_behind_a_gate_a_step_that_fails_stops_the_base_and_the_gate_lives_on() 
                 observation = robot.observe()
                 robot.command(Command(Twist(0.1), answers=observation.stamp))
 
-        with pytest.raises(LinkError, match="has not been heard for 1 s"):
+        with pytest.raises(LinkError, match="has sent no data for 1 s"):
             drive()
         assert gate.dropped["failed step"] == 1
         robot = open_robot(network.bus(), TOY, settings, seed=1)

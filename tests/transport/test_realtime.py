@@ -171,7 +171,7 @@ def test_a_robot_that_is_gone_ends_the_run_within_its_limit(rig: Rig) -> None:
     drive(robot, 3)
     rig.clock.others.clear()
     began = rig.clock.now()
-    with pytest.raises(LinkError, match="not been heard for 5 s"):
+    with pytest.raises(LinkError, match="sent no data for 5 s"):
         drive(robot, 100)
     assert rig.clock.now() - began < 5.0 + 2 * PERIOD
 
@@ -181,7 +181,7 @@ def test_a_restarted_simulation_is_never_taken_for_the_old_one(rig: Rig) -> None
     drive(robot, 3)
     rig.side.close()
     rig.start()
-    with pytest.raises(LinkError, match="not been heard"):
+    with pytest.raises(LinkError, match="sent no data"):
         drive(robot, 100, STOP)
     assert not rig.worlds[1:]
 
@@ -240,7 +240,7 @@ def test_damaged_repeated_and_foreign_messages_are_dropped_and_counted(rig: Rig)
 
 def test_an_insane_sensor_is_refused_before_anything_drives(rig: Rig) -> None:
     other = RobotDescription(name="toy", laser={"beams": 500})
-    with pytest.raises(LinkError, match="will not drive 'toy': the scan has 1000 beams, the profile says 500"):
+    with pytest.raises(LinkError, match="cannot drive 'toy': the scan has 1000 beams, the profile says 500"):
         open_robot(rig.network.bus(), other, rig.settings, clock=rig.clock)
     rig.clock.wait(PERIOD)
     assert rig.driven[-1] == STOP

@@ -109,7 +109,7 @@ def test_what_was_refused_is_counted_and_forgotten_with_the_next_good_one() -> N
     senses = Senses(LASER)
     senses.take(Sensed(scan(), Odometry.at(0, Pose())), 0.0)
     senses.take(Sensed(scan(math.nan)), 0.1)
-    assert "next to nothing" in senses.refused
+    assert "almost nothing" in senses.refused
     assert senses.dropped.total() == 1
     assert senses.ages(0.2)[0] == pytest.approx(0.2)
     senses.take(Sensed(scan(stamp=1)), 0.3)
@@ -243,7 +243,7 @@ def test_whatever_a_beam_measures_is_sight(value: float) -> None:
 
 @pytest.mark.parametrize("value", [math.nan, 0.0, -1.0, 0.005])
 def test_a_laser_that_measures_nothing_is_refused(value: float) -> None:
-    with pytest.raises(ScanError, match="the laser sees next to nothing: 0 of 1000"):
+    with pytest.raises(ScanError, match="the laser sees almost nothing: 0 of 1000"):
         conformed(scan(value), LASER)
     ranges = np.full(1000, np.float32(value))
     ranges[:100] = 1.0

@@ -1,4 +1,4 @@
-"""Ten machines that are no robots in mazes, each with what must hold of it and two mistakes to be found."""
+"""Ten machines that are not robots in mazes, each with what must hold of it and two mistakes to be found."""
 
 from __future__ import annotations
 

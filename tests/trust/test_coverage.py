@@ -64,7 +64,7 @@ def test_mcdc_asks_more_than_each_condition_both_ways(machine_of):
     driver = Driver(machine)  # false, false
     driver.step({"space.left": True})  # true, -
     assert missed(machine, driver, ItemKind.MCDC) == [
-        "a: when space.left or space.right -> b: `space.right` never decided alone"
+        "a: when space.left or space.right -> b: `space.right` never decided independently"
     ]
 
 

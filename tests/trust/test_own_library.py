@@ -70,7 +70,7 @@ def test_scenarios_are_found_for_it_and_fail_on_a_changed_machine(folder):
     assert run("--generate", "--output", folder / "sweeper.maze-test")[0] == 0
     status, told = run("--coverage", "--fail-under", 100)
     assert (status, "returns: proved" in told) == (0, True), told
-    assert run("--mutate") == (0, "9 changes, 9 noticed: 100.0%\n")
+    assert run("--mutate") == (0, "9 mutants, 9 killed: mutation score 100.0%\n")
     (folder / "sweeper.maze-machine").write_text(MACHINE.format(pause="6 s"), encoding="utf-8")
     status, told = run()
     assert status == 1

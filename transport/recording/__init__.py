@@ -1,4 +1,4 @@
-"""Recordings of runs: written as MCAP, read from whatever robots' recordings people have, and played as a robot."""
+"""Recordings of runs: written as MCAP, read from other robots' recordings too, and replayed as a robot."""
 
 from transport.recording.reading import read_recording
 from transport.recording.recorder import RecordedScene, Recorder

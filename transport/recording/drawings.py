@@ -1,4 +1,4 @@
-"""The wire format of what only viewers read: maps, paths, outlines and points, in CDR as ROS 2 sends them.
+"""The wire format of messages for viewers: maps, paths, outlines and points, in CDR as in ROS 2.
 
 Sources: the message definitions of ROS 2 Humble.
 """

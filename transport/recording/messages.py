@@ -1,6 +1,6 @@
-"""The messages in a file that anybody may have written: MCAP, or a rosbag2 folder or database, within bounds.
+"""The messages in an untrusted file: MCAP, or a rosbag2 folder or database, within bounds.
 
-Nothing is believed: a length that a file declares is no more than a bound on what is read, and what is decompressed is
+Nothing in a file is trusted: a length that it declares only bounds what is read, and what is decompressed is
 counted as it comes out. Sources: the MCAP specification, version 0; the schema of rosbag2_storage_sqlite3.
 """
 
@@ -65,7 +65,7 @@ class RecordedMessage:
 
     Attributes:
         topic: on which it came.
-        kind: its ROS type, such as ``sensor_msgs/msg/LaserScan``; another word where it is no ROS 2 message in CDR.
+        kind: its ROS type, such as ``sensor_msgs/msg/LaserScan``; another word where it is not a ROS 2 message in CDR.
         stamp: when it was recorded, ns.
         data: its bytes.
     """
@@ -188,7 +188,7 @@ class _McapFile:
                     yield RecordedMessage(topic, _long(kind), record.log_time, record.data)
 
     def _records(self, file: _Left) -> Iterator[McapRecord]:
-        """The records up to the end, or to where the file is cut off or spoilt."""
+        """The records up to the end, or to where the file is cut off or corrupt."""
         left = LARGEST
         reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=LARGEST_RECORD)  # type: ignore[arg-type]
         try:
@@ -199,7 +199,7 @@ class _McapFile:
                 whole = _unpacked(record)
                 left -= len(whole.data)
                 if left < 0:
-                    raise RecordingError(f"holds more than {LARGEST // 1024**3} GB, the most that is read")
+                    raise RecordingError(f"holds more than the limit of {LARGEST // 1024**3} GB")
                 yield from breakup_chunk(whole, validate_crc=True)
         except BROKEN as error:
             if not self._topics and not self.run:
@@ -256,14 +256,14 @@ class _Database:
                     database.set_progress_handler(lambda: 1, STEPS)
                     left -= len(data)
                     if left < 0:
-                        raise RecordingError(f"holds more than {LARGEST // 1024**3} GB, the most that is read")
+                        raise RecordingError(f"holds more than the limit of {LARGEST // 1024**3} GB")
                     packed = data.startswith(ZSTD)
                     content = _decompressed(data, LARGEST_RECORD) if packed else data
                     yield RecordedMessage(
                         str(topic), _long(str(kind)) if form == "cdr" else f"{form} {kind}", int(at), content
                     )
         except (sqlite3.Error, zstandard.ZstdError, TypeError, ValueError, AttributeError) as error:
-            raise RecordingError(f"is no rosbag2 database: {error}") from None
+            raise RecordingError(f"is not a rosbag2 database: {error}") from None
         self.complete = True
 
 
@@ -301,7 +301,7 @@ class _Compressed:
             for part in unpacker.read_to_iter(packed):
                 left -= len(part)
                 if left < 0:
-                    raise RecordingError(f"holds more than {LARGEST // 1024**3} GB, the most that is read")
+                    raise RecordingError(f"holds more than the limit of {LARGEST // 1024**3} GB")
                 file.write(part)
         except zstandard.ZstdError as error:
             raise RecordingError(f"cannot be decompressed: {error}") from None

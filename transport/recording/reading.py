@@ -1,8 +1,8 @@
-"""Recordings put together from messages: our own tick by tick, and anybody else's at the robot's beat.
+"""Recordings from messages: our own tick by tick, and others sampled at the robot's period.
 
 In a recording of ours every tick is a message, with what the machine did; its observations come out bit for bit,
-whether or not the file still says what run it was. In any other one a tick is what a controller would have had at each
-beat: the newest scan and odometry received by then, with their ages. Its stamps begin at one period.
+whether or not the file still says what run it was. In any other one a tick is the data that a controller would have had
+in each period: the newest scan and odometry received by then, with their ages. Its stamps begin at one period.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ GAP = 10 * NANOSECONDS
 DEEPEST = 8
 """What a recorded step says is not nested deeper."""
 PERIOD = 0.1
-"""The robot's beat where nobody says it, s."""
+"""The robot's period if it is not given, s."""
 
 T = TypeVar("T")
 Stamp = Annotated[int, Field(ge=0, lt=2**63)]
@@ -76,10 +76,10 @@ def read_recording(path: Path, topics: Topics = Topics(), *, period: float = PER
     Args:
         path: an MCAP file, a rosbag2 database or a rosbag2 folder.
         topics: which topics to read; what is None there is found.
-        period: the beat of the ticks of a recording that is not ours, s.
+        period: the period of the ticks of a foreign recording, s.
 
     Raises:
-        RecordingError: the file cannot be read or is no recording, or scan or odometry are missing in it.
+        RecordingError: the file cannot be read or is not a recording, or scan or odometry are missing in it.
     """
     try:
         source = messages_of(path)
@@ -88,7 +88,7 @@ def read_recording(path: Path, topics: Topics = Topics(), *, period: float = PER
     except OSError as error:
         raise RecordingError(f"cannot read the recording {path}: {error.strerror or error}") from None
     except RecordingError as error:
-        # Topics and types are names from a file of somebody else's.
+        # Topics and types are names from a foreign file.
         raise RecordingError(printable(f"{path} {error}")) from None
 
 
@@ -167,7 +167,7 @@ def _own_ticks(wanted: _Wanted, prefix: str) -> Iterator[RecordedTick]:
                     observation = Observation(told.stamp, *seen, told.door, told.link, told.navigation)
                     yield RecordedTick(observation, Command(twist, told.ring, told.answers, told.goal), told.step)
         except codec.CodecError as error:
-            raise RecordingError(f"is spoilt: {error}") from None
+            raise RecordingError(f"is corrupt: {error}") from None
 
 
 def _told(text: str) -> _Told:
@@ -176,9 +176,9 @@ def _told(text: str) -> _Told:
         for name in ("states", "taken"):
             _WORDS.validate_python(told.step.get(name, []))
     except ValidationError as error:
-        raise RecordingError(f"has a tick that is none: {in_words(error.errors()[0])}") from None
+        raise RecordingError(f"has an invalid tick: {in_words(error.errors()[0])}") from None
     except (ValueError, RecursionError) as error:
-        raise RecordingError(f"has a tick that is no JSON: {type(error).__name__}") from None
+        raise RecordingError(f"has a tick that is not JSON: {type(error).__name__}") from None
     if _is_deeper(told.step, DEEPEST):
         raise RecordingError(f"has a tick that is nested deeper than {DEEPEST}")
     return told
@@ -196,7 +196,7 @@ class _Sensed:
 
     Attributes:
         laser: what the first scan says of its laser.
-        skipped: how many messages could not be decoded or believed.
+        skipped: how many messages could not be decoded or trusted.
     """
 
     def __init__(self, topics: Topics) -> None:
@@ -231,7 +231,7 @@ class _Sensed:
             self.skipped += 1
 
     def tick(self, beat: int, stamp: int) -> RecordedTick:
-        """What a controller has at a beat, ns, which it calls by another stamp."""
+        """The data of a controller at a time, ns, under another stamp."""
         assert self._scan is not None
         assert self._odometry is not None
         (heard, scan), (felt, odometry) = self._scan, self._odometry
@@ -273,7 +273,7 @@ def _foreign(wanted: _Wanted, asked: Topics, period: float) -> Recording:
     sensed = _Sensed(topics)
     ticks = list(_beats(wanted, topics, sensed, round(period * NANOSECONDS)))
     if sensed.lacks or not ticks or sensed.laser is None:
-        kind = f"{sensed.lacks or 'scan'} that can be decoded and believed"
+        kind = f"{sensed.lacks or 'scan'} that can be decoded and trusted"
         raise RecordingError(f"has no {kind}: {sensed.skipped} messages were skipped")
     robot = wanted.run.get("robot") or str(topics.scan).strip("/").rpartition("/")[0] or "robot"
     mount = mount_in(wanted.messages, str(topics.scan), str(topics.odometry))
@@ -307,9 +307,9 @@ def _listed(wanted: _Wanted, found: Sequence[str]) -> str:
 
 
 def _beats(wanted: _Wanted, topics: Topics, sensed: _Sensed, period: int) -> Iterator[RecordedTick]:
-    """The tick at each beat, from where scan and odometry are both there to the last message.
+    """The tick of each period, from the first with scan and odometry to the last message.
 
-    Where nothing was recorded for longer than `GAP`, the beats after that are left out.
+    Where nothing was recorded for longer than `GAP`, the periods after that are left out.
     """
     named = {topics.scan, topics.odometry, topics.command}
     began = beat = last = -1
@@ -322,7 +322,7 @@ def _beats(wanted: _Wanted, topics: Topics, sensed: _Sensed, period: int) -> Ite
             yield sensed.tick(beat, beat - began + period)
             beat, count = beat + period, count + 1
             if count > MOST_TICKS:
-                raise RecordingError(f"is longer than {MOST_TICKS} beats of {period / NANOSECONDS:g} s")
+                raise RecordingError(f"is longer than {MOST_TICKS} periods of {period / NANOSECONDS:g} s")
         if 0 <= beat < last:
             beat += -((beat - last) // period) * period
         sensed.take(message)

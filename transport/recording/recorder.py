@@ -1,9 +1,9 @@
-"""Writes recordings of runs as MCAP files with ROS 2 messages, which the tools that people own can open.
+"""Writes recordings of runs as MCAP files with ROS 2 messages, which common tools can open.
 
 One file holds one robot's run: laser, odometry, velocity commands, clock and transforms as messages of their own types,
-and one JSON text a tick (``std_msgs/String`` on ``NAME/tick``) with what those cannot carry, so that a replay hands out
-the same observations bit for bit. For viewers there are the map, the outline, the path, some points of each scan and
-the state of each region besides. The key-by-key list is in ``docs/reference/link.md``.
+and one JSON text a tick (``std_msgs/String`` on ``NAME/tick``) with what those cannot carry, so that a replay gives the
+same observations bit for bit. For viewers there are the map, the outline, the path, some points of each scan and the
+state of each region besides. The key-by-key list is in ``docs/reference/link.md``.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ PATH_LONGEST = 600
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedScene:
-    """What a recording says once, for viewers: what the robot is like and where it is.
+    """The constant part of a recording, for viewers: the robot and its surroundings.
 
     Attributes:
         footprint: the robot's outline in its own frame, m.
@@ -117,7 +117,7 @@ class Recorder:
         *,
         pose: Pose | None = None,
     ) -> None:
-        """Hand over one tick; it is written later, and nothing here waits for the disk longer than its patience.
+        """Queue one tick for writing; this never waits for the disk longer than the timeout.
 
         Args:
             observation: what the robot sensed.
@@ -133,7 +133,7 @@ class Recorder:
             self.lost += 1
 
     def conclude(self, ending: Mapping[str, str]) -> None:
-        """Say how the run ended; it is written when the file is finished."""
+        """Set how the run ended; it is written when the file is finished."""
         self._ending = dict(ending)
 
     def close(self) -> None:
@@ -180,7 +180,7 @@ class Recorder:
 
 
 class _Handed(NamedTuple):
-    """A tick as it was handed over; what the supervisor did is computed when it is written."""
+    """A queued tick; the supervisor's step is encoded when it is written."""
 
     observation: Observation
     command: Command
@@ -262,7 +262,7 @@ class _TickWriter:
         setting, stamp = self._setting, at + self._setting.epoch
         fixed = [_transform(stamp, codec.BASE_FRAME, codec.LASER_FRAME, setting.mount)]
         if pose is None:
-            # Where nobody knows better, the map is drawn where the odometry sees it.
+            # Without better knowledge, the map is drawn in the odometry frame.
             fixed.append(_transform(stamp, drawings.MAP_FRAME, codec.ODOMETRY_FRAME, Pose()))
         self._add("/tf_static", codec.TRANSFORMS, at, codec.encode_transforms(*fixed))
         if setting.footprint:
@@ -273,7 +273,7 @@ class _TickWriter:
             self._add("/map", drawings.GRID, at, drawings.encode_grid(setting.grid, stamp))
 
     def _show(self, tick: _Handed, regions: Mapping[str, str]) -> None:
-        """What is written for viewers only: the states that changed, and now and then the path."""
+        """Messages for viewers only: the states that changed, and occasionally the path."""
         at = tick.observation.stamp
         for region, state in regions.items():
             if self._regions.get(region) != state:

@@ -10,7 +10,7 @@ from transport.robot import LinkError
 
 
 class ReplayRobot:
-    """A robot that shows a recorded run again, whatever it gets.
+    """A robot that replays a recorded run, independent of its commands.
 
     Attributes:
         finished: the last observation has been answered.
@@ -32,7 +32,7 @@ class ReplayRobot:
         return self._ticks[self._next].observation
 
     def command(self, command: Command) -> None:
-        """Go on to the next observation."""
+        """Continue to the next observation."""
         del command
         self._next += 1
         self.finished = self._next >= len(self._ticks)

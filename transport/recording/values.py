@@ -1,4 +1,4 @@
-"""What a recording holds, once it is read."""
+"""The contents of a recording."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from transport.messages import Command, Observation, Pose, ScanGeometry
 
 
 class RecordingError(Exception):
-    """A file that is no recording, or that cannot be written."""
+    """A file that is not a recording, or that cannot be written."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -152,6 +152,22 @@ static const char *const STATEMENTS[] = {
     "on",      "when",   "else",  "after", "every", "stay",  "property", "enum",     "define",  "defer", "expose", "member",
 };
 
+static bool at_blank(TSLexer *lexer, bool breaks) {
+    int32_t c = lexer->lookahead;
+    return c == ' ' || c == '\t' || (breaks && (c == '\n' || c == '\r'));
+}
+
+// Whether an arrow, a slash or nothing follows: an `else` with a value after it is within an expression.
+static bool at_end_of_else(TSLexer *lexer) {
+    while (at_blank(lexer, false)) advance(lexer);
+    if (lexer->eof(lexer)) return true;
+    switch (lexer->lookahead) {
+        case '/': case '#': case '\r': case '\n': return true;
+        case '-': case '=': advance(lexer); return lexer->lookahead == '>';
+        default: return false;
+    }
+}
+
 // Whether the word that comes next begins statements. It is looked at and not taken.
 static bool at_statement(TSLexer *lexer) {
     char word[10] = {0};
@@ -162,7 +178,7 @@ static bool at_statement(TSLexer *lexer) {
     }
     if (length >= sizeof word || lexer->lookahead == '.') return false;
     for (unsigned i = 0; i < sizeof STATEMENTS / sizeof *STATEMENTS; i++) {
-        if (strcmp(word, STATEMENTS[i]) == 0) return true;
+        if (strcmp(word, STATEMENTS[i]) == 0) return strcmp(word, "else") != 0 || at_end_of_else(lexer);
     }
     return false;
 }
@@ -253,11 +269,6 @@ static bool scan_bracket(Scanner *scanner, TSLexer *lexer) {
     if (open && scanner->brackets < UINT8_MAX) scanner->brackets++;
     if (!open && scanner->brackets > 0) scanner->brackets--;
     return found(lexer, open ? OPEN : CLOSE);
-}
-
-static bool at_blank(TSLexer *lexer, bool breaks) {
-    int32_t c = lexer->lookahead;
-    return c == ' ' || c == '\t' || (breaks && (c == '\n' || c == '\r'));
 }
 
 // Passes over blanks and line breaks; false where a carriage return stands alone.

@@ -59,10 +59,22 @@
       if (own?.startsWith("#")) /** @type {SVGGElement} */ (edge).style.setProperty("--own", own);
     }
     view.replaceChildren(svg);
+    embrace(svg);
     byId("title").textContent = `Diagram of ${given.machine}`;
     write();
     scale();
     mark();
+  }
+
+  /** Widen a picture whose texts are wider in the fonts of this computer than where it was laid out. */
+  function embrace(/** @type {SVGSVGElement} */ drawn) {
+    const { x, y, width, height } = drawn.viewBox.baseVal;
+    const seen = /** @type {SVGGraphicsElement} */ (drawn.firstElementChild).getBBox();
+    const own = /** @type {SVGGElement} */ (drawn.firstElementChild).transform.baseVal.consolidate()?.matrix;
+    const left = Math.min(x, seen.x + (own?.e ?? 0));
+    const right = Math.max(x + width, seen.x + seen.width + (own?.e ?? 0));
+    drawn.setAttribute("viewBox", `${left} ${y} ${right - left} ${height}`);
+    size = { width: (size.width * (right - left)) / width, height: size.height };
   }
 
   function name(/** @type {SVGGElement} */ group, /** @type {string} */ id, /** @type {string} */ label) {

@@ -21,6 +21,7 @@ export function registerCommands(context: vscode.ExtensionContext, server: Serve
     const terminal = vscode.window.createTerminal({
       name,
       cwd: path.dirname(file),
+      env: server.environment,
       shellPath: server.program?.path,
       shellArgs: ["simulate", file],
     });
@@ -69,7 +70,10 @@ async function runTask(server: Server, command: string, file?: string, more: str
   const program = server.program?.path ?? "";
   const folder = vscode.workspace.getWorkspaceFolder(vscode.Uri.file(file)) ?? vscode.TaskScope.Workspace;
   const name = `${command} ${path.basename(file)}`;
-  const execution = new vscode.ProcessExecution(program, [command, file, ...more], { cwd: path.dirname(file) });
+  const execution = new vscode.ProcessExecution(program, [command, file, ...more], {
+    cwd: path.dirname(file),
+    env: server.environment,
+  });
   const task = new vscode.Task({ type: "maze-machine", command, file }, folder, name, "maze-machine", execution);
   task.presentationOptions = { reveal: vscode.TaskRevealKind.Always, clear: true, showReuseMessage: false };
   await vscode.tasks.executeTask(task);

@@ -17,7 +17,7 @@ export function registerDebugger(context: vscode.ExtensionContext, server: Serve
       if (!vscode.workspace.isTrusted) throw new Error("A machine is debugged only in a workspace that you trust.");
       if (!server.program) throw new Error("maze-machine was not found.");
       const cwd = session.workspaceFolder?.uri.fsPath;
-      return new vscode.DebugAdapterExecutable(server.program.path, ["dap"], cwd ? { cwd } : undefined);
+      return new vscode.DebugAdapterExecutable(server.program.path, ["dap"], { ...(cwd ? { cwd } : {}), env: server.environment });
     },
   };
   context.subscriptions.push(

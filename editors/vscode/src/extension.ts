@@ -5,6 +5,7 @@ import { registerCommands } from "./commands";
 import { registerDebugger } from "./debugging";
 import { Diagrams } from "./diagram";
 import { Live } from "./live";
+import { onInterpreter } from "./locate";
 import { Machines } from "./machines";
 import { Server } from "./server";
 import { Tests } from "./tests";
@@ -34,6 +35,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<Api> {
       if (change.affectsConfiguration("maze-machine.path")) void server.restart();
     }),
   );
+  void onInterpreter(() => server.restart()).then((heard) => heard && context.subscriptions.push(heard));
   void server.restart();
   return { server, diagrams, tests, live };
 }

@@ -77,16 +77,31 @@ function outside(folder: string, workspace: readonly string[]): boolean {
 
 interface PythonApi {
   environments?: {
+    onDidChangeActiveEnvironmentPath?: vscode.Event<unknown>;
     getActiveEnvironmentPath(resource?: vscode.Uri): { path: string };
     resolveEnvironment(path: { path: string }): Promise<{ executable?: { uri?: vscode.Uri } } | undefined>;
   };
 }
 
-async function selectedInterpreter(): Promise<string | undefined> {
+async function pythonApi(): Promise<PythonApi | undefined> {
   const python = vscode.extensions.getExtension<PythonApi>("ms-python.python");
   if (!python) return undefined;
+  return python.isActive ? python.exports : python.activate();
+}
+
+/** Call a function whenever another interpreter is selected. */
+export async function onInterpreter(changed: () => unknown): Promise<vscode.Disposable | undefined> {
   try {
-    const api = python.isActive ? python.exports : await python.activate();
+    return (await pythonApi())?.environments?.onDidChangeActiveEnvironmentPath?.(changed);
+  } catch {
+    return undefined; // a Python extension that does not start selects nothing
+  }
+}
+
+async function selectedInterpreter(): Promise<string | undefined> {
+  try {
+    const api = await pythonApi();
+    if (!api) return undefined;
     const active = api.environments?.getActiveEnvironmentPath(vscode.workspace.workspaceFolders?.[0]?.uri);
     const resolved = active && (await api.environments?.resolveEnvironment(active));
     return resolved?.executable?.uri?.fsPath ?? active?.path;

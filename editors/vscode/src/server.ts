@@ -1,6 +1,7 @@
 // The language server: started, restarted, and given up where it keeps crashing.
 
 import { tmpdir } from "node:os";
+import { delimiter } from "node:path";
 import * as vscode from "vscode";
 import {
   CloseAction,
@@ -18,6 +19,10 @@ export const SELECTOR: vscode.DocumentSelector = [
   { scheme: "file", language: "maze-machine" },
   { scheme: "file", language: "maze-test" },
 ];
+/** The section of the settings. */
+const SECTION = "maze-machine";
+/** The oldest server that answers all that is asked here. */
+const REQUIRED = "0.1.0";
 /** So many crashes within so long (ms) are too many. */
 const MOST_CRASHES = 4;
 const SPAN = 3 * 60_000;
@@ -65,6 +70,12 @@ export class Server implements vscode.Disposable {
     return this._program;
   }
 
+  /** What the program gets of the environment: it need not ask again whether the code of the workspace may run. */
+  get environment(): { [name: string]: string } {
+    const folders = vscode.workspace.workspaceFolders?.map((one) => one.uri.fsPath) ?? [];
+    return vscode.workspace.isTrusted ? { MAZE_MACHINE_TRUSTED: folders.join(delimiter) } : {};
+  }
+
   /** Find the program and start it; one start after the other. */
   restart(): Promise<void> {
     this.turn = this.turn.then(
@@ -105,9 +116,10 @@ export class Server implements vscode.Disposable {
       documentSelector: SELECTOR as { scheme: string; language: string }[],
       outputChannel: this.log,
       traceOutputChannel: this.log,
-      initializationOptions: { trusted: vscode.workspace.isTrusted },
+      initializationOptions: { trusted: vscode.workspace.isTrusted, requires: REQUIRED },
       synchronize: {
-        fileEvents: vscode.workspace.createFileSystemWatcher("**/{*.maze-machine,*.maze-test,maze-machine.toml,*.py}"),
+        configurationSection: SECTION,
+        fileEvents: vscode.workspace.createFileSystemWatcher("**/{*.maze-machine,*.maze-test,maze-machine.toml,pyproject.toml,*.py}"),
       },
       errorHandler: new Patience(() => this.failed("The maze-machine server crashed again and again.")),
     };

@@ -1,6 +1,6 @@
 // The scenarios of `.maze-test` files in the Testing view: run, watched, with coverage.
 
-import { spawn } from "node:child_process";
+import { type SpawnOptionsWithoutStdio, spawn } from "node:child_process";
 import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import * as path from "node:path";
@@ -172,7 +172,8 @@ export class Tests implements vscode.Disposable {
       const lcov = path.join(scratch, "lcov.info");
       const options = ["test", "--json", ...(coverage ? ["--lcov", lcov] : []), source];
       const started = Date.now();
-      const { output, errors } = await execute(program.path, options, folder, token);
+      const environment = { ...process.env, ...this.server.environment };
+      const { output, errors } = await execute(program.path, options, { cwd: folder, env: environment }, token);
       const report = parsed(output);
       if (!report) return failAll(errors.trim() || output.trim() || "maze-machine test gave no report.");
       this.tell(run, report, scenarios, (Date.now() - started) / Math.max(report.scenarios.length, 1));
@@ -236,11 +237,11 @@ function parsed(output: string): Report | null {
 function execute(
   program: string,
   options: string[],
-  cwd: string,
+  surroundings: SpawnOptionsWithoutStdio,
   token: vscode.CancellationToken,
 ): Promise<{ output: string; errors: string }> {
   return new Promise((resolve, reject) => {
-    const child = spawn(program, options, { cwd });
+    const child = spawn(program, options, surroundings);
     let output = "";
     let errors = "";
     child.stdout.on("data", (data: Buffer) => (output += data.toString()));

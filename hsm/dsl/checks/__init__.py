@@ -1,4 +1,4 @@
-"""What can be said of a machine whose every line makes sense: each check is a module, and yields diagnostics."""
+"""Checks of a machine whose lines are all valid: each check is a module that yields diagnostics."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hsm.model.diagnostics import Diagnostic
 
 
 def errors(subject: AnalysisInput) -> Iterator[Diagnostic]:
-    """What keeps a machine from being built although every line makes sense."""
+    """Errors that keep a machine from being built although every line is valid."""
     yield from conflicts.check(subject)
 
 

@@ -1,4 +1,4 @@
-"""Activities that hold the same thing and could run at once."""
+"""Activities that use the same resource and could run at the same time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hsm.model.diagnostics import Diagnostic, Place, Related
 
 
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
-    """Two regions, or a state and one around it, that could hold the same at once."""
+    """Two regions, or a state and one around it, that could use the same resource at the same time."""
     states = subject.model.states
     held: list[dict[str, State]] = [{} for _ in states]
     for state in reversed(states):
@@ -51,7 +51,7 @@ def _clash(subject: AnalysisInput, thing: str, first: State, second: State) -> I
 
 
 def _place(subject: AnalysisInput, state: State) -> Place | None:
-    """Where a state's activity is written in this file; of a state inside an instance, where that instance is."""
+    """Where a state's activity is written in this file; inside an instance, where the instance is declared."""
     if state.activity is not None and state.activity.place is not None and state.activity.place.file == subject.file:
         return state.activity.place
     while state.parent >= 0:

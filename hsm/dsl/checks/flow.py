@@ -1,4 +1,4 @@
-"""Where a machine can get to: states that nothing enters, and states that nothing leaves."""
+"""Reachability: states that nothing enters, and states that nothing leaves."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
 
 
 def reachable(model: Model) -> list[bool]:
-    """For each state, whether some way through the machine enters it."""
+    """For each state, whether some sequence of transitions enters it."""
     reached = [False] * len(model.states)
     _walk(model, 0, reached)
     return reached
 
 
 def _walk(model: Model, first: int, seen: list[bool]) -> list[int]:
-    """Mark all states that can be entered from one; those that are new, each after what it leads to."""
+    """Mark all states that can be entered from one; return the new ones in postorder."""
     left: list[int] = []
     seen[first] = True
     stack = [(first, _next(model, first))]
@@ -54,7 +54,7 @@ def _next(model: Model, index: int) -> Iterator[int]:
 
 
 def _unreached(subject: AnalysisInput, reached: list[bool]) -> Iterator[Diagnostic]:
-    """The outermost states that nothing enters; what they lead to, and what lies inside them, goes without saying."""
+    """The outermost states that nothing enters, without the states that they lead to or contain."""
     model = subject.model
     outermost = {
         state.index: state for state in subject.own_states() if not reached[state.index] and reached[state.parent]
@@ -63,7 +63,7 @@ def _unreached(subject: AnalysisInput, reached: list[bool]) -> Iterator[Diagnost
     for index in outermost:
         if not seen[index]:
             order += _walk(model, index, seen)
-    # Backwards, a state comes before all that it leads to, except for those that lead back to it.
+    # In reverse postorder a state comes before all that it leads to, except for those that lead back to it.
     seen = reached[:]
     for index in reversed(order):
         state = outermost.get(index)

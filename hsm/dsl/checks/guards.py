@@ -1,4 +1,4 @@
-"""Conditions that never hold, transitions that earlier ones hide, nondeterminism and incompleteness."""
+"""Conditions that never hold, transitions hidden by earlier ones, nondeterminism and incompleteness."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _MOST_GAPS = 4
 
 @dataclass(frozen=True, slots=True)
 class GuardRow:
-    """A transition with what its condition and guard say.
+    """A transition with its condition and guard as formulas.
 
     Attributes:
         transition: the transition.
@@ -86,7 +86,7 @@ def _row(transition: Transition, usual: Mapping[str, bool | float | int]) -> Gua
 
 
 def _table(rows: Sequence[GuardRow], events: Sequence[str] = ()) -> Iterator[Diagnostic]:
-    """Rows that never fire, that earlier ones hide, or that overlap earlier ones."""
+    """Transitions that never fire, that earlier ones hide, or that overlap earlier ones."""
     living: list[GuardRow] = []
     subject = "this guard" if events else "this condition"
     for row in rows:
@@ -117,7 +117,7 @@ def _table(rows: Sequence[GuardRow], events: Sequence[str] = ()) -> Iterator[Dia
 
 
 def _hiding(row: GuardRow, earlier: Sequence[GuardRow]) -> list[Transition]:
-    """The earlier transitions that leave nothing to this one; none where they leave something."""
+    """The earlier transitions that together cover this one; empty where they leave a case."""
     for one in earlier:
         if not can_hold(both(row.free, negation(one.free))):
             return [one.transition]
@@ -130,7 +130,7 @@ def _hiding(row: GuardRow, earlier: Sequence[GuardRow]) -> list[Transition]:
 
 
 def _overlaps(row: GuardRow, earlier: Sequence[GuardRow]) -> Iterator[Diagnostic]:
-    """One diagnostic for a row that can be enabled together with earlier ones, with a case of the first of them."""
+    """One diagnostic for a transition that can be enabled together with earlier ones, with an example of the first."""
     cases: list[str] = []
     related: list[Related] = []
     for one in earlier:
@@ -146,10 +146,10 @@ def _overlaps(row: GuardRow, earlier: Sequence[GuardRow]) -> Iterator[Diagnostic
 
 
 def _order_matters(earlier: GuardRow, later: GuardRow) -> bool:
-    """Whether the order of two transitions decides, and was probably not meant to.
+    """Whether the order of two transitions decides although that was probably not intended.
 
-    It is meant where they do the same; where one is a special case of the other, as in `if` and `elif`; and where they
-    are about different things: then the text ranks them.
+    It is intended if they do the same, if one is a special case of the other (as with `if` and `elif`), or if they
+    depend on different signals: then their order is a priority.
     """
     first, second = earlier.transition, later.transition
     if (first.targets, first.actions) == (second.targets, second.actions):
@@ -162,7 +162,7 @@ def _order_matters(earlier: GuardRow, later: GuardRow) -> bool:
 
 
 def _events(own: Sequence[Transition], usual: Mapping[str, bool | float | int]) -> Iterator[Diagnostic]:
-    """The transitions on each event, as a table; events that have theirs in common share one."""
+    """The transitions on each event, as a table; events with the same transitions share one."""
     rows: dict[int, GuardRow] = {}
     lists: dict[str, list[int]] = {}
     for transition in own:
@@ -205,7 +205,7 @@ def _no_later(earlier: Expression, later: Expression) -> bool:
 def _gaps(
     subject: AnalysisInput, state: State, table: Sequence[GuardRow], usual: Mapping[str, bool | float | int]
 ) -> Iterator[Diagnostic]:
-    """What a table leaves out; without two rows that share a signal or a variable there is no table."""
+    """The cases that a table leaves out; without two rows that share a signal or a variable there is no table."""
     stays = subject.stays.get(state.index, ())
     if any(stay.always or stay.condition is None for stay in stays):
         return

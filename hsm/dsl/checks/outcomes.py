@@ -1,4 +1,4 @@
-"""How activities, submachines and compound states can end, and whether something is done about it."""
+"""How activities, submachines and compound states can end, and whether a transition handles it."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _handled(
         subject: the machine.
         state: whose outcomes they are.
         ends: how each outcome can be handled.
-        whose: of what they are the outcomes, in the author's words.
+        whose: the activity or state that has the outcomes, in the author's words.
     """
     place = state.place if state.activity is None or state.activity.place is None else state.activity.place
     never: list[str] = []
@@ -79,7 +79,7 @@ def _handled(
 
 
 def _handled_when(subject: AnalysisInput, state: State, end: OutcomeNames) -> Formula:
-    """When a transition of the state or of one around it handles an outcome; with very many it is not looked at."""
+    """When a transition of the state or of one around it handles an outcome; skipped if there are too many."""
     model = subject.model
     handled: Formula = False
     guards = 0

@@ -1,4 +1,4 @@
-"""Parallel regions that react to the same and cannot both have their way."""
+"""Parallel regions that react to the same event or condition with transitions that exclude each other."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _transitions(subject: AnalysisInput, region: State) -> list[Transition]:
 
 
 def _collide(model: Model, parallel: State, first: Transition, second: Transition) -> bool:
-    """Whether both can be enabled by the same, and one of them exits the region of the other."""
+    """Whether the same event or condition can enable both, and one of them exits the region of the other."""
     outside = [domain_of(model, one).index <= parallel.index for one in (first, second)]
     if not any(outside):
         return False

@@ -28,7 +28,7 @@ _MOST_TRANSITIONS = 40
 
 @dataclass(frozen=True, slots=True)
 class LoopStep:
-    """A way from one atomic state to another within a tick: a transition and when it is the one that fires."""
+    """A step from one atomic state to another within a tick: a transition and the condition under which it fires."""
 
     transition: Transition
     condition: Formula
@@ -94,7 +94,7 @@ def _leaves(model: Model, transition: Transition, state: State) -> list[int]:
 
 
 def _on_loops(steps: dict[int, list[LoopStep]]) -> dict[int, list[LoopStep]]:
-    """Only the states that can be come back to: those with no step in or out are taken away until none is left."""
+    """Only the states on cycles: those with no step in or no step out are removed repeatedly."""
     while True:
         entered = {step.target for found in steps.values() for step in found}
         kept = {
@@ -108,7 +108,7 @@ def _on_loops(steps: dict[int, list[LoopStep]]) -> dict[int, list[LoopStep]]:
 
 
 def _ways_back(steps: dict[int, list[LoopStep]], start: int) -> dict[int, int]:
-    """How many steps it takes at least to come to a state from each of those after it, within the longest loop."""
+    """The least number of steps from each later state back to a state, within the longest loop."""
     sources: dict[int, list[int]] = {}
     found, front = {start}, [start]
     for _ in range(_LONGEST_LOOP):
@@ -157,7 +157,7 @@ def _loops(steps: dict[int, list[LoopStep]], start: int) -> Iterator[tuple[list[
 
 
 def _changes(loop: list[LoopStep], condition: Formula) -> bool:
-    """Whether an action on the way sets a variable that the conditions are about."""
+    """Whether an action in the loop sets a variable that the conditions use."""
     terms = " ".join(terms_of(condition))
     return any(
         isinstance(action, Assign) and action.variable in terms for step in loop for action in step.transition.actions

@@ -1,4 +1,4 @@
-"""What is declared and never used, and events that only somebody outside can send."""
+"""Declarations that are never used, and events that only come from outside."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _CODES = {
     "outside event": "N0601",
 }
 _WORDS = {
-    "import": "machine `{}`is imported, but no state is an instance of it",
+    "import": "machine `{}` is imported, but no state is an instance of it",
     "parameter": "nothing reads parameter `{}`",
     "variable": "nothing reads variable `{}`",
     "definition": "nothing uses definition `{}`",

@@ -1,4 +1,4 @@
-"""The one canonical form of a machine's text: layout only, so that comments and meaning stay as they are.
+"""The one canonical form of a machine's text. Only the layout changes; comments and meaning stay.
 
 Blocks are indented by four spaces; within a block the arrows of its transitions are in one column, and so are their
 actions; comments after neighbouring lines are in one column; no two blank lines follow one another.
@@ -93,7 +93,7 @@ def _comment(text: str) -> str:
 
 
 def _settle_comments(lines: Sequence[_Line], source: Sequence[str]) -> None:
-    """A comment on its own line belongs to the deepest block around it that begins no further right than it does."""
+    """A comment on its own line belongs to the deepest block around it that is not indented further."""
     levels: list[tuple[int, int]] = [(0, 0)]
     pending: list[int] = []
     for number, line in enumerate(lines):
@@ -118,7 +118,7 @@ def _settle_comments(lines: Sequence[_Line], source: Sequence[str]) -> None:
 
 
 def _place_within(lines: Sequence[_Line], pending: list[int], line: _Line) -> None:
-    """Comments between the parts of one statement are indented as those are."""
+    """Comments between the parts of one statement have the same indentation as the parts."""
     for index in pending:
         lines[index].depth, lines[index].continued = line.depth, True
     pending.clear()
@@ -192,7 +192,7 @@ def _align_declarations(texts: list[str], lines: Sequence[_Line], single: Sequen
 
 
 def _spaced(tokens: Sequence[Token]) -> str:
-    """Tokens on one line with the blanks that belong between them."""
+    """Tokens on one line with the spaces between them."""
     text: list[str] = []
     before: Token | None = None
     sign = False
@@ -206,7 +206,7 @@ def _spaced(tokens: Sequence[Token]) -> str:
 
 
 def _apart(before: Token, token: Token, *, sign: bool) -> bool:
-    """Whether a blank belongs between two tokens; ``sign``: the first is a minus sign and no operator."""
+    """Whether a space belongs between two tokens; ``sign``: the first is a minus sign and no operator."""
     if token.type in ("COMMA", "RPAR") or before.type == "LPAR" or sign:
         return False
     return not (token.type == "LPAR" and before.type == "NAME")
@@ -241,7 +241,7 @@ def _joined(lines: Sequence[_Line], codes: Sequence[str]) -> str:
 
 
 def indented_lines(lines: Sequence[str], outer: Sequence[str], parted: str) -> str:
-    """Lines of two levels laid out: some at the margin, the others four columns in, those that go on twice that.
+    """Lay out lines of two levels: some at the margin, the others indented by four, continuation lines by eight.
 
     Args:
         lines: the lines.

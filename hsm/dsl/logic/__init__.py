@@ -1,1 +1,1 @@
-"""Conditions as formulas: whether they can hold together, exact for linear arithmetic."""
+"""Conditions as formulas: can they hold together? Exact for linear arithmetic."""

@@ -2,9 +2,9 @@
 
 A formula is a truth value, an atom, or a combination of formulas. ``models`` lists the ways in which a formula can
 hold, by trying each atom both ways in the order in which they are written and leaving out what arithmetic or an
-enumeration excludes. What is not linear (a product of two signals, ``min``, ``max``) is an unknown of its own, and
-whole numbers are held to be whole only where they are alone: there a formula may be said to hold although it cannot,
-never the other way round.
+enumeration excludes. A nonlinear term (a product of two signals, ``min``, ``max``) is an independent unknown, and a
+whole number in a sum counts as a real number: in these cases the answer may be that a formula can hold although it
+cannot, but never the reverse.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from hsm.model.types import BOOLEAN, Enumeration
 from hsm.model.unparse import expression_text, shown_text
 
 Values: TypeAlias = Mapping[str, bool | float | int]
-"""Parameters by name, where their values are taken as given."""
+"""The fixed values of parameters, by name."""
 
 
 class UndecidedError(Exception):
@@ -109,7 +109,7 @@ def formula_of(expression: Expression, values: Values) -> Formula:
 
     Args:
         expression: a typed expression that is true or false.
-        values: parameters whose values are taken as given.
+        values: parameters with fixed values.
     """
     match expression:
         case Binary(operator, Choice() as choice, right) if operator in _COMPARISONS and _plain(choice):
@@ -136,18 +136,18 @@ def formula_of(expression: Expression, values: Values) -> Formula:
         case Binary(operator, left, right):
             return _ordering(operator, left, right, values)
         case Choice():
-            raise AssertionError("a choice is no condition")
+            raise AssertionError("a choice is not a condition")
 
 
 def _of_choice(choice: Choice, compare: Callable[[Expression], Expression], values: Values) -> Formula:
-    """A comparison with one of two values, by cases."""
+    """A comparison with a conditional value, by cases."""
     condition = formula_of(choice.condition, values)
     chosen, other = formula_of(compare(choice.then), values), formula_of(compare(choice.otherwise), values)
     return either(both(condition, chosen), both(negation(condition), other))
 
 
 def _plain(choice: Choice) -> bool:
-    """Whether the condition of a choice makes none itself: it occurs twice in the formula."""
+    """Whether the condition of a choice contains no choice itself: it occurs twice in the formula."""
     return not any(isinstance(one, Choice) for one in parts_of(choice.condition))
 
 
@@ -209,7 +209,7 @@ def _below(form: Form, *, strict: bool) -> Formula:
 
 
 def models(formula: Formula) -> Iterator[Assignment]:
-    """The ways in which a formula can hold, each as the atoms that matter and their truth; none overlaps another.
+    """The ways in which a formula can hold, each as its relevant atoms and their truth values; no two overlap.
 
     Raises:
         UndecidedError: there are too many cases.
@@ -278,7 +278,7 @@ def case_text(case: Assignment) -> str:
 
 
 def _kinds(case: Assignment) -> dict[str, list[str]]:
-    """What is known of each enumeration: its value, or which values it does not have."""
+    """What is known about each enumeration: its value, or the values that are excluded."""
     known: dict[str, list[str]] = {}
     excluded: dict[str, set[str]] = {}
     for atom, truth in case.items():
@@ -345,7 +345,7 @@ def _given(formula: Formula, atom: Atom, truth: bool) -> Formula:  # noqa: FBT00
 
 
 def _possible(assigned: Assignment, newest: Atom) -> bool:
-    """Whether atoms can have these truths together; all but the newest are known to."""
+    """Whether atoms can have these truth values together; without the newest they can."""
     match newest:
         case Flag():
             return True

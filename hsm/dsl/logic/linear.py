@@ -29,7 +29,7 @@ class Form:
 
     @property
     def whole(self) -> bool:
-        """Whether its values are whole numbers: one unknown that is, without a factor."""
+        """Whether its values are whole numbers: a single whole unknown without a factor."""
         return len(self.coefficients) == 1 and self.coefficients[0] == (
             Term(self.coefficients[0][0].text, INTEGER),
             Fraction(1),
@@ -135,7 +135,7 @@ _MOST_CONSTRAINTS = 200
 def feasible(constraints: Iterable[Constraint]) -> bool:
     """Whether constraints can hold together for real numbers, by eliminating one unknown after the other.
 
-    Where that takes too many steps, they are said to be feasible. Source: Fourier and Motzkin's elimination.
+    If that takes too many steps, the answer is that they can. Source: Fourier-Motzkin elimination.
     """
     remaining = list(constraints)
     while True:

@@ -1,4 +1,4 @@
-"""What an editor offers to do: quick fixes for diagnostics, hints beside calls, lenses above machines."""
+"""What an editor offers to do: quick fixes for diagnostics, hints between the words, lenses above machines."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.occurrences import Role
+from hsm.dsl.semantics.values import SIMPLE_TYPES
 from hsm.dsl.syntax import ast
 from hsm.model.diagnostics import Diagnostic, Severity
 from hsm.model.registry import Library
+from hsm.model.types import NUMBER, Quantity
 from hsm.model.unparse import value_text
 
 _MEANT = re.compile(r"did you mean `([^`]+)`\?")
@@ -32,13 +34,13 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Something that mends a diagnostic.
+    """Something that fixes a diagnostic.
 
     Attributes:
         title: what it does.
-        diagnostic: what it mends.
+        diagnostic: what it fixes.
         edits: how.
-        certain: whether it may be applied without looking, with all others of its kind.
+        certain: whether it can be applied without review, together with all others of its kind.
         file: the file that is changed; empty for that of the diagnostic.
     """
 
@@ -59,7 +61,7 @@ class Hint:
 
 
 def fixes(document: Document, found: Iterable[Diagnostic]) -> Iterator[Fix]:
-    """What can be done about diagnostics of this file."""
+    """Quick fixes for the diagnostics of this file."""
     for one in found:
         if one.place is None or one.place.file != document.file:
             continue
@@ -83,7 +85,7 @@ def fixes(document: Document, found: Iterable[Diagnostic]) -> Iterator[Fix]:
 
 
 def _declarations(document: Document, found: Diagnostic, name: str) -> Iterator[Fix]:
-    """What declares a name that is not known: in the file, or in the Python of the machine's library."""
+    """The edits that declare an unknown name: in the file, or in the Python code of the machine's library."""
     if not _NAME.fullmatch(name):
         return
     if found.code == "E0201" and "." not in name:
@@ -104,7 +106,7 @@ def _declarations(document: Document, found: Diagnostic, name: str) -> Iterator[
 
 
 def library_source(library: Library) -> tuple[str, str, int] | None:
-    """The Python of a library: its file, the library's name in it, its number of lines; None if it is not to be had."""
+    """The Python code of a library: its file, the library's name in it, its number of lines; None if unavailable."""
     declared: list[Callable[..., object]] = [one.function for one in library.signals.values()]
     declared += [one.function for one in library.actions.values()]
     declared += [one.factory for one in library.activities.values()]
@@ -145,13 +147,29 @@ def all_fixes(document: Document, found: Iterable[Diagnostic]) -> tuple[Edit, ..
 
 
 def hints(document: Document, first: int, last: int) -> Iterator[Hint]:
-    """The defaults of the arguments that calls on some lines leave out, at the closing brackets.
+    """What some lines leave unsaid: the defaults of arguments, and the units that quantities are passed in.
 
     Args:
         document: the file.
         first: the first line.
         last: the last line.
     """
+    yield from _defaults(document, first, last)
+    yield from _units(document, first, last)
+
+
+def _units(document: Document, first: int, last: int) -> Iterator[Hint]:
+    """The SI unit of a declared quantity, after its type, where the line does not show it."""
+    for one in document.occurrences:
+        kind = SIMPLE_TYPES.get(one.name) if one.role is Role.TYPE else None
+        if isinstance(kind, Quantity) and kind != NUMBER and first <= one.line <= last:
+            written = document.lines[one.line].partition("#")[0][one.end :]
+            if not re.search(rf"(?<![\w/]){re.escape(kind.si_unit)}(?![\w/^])", written):
+                yield Hint(one.line, one.end, f" in {kind.si_unit}")
+
+
+def _defaults(document: Document, first: int, last: int) -> Iterator[Hint]:
+    """The defaults of the arguments that calls on some lines leave out, at the closing brackets."""
     for call in _calls(document.tree.items):
         line = (call.closing.line or 1) - 1
         if not first <= line <= last:
@@ -172,7 +190,7 @@ def heading_line(document: Document) -> int | None:
 
 
 def _calls(items: Iterable[ast.Item]) -> Iterator[ast.CallSyntax]:
-    """The calls of activities and actions; of signals the names say enough."""
+    """The calls of activities and actions; signals need no hint."""
     pending = list(items)
     while pending:
         match pending.pop():

@@ -1,4 +1,4 @@
-"""What the registry declares, in one line each: for lists, completion and hovering."""
+"""One line for each declaration of the registry: for lists, completion and hover texts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def outcomes_text(activity: ActivityDeclaration) -> str:
 
 def holds_text(activity: ActivityDeclaration) -> str:
     """What an activity holds."""
-    return f"holds {', '.join(activity.holds)}" if activity.holds else "holds nothing"
+    return f"uses {', '.join(activity.holds)}" if activity.holds else "uses no resource"
 
 
 def first_line(doc: str) -> str:

@@ -1,4 +1,4 @@
-"""Where names are declared and used, how a file is structured, and what a new name changes.
+"""Where names are declared, how a file is structured, and how it is coloured.
 
 Lines and columns count from 0, columns in characters.
 """
@@ -7,25 +7,20 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
 
 from hsm.dsl.loading import find_import
-from hsm.dsl.lsp.editing import Document
+from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
-from hsm.dsl.syntax.lexer import RESERVED, STATEMENTS
-from hsm.model.chart import StateKind
+from hsm.dsl.syntax.parser import tokens_of
 
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _COLOURS = re.compile(
     r"(?P<comment>#.*)|(?P<number>(?<![\w.])\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<name>[A-Za-z_][\w.]*)|(?P<operator>->|=>|[-+*/=<>!]+)"
 )
-_INNER_KEYWORDS = RESERVED | {"always", "before", "eventually", "never", "within", "for", "else", "cancel"}
-_IN_FILE = {Role.STATE, Role.VARIABLE, Role.PARAMETER, Role.EVENT, Role.ARGUMENT, Role.PROPERTY}
-"""What a file declares, and can rename."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +56,7 @@ class OutlineSymbol:
 
 
 class Colour(Enum):
-    """What is coloured besides names; the values are the protocol's names of token types."""
+    """Coloured tokens other than names; the values are the protocol's names of token types."""
 
     KEYWORD = "keyword"
     COMMENT = "comment"
@@ -71,17 +66,13 @@ class Colour(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Coloured:
-    """A stretch of a line with the colour that it deserves."""
+    """A stretch of a line with its token type."""
 
     line: int
     column: int
     length: int
     kind: Role | Colour
     declares: bool = False
-
-
-class RenameError(Exception):
-    """A name that cannot be changed, or not into that; the message says why."""
 
 
 # Structure.
@@ -103,7 +94,7 @@ def block_end(document: Document, line: int) -> int:
 
 
 def outline(document: Document) -> list[OutlineSymbol]:
-    """Declarations and states, as they lie in one another."""
+    """The tree of declarations and states."""
     made: dict[int, list[OutlineSymbol]] = {}
     declared = [_declaration(document, one) for one in document.occurrences if one.declares and one.role in _TOP]
     for symbol in reversed(document.table.all_states()):
@@ -136,7 +127,7 @@ def _whole(document: Document, line: int) -> Span:
 
 
 def folds(document: Document) -> Iterator[tuple[int, int, bool]]:
-    """First and last line of each block, and of each run of comment lines; the third says whether it is a comment."""
+    """First and last line of each block and of each group of comment lines, and whether it is a comment."""
     lines = document.tree.lines
     for symbol in document.table.all_states():
         if symbol.token is not None and symbol.parent is not None:
@@ -182,9 +173,9 @@ def definition(document: Document, line: int, column: int) -> Span | None:
     if here.role is Role.EVENT:
         return _event(document, here.name)
     if here.owner in document.table.states:
-        inner = _instance_of(document, here.owner)
+        inner = instance_of(document, here.owner)
         return None if inner is None else _declared(inner, here.name, (Role.VARIABLE,))
-    own = _declared(document, here.name, _same(here.role))
+    own = _declared(document, here.name, same_roles(here.role))
     if own is not None:
         return own
     return _python(document, here.name)
@@ -199,89 +190,13 @@ def declaration(document: Document, name: str) -> Span | None:
     return own or _event(document, name) or _python(document, name)
 
 
-def references(document: Document, line: int, column: int) -> list[NameOccurrence]:
-    """All places of this file that mean what the name at a position means, its declaration included."""
-    here = document.occurrence(line, column)
-    if here is None:
-        return []
-    roles = _same(here.role)
-    final = here.name in document.table.states and document.table.states[here.name].kind is StateKind.FINAL
-    if final and here.role in (Role.STATE, Role.EVENT):
-        roles = (Role.STATE, Role.EVENT)  # the name of a final state is an outcome, too
-    return [
-        one for one in document.occurrences if one.name == here.name and one.role in roles and one.owner == here.owner
-    ]
-
-
-def references_elsewhere(document: Document, here: NameOccurrence, other: Document) -> list[NameOccurrence]:
-    """The places of another file that name something of this one: the machine, its parameters, its outcomes.
-
-    Args:
-        document: the file that declares it.
-        here: the name.
-        other: a file that may import it.
-    """
-    names = [name for name in other.table.imports if _imports(other, name, document)]
-    found: list[NameOccurrence] = []
-    for name in names:
-        if here.role is Role.MACHINE:
-            found += [one for one in other.occurrences if one.role is Role.MACHINE and one.name == name]
-        elif here.role is Role.PARAMETER:
-            found += [
-                one
-                for one in other.occurrences
-                if one.role is Role.ARGUMENT and one.owner == name and one.name == here.name
-            ]
-        elif here.role is Role.STATE and here.name in document.table.states:
-            lines = _instance_lines(other, name)
-            found += [
-                one
-                for one in other.occurrences
-                if one.role is Role.EVENT and one.name == here.name and one.line in lines
-            ]
-    return found
-
-
-def rename(
-    document: Document, line: int, column: int, name: str, others: Iterable[Document]
-) -> list[tuple[str, NameOccurrence]]:
-    """All places to change when what is at a position gets a new name, each with its file.
-
-    Raises:
-        RenameError: nothing that a file declares is there, the name is none, or it is taken.
-    """
-    here = renamable(document, line, column)
-    if not _NAME.fullmatch(name):
-        raise RenameError(f"`{name}` is not a name: use letters, digits and underscores")
-    if name in document.table.declared or name in document.library.signals:
-        raise RenameError(f"`{name}` is already declared")
-    found = [(document.file, one) for one in references(document, line, column)]
-    for other in others:
-        if Path(other.file) != Path(document.file):
-            found += [(other.file, one) for one in references_elsewhere(document, here, other)]
-    return found
-
-
-def renamable(document: Document, line: int, column: int) -> NameOccurrence:
-    """The name at a position, if this file declares it.
-
-    Raises:
-        RenameError: it does not.
-    """
-    here = document.occurrence(line, column)
-    if here is None:
-        raise RenameError("there is no name here")
-    if here.role not in _IN_FILE or not any(one.declares for one in references(document, line, column)):
-        raise RenameError(f"`{here.name}` is not declared in this file")
-    return here
-
-
-def _same(role: Role) -> tuple[Role, ...]:
+def same_roles(role: Role) -> tuple[Role, ...]:
+    """The roles of names that may mean the same as one of a role."""
     both = (Role.VARIABLE, Role.PARAMETER)
     return both if role in both else (role,)
 
 
-def _instance_of(document: Document, state: str) -> Document | None:
+def instance_of(document: Document, state: str) -> Document | None:
     """The machine that a state is an instance of."""
     call = document.table.states[state].instance
     return None if call is None else document.imported(str(call.name))
@@ -333,30 +248,26 @@ def _python(document: Document, name: str) -> Span | None:
     return None if file is None else Span(file, max(first - 1, 0), 0, max(first - 1, 0), 0)
 
 
-def _imports(other: Document, name: str, document: Document) -> bool:
-    path = find_import(str(other.table.imports[name]), Path(other.file).parent, other.library)
-    return path.resolve() == Path(document.file).resolve()
-
-
-def _instance_lines(other: Document, machine: str) -> set[int]:
-    """The lines of the states that are instances of a machine."""
-    found: set[int] = set()
-    for symbol in other.table.all_states():
-        if symbol.instance is not None and str(symbol.instance.name) == machine and symbol.token is not None:
-            first = (symbol.token.line or 1) - 1
-            found.update(range(first, block_end(other, first) + 1))
-    return found
-
-
 # Colours.
 
 
-def colours(document: Document) -> list[Coloured]:
-    """Names by their role, and keywords, comments, numbers and operators, in the order of the text."""
-    named = {(one.line, one.column): one for one in document.occurrences}
+def keywords(text: str) -> set[tuple[int, int]]:
+    """Line and column of each keyword of a machine's text."""
+    found = (one for one in tokens_of(text) if one.isidentifier() and one.type == one.upper())
+    return {((one.line or 1) - 1, (one.column or 1) - 1) for one in found}
+
+
+def colours(lines: Sequence[str], names: Iterable[NameOccurrence], known: Container[tuple[int, int]]) -> list[Coloured]:
+    """Names by their role, and keywords, comments, numbers and operators, in the order of the text.
+
+    Args:
+        lines: the text, line by line.
+        names: the names in it.
+        known: line and column of each keyword.
+    """
+    named = {(one.line, one.column): one for one in names}
     found: list[Coloured] = []
-    for number, text in enumerate(document.tree.lines):
-        first = True
+    for number, text in enumerate(lines):
         for match in _COLOURS.finditer(text):
             word, column = match.group(), match.start()
             occurrence = named.get((number, column))
@@ -364,7 +275,7 @@ def colours(document: Document) -> list[Coloured]:
             if occurrence is not None:
                 kind = occurrence.role
             elif match.lastgroup == "name":
-                kind = Colour.KEYWORD if (first and word in STATEMENTS) or word in _INNER_KEYWORDS else None
+                kind = Colour.KEYWORD if (number, column) in known else None
             elif match.lastgroup is not None:
                 kind = Colour(match.lastgroup)
             if kind is not None:
@@ -373,5 +284,4 @@ def colours(document: Document) -> list[Coloured]:
             part = None if occurrence is None else named.get((number, occurrence.end + 1))
             if part is not None and part.end <= match.end():
                 found.append(Coloured(number, part.column, len(part.name), part.role))
-            first = False
     return found

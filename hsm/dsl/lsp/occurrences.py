@@ -1,7 +1,7 @@
-"""Every name in a file with its role: what references, renaming, highlighting and colours are made of.
+"""Every name in a file with its role: the basis of references, renaming and highlighting.
 
-The syntax tree is walked once, whatever its nodes are; a table says which role the tokens of a node's field have. A
-name in an expression gets its role from what is declared: by the file first, then by the library.
+The syntax tree is walked once; a table gives the role of the tokens in each field of a node. A name in an expression
+gets its role from its declaration: in the file first, then in the library.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class NameOccurrence:
         line: counted from 0.
         column: in characters, from 0.
         declares: whether it is declared here.
-        owner: of an argument, whose it is: the name of the signal, activity, action, event or machine.
+        owner: for an argument, the name of its signal, activity, action, event or machine.
     """
 
     name: str
@@ -88,6 +88,8 @@ _NAMED = {
     ("AssignSyntax", "variable"): Role.VARIABLE,
     ("Named", "name"): Role.ARGUMENT,
 }
+CLAIM_FUNCTIONS = ("doing", "holding")
+"""What only the conditions of properties ask."""
 _CALLED = {"DoLine": Role.ACTIVITY, "StateBlock": Role.MACHINE, "actions": Role.ACTION, "RaiseSyntax": Role.EVENT}
 
 
@@ -96,6 +98,20 @@ def occurrences(tree: ast.File, table: SymbolTable, library: Library) -> list[Na
     walker = _Walker(table, library)
     found = [one for item in tree.items for one in walker.walk(item, "", "")]
     return sorted(found, key=lambda one: (one.line, one.column))
+
+
+def names_in(node: object, table: SymbolTable, library: Library, within: str = "") -> Iterator[NameOccurrence]:
+    """The names of a part of a syntax tree, for a text that is not a machine's file but names what one declares.
+
+    Args:
+        node: the part.
+        table: the machine's states and imports.
+        library: what the machine may name.
+        within: the statement that a call is part of: ``DoLine`` for an activity, ``actions`` for an action,
+            ``RaiseSyntax`` for an event; empty for an expression.
+    """
+    field = {"RaiseSyntax": "event"}.get(within, "")
+    yield from _Walker(table, library).walk(node, within, field)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,15 +151,37 @@ class _Walker:
         if key in _DECLARED:
             yield _occurrence(token, _DECLARED[key], declares=True)
         elif key in _NAMED:
-            yield _occurrence(token, self._declared_role(str(token), _NAMED[key]), owner=owner)
+            role = _NAMED[key]
+            if role is Role.EVENT and self._in_instance(token):
+                yield from _parted(token, token.partition(".")[0], Role.STATE, role)
+            else:
+                yield _occurrence(token, self._declared_role(str(token), role), owner=owner)
         elif token.type == "NAME" and field not in ("keyword", "operator", "arrow", "closing"):
-            role = Role.STATE if owner == "in" else self._value_role(str(token))
-            if role is not None:
-                yield _occurrence(token, role)
-            elif self._carried(token):
-                yield from _parted(token, Role.EVENT, Role.ARGUMENT)
-            elif token.rpartition(".")[0] in self.table.states:
-                yield from _parted(token, Role.STATE, Role.VARIABLE)
+            yield from self._value(token, owner)
+
+    def _value(self, token: Token, owner: str) -> Iterator[NameOccurrence]:
+        """A name in an expression; one that nothing here declares may be an outcome or a thing that is held."""
+        if self._in_instance(token):
+            instance, _, part = token.partition(".")
+            inside = Role.STATE if owner == "in" and part not in HISTORY else self._part_role(part)
+            yield from _parted(token, instance, Role.STATE, inside)
+            return
+        role = Role.STATE if owner == "in" else self._value_role(str(token))
+        if role is None and self._carried(token):
+            yield from _parted(token, token.rpartition(".")[0], Role.EVENT, Role.ARGUMENT)
+        elif role is not None or "." not in token:
+            yield _occurrence(token, role or Role.VALUE)
+
+    def _in_instance(self, name: str) -> bool:
+        """Whether a name is of something in an instance or a member."""
+        stem, dot, _ = name.partition(".")
+        return bool(dot) and stem in self.table.states and self.table.states[stem].instance is not None
+
+    def _part_role(self, part: str) -> Role:
+        """What a name within a member or an instance represents."""
+        if part in self.library.signals:
+            return Role.SIGNAL
+        return Role.ACTIVITY if part in self.library.activities else Role.VARIABLE
 
     def _carried(self, token: Token) -> bool:
         """Whether a name is a part of what an event carries."""
@@ -160,11 +198,14 @@ class _Walker:
         role = _CALLED.get(parent) or _CALLED.get(field)
         if role is None:
             name = str(node.name)
-            role = Role.FUNCTION if name in FUNCTIONS or name == "doing" else Role.SIGNAL
-        yield _occurrence(node.name, role)
+            role = Role.FUNCTION if name in (*FUNCTIONS, *CLAIM_FUNCTIONS) else Role.SIGNAL
+        if role is not Role.MACHINE and self._in_instance(node.name):
+            yield from _parted(node.name, node.name.partition(".")[0], Role.STATE, role)
+        else:
+            yield _occurrence(node.name, role)
 
     def _declared_role(self, name: str, role: Role) -> Role:
-        """An assigned name may be a parameter by mistake: the role of its declaration wins."""
+        """If a parameter is assigned by mistake, the role of its declaration wins."""
         return self._value_role(name) or role if role is Role.VARIABLE else role
 
     def _value_role(self, name: str) -> Role | None:
@@ -187,9 +228,9 @@ class _Walker:
         return Role.STATE if name in self.table.states else None
 
 
-def _parted(token: Token, first: Role, second: Role) -> Iterator[NameOccurrence]:
-    """An event and a part of what it carries, an instance and what it exposes: they are written as one name."""
-    owner, _, part = token.rpartition(".")
+def _parted(token: Token, owner: str, first: Role, second: Role) -> Iterator[NameOccurrence]:
+    """An event and a part of what it carries, an instance and what is in it: they are written as one name."""
+    part = token[len(owner) + 1 :]
     line, column = (token.line or 1) - 1, (token.column or 1) - 1
     yield NameOccurrence(owner, first, line, column)
     yield NameOccurrence(part, second, line, column + len(owner) + 1, owner=owner)

@@ -1,4 +1,4 @@
-"""Between what the editor's side knows and the protocol's terms: positions in UTF-16 code units, kinds, edits."""
+"""Conversions to the protocol's terms: positions in UTF-16 code units, kinds, edits."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from lsprotocol import types
 from pygls import uris
 
 from hsm.dsl.lsp.actions import Edit, Fix
-from hsm.dsl.lsp.editing import Entry, OpenCall, SymbolKind
+from hsm.dsl.lsp.entries import Entry, OpenCall, SymbolKind
 from hsm.dsl.lsp.navigation import Colour, Coloured, OutlineSymbol, Span
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
 from hsm.dsl.lsp.refactoring import Refactoring
@@ -47,7 +47,7 @@ LEGEND = types.SemanticTokensLegend(
     [one.value for one in (*Role, *Colour)], [types.SemanticTokenModifiers.Declaration.value]
 )
 UNUSED = ("W06",)
-"""What codes of unused names begin with."""
+"""The prefix of the codes for unused names."""
 DEEPEST = 40
 """How deep an outline is shown."""
 
@@ -130,7 +130,7 @@ def diagnostic(
 
 
 def completion(entry: Entry, replaced: types.Range, *, snippets: bool) -> types.CompletionItem:
-    """Something that could be at a position, in place of what was typed.
+    """A completion at a position, in place of what was typed.
 
     Args:
         entry: what.
@@ -157,7 +157,7 @@ def markdown(entry: Entry) -> types.MarkupContent:
 
 
 def signature_help(call: OpenCall) -> types.SignatureHelp:
-    """What a call takes, and what is due."""
+    """The signature of a call, and the active parameter."""
     parameters = []
     for one in call.parameters:
         text = f"{one.name} : {one.type}"
@@ -179,7 +179,7 @@ def symbol(one: OutlineSymbol, lines: Sequence[str], depth: int = 0) -> types.Do
 
 
 def semantic_tokens(coloured: Iterable[Coloured], lines: Sequence[str]) -> types.SemanticTokens:
-    """Colours as the protocol packs them: five numbers each, relative to the one before."""
+    """Colours as the protocol packs them: five numbers each, relative to the previous one."""
     kinds = {kind: number for number, kind in enumerate((*Role, *Colour))}
     data: list[int] = []
     line = start = 0

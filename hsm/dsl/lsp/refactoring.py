@@ -1,4 +1,4 @@
-"""Changes of a machine that an editor or its diagram offers: another state, another target."""
+"""Refactorings that an editor or its diagram offers: another state, another target."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from hsm.dsl.loading import SUFFIX
+from hsm.dsl.lsp import completion
 from hsm.dsl.lsp.actions import Edit
-from hsm.dsl.lsp.editing import Document, SymbolKind
+from hsm.dsl.lsp.document import Document
+from hsm.dsl.lsp.entries import SymbolKind
 from hsm.dsl.lsp.navigation import OutlineSymbol, block_end, outline
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
+from hsm.dsl.syntax.sources import SUFFIX
 
 ADD_STATE = "refactor.rewrite.maze-machine.addState"
 EXTRACT = "refactor.extract.maze-machine.submachine"
@@ -22,7 +24,7 @@ _TARGET = re.compile(r"(?:->|=>)\s*([A-Za-z_][\w.]*)(?!\s*,)")
 
 @dataclass(frozen=True, slots=True)
 class Refactoring:
-    """A change that keeps the file valid or leaves a plain gap to fill.
+    """A change that keeps the file valid or leaves an obvious gap to fill.
 
     Attributes:
         title: what it does.
@@ -38,7 +40,7 @@ class Refactoring:
 
 
 def refactorings(document: Document, line: int) -> Iterator[Refactoring]:
-    """What can be done on a line (from 0): states beside and inside the one it declares, targets of its transition."""
+    """Refactorings on a line (from 0): add a state beside or inside its state, change the target of its transition."""
     state = next((one for one in _states(outline(document)) if one.place.line == line), None)
     if state is not None:
         yield from _new_states(document, state)
@@ -66,7 +68,7 @@ def _new_states(document: Document, state: OutlineSymbol) -> Iterator[Refactorin
 
 
 def _after(document: Document, line: int, text: str) -> Edit:
-    """What puts a text below the block that begins on a line, with a blank line between."""
+    """The edit that puts a text below the block that begins on a line, with a blank line between."""
     last = block_end(document, line)
     end = len(document.tree.lines[last])
     return Edit(last, end, last, end, f"\n\n{text}")
@@ -86,7 +88,7 @@ def _targets(document: Document, line: int) -> Iterator[Refactoring]:
     if match is None:
         return
     begin, end = match.span(1)
-    for entry in document.completions(line, begin):
+    for entry in completion.completions(document, line, begin):
         if entry.kind is SymbolKind.STATE and entry.label != match[1]:
             edit = Edit(line, begin, line, end, entry.label)
             yield Refactoring(f"Change the target to `{entry.label}`", RETARGET, (edit,))
@@ -95,7 +97,7 @@ def _targets(document: Document, line: int) -> Iterator[Refactoring]:
 def _extracted(document: Document, state: OutlineSymbol) -> Iterator[Refactoring]:
     """The inside of a state as a machine of its own, which the state is then an instance of.
 
-    It is offered where the inside names nothing that the rest of the file declares, and the rest names no state in it.
+    It is offered if the inside uses no declaration of the rest of the file, and the rest names no state in it.
     The state's own transitions stay where they are.
     """
     first, last = state.place.line, block_end(document, state.place.line)

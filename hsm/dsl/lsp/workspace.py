@@ -1,4 +1,4 @@
-"""The documents that an editor has open, each understood and checked once a version."""
+"""The documents that an editor has open, each analysed and checked once per version."""
 
 from __future__ import annotations
 
@@ -9,63 +9,45 @@ from itertools import islice
 from pathlib import Path
 from typing import Protocol
 
-from hsm.dsl.loading import SUFFIX, ImportedMachines, check_tree, read_text
-from hsm.dsl.lsp.editing import Document, Entry
-from hsm.dsl.lsp.navigation import OutlineSymbol, Span
+from hsm.dsl.loading import ImportedMachines, check_tree
+from hsm.dsl.lsp.document import Document
+from hsm.dsl.lsp.edited import EditedFile
 from hsm.dsl.syntax.parser import BlockParser
+from hsm.dsl.syntax.sources import SUFFIX, read_text
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
 
 LibraryOf = Callable[[str], Library]
 """Gives the library that a file's machine is written against."""
-_MOST_FILES, _MOST_FOLDERS = 500, 2000
-"""How much of a folder is looked at: an editor may have opened a file in the root of a disk."""
+MOST_FILES, _MOST_FOLDERS = 500, 2000
+"""How much of a folder is searched: an editor may have opened a file in the root of a disk."""
 
 
-class OtherDocument(Protocol):
-    """A file of another language about machines, such as that of scenarios, as it is in the editor."""
-
-    @property
-    def file(self) -> str:
-        """Its name."""
-        ...
-
-    @property
-    def lines(self) -> Sequence[str]:
-        """Its text, line by line."""
-        ...
+class OtherFile(EditedFile, Protocol):
+    """A file of another language about machines, such as that of scenarios."""
 
     def diagnostics(self) -> Sequence[Diagnostic]:
-        """What is wrong with it."""
-        ...
-
-    def typed(self, line: int, column: int) -> str:
-        """The part of a name that is before a position."""
-        ...
-
-    def completions(self, line: int, column: int) -> Sequence[Entry]:
-        """What could be written at a position."""
-        ...
-
-    def hover(self, line: int, column: int) -> Entry | None:
-        """What is written at a position."""
-        ...
-
-    def definition(self, line: int, column: int) -> Span | None:
-        """Where the name at a position is declared."""
-        ...
-
-    def outline(self) -> Sequence[OutlineSymbol]:
-        """What it declares."""
-        ...
-
-    def formatted(self) -> str | None:
-        """Its text laid out; None where it cannot be read."""
+        """Its diagnostics."""
         ...
 
 
-OtherLanguage = Callable[[str, str, Mapping[str, str]], OtherDocument | None]
-"""Makes the document of a file from its name, its text and the texts of all open files; None for a machine's file."""
+class OtherLanguage(Protocol):
+    """Another language about machines."""
+
+    @property
+    def suffix(self) -> str:
+        """What the names of its files end with."""
+        ...
+
+    def file(self, name: str, text: str, opened: Mapping[str, str]) -> OtherFile:
+        """A file as it is in the editor.
+
+        Args:
+            name: of the file.
+            text: of it.
+            opened: the texts of all files that are open, by name.
+        """
+        ...
 
 
 @dataclass(slots=True)
@@ -83,7 +65,7 @@ class Documents:
     _imported: dict[int, tuple[Library, ImportedMachines]] = field(default_factory=dict)
 
     def update(self, file: str, text: str) -> None:
-        """Take the text of a file as it is in the editor."""
+        """Use the text of a file as it is in the editor."""
         known = self._open.get(file)
         library = self.library_of(file)
         if known is None or known.text != text or known.library is not library:
@@ -113,7 +95,7 @@ class Documents:
         return iter(list(self._open))
 
     def diagnostics(self, file: str) -> tuple[Diagnostic, ...]:
-        """What is wrong with a file as it is in the editor."""
+        """The diagnostics of a file as it is in the editor."""
         document = self._open[file]
         known = self._found.get(file)
         if known is None or known[0] is not document:
@@ -129,7 +111,7 @@ class Documents:
         for file in self:
             seen.add(str(Path(file).resolve()))
             yield self._open[file]
-        for path in islice(_machines(folder), _MOST_FILES):
+        for path in islice(files_in(folder, SUFFIX), MOST_FILES):
             if str(path.resolve()) in seen:
                 continue
             try:
@@ -138,8 +120,8 @@ class Documents:
                 continue
 
 
-def _machines(folder: Path) -> Iterator[Path]:
-    """The machines of a folder and of those in it, in order; hidden folders and links to folders are passed over."""
+def files_in(folder: Path, suffix: str) -> Iterator[Path]:
+    """The files of a folder and of those in it that end so, in order; hidden folders and links are skipped."""
     for place, folders, files in islice(os.walk(folder), _MOST_FOLDERS):
         folders[:] = sorted(one for one in folders if not one.startswith("."))
-        yield from (Path(place, one) for one in sorted(files) if one.endswith(SUFFIX))
+        yield from (Path(place, one) for one in sorted(files) if one.endswith(suffix))

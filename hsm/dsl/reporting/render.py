@@ -80,7 +80,7 @@ def as_sarif(findings: Sequence[Diagnostic], version: str) -> str:
 
 
 class _Paint:
-    """Colours text, or does not."""
+    """Colours text, or leaves it plain."""
 
     def __init__(self, colour: bool) -> None:  # noqa: FBT001
         self.colour = colour
@@ -108,7 +108,7 @@ def _paragraph(found: Diagnostic, lines: Mapping[str, list[str]], paint: _Paint)
 def _excerpt(
     place: Place, lines: Mapping[str, list[str]], paint: _Paint, margin: str, *, hue: str, mark: str
 ) -> Iterator[str]:
-    """The source line of a place with the place underlined; of a very long line the part around it."""
+    """The source line of a place with the place underlined; for a very long line, the part around the place."""
     text = lines.get(place.file, [])
     if not 0 < place.line <= len(text):
         return
@@ -125,7 +125,7 @@ def _excerpt(
 
 
 def _printable(text: str) -> str:
-    """Text without what could upset a terminal."""
+    """Text without control characters for a terminal."""
     return "".join(one if one.isprintable() else "\N{REPLACEMENT CHARACTER}" for one in text)
 
 

@@ -12,11 +12,11 @@ from hsm.model.diagnostics import Diagnostic, Place, Related
 
 
 class Guess(NamedTuple):
-    """What an unknown name may have been meant to be.
+    """The name that was probably meant by an unknown one.
 
     Attributes:
         name: the known name that it almost certainly is, a letter or two apart.
-        text: a question for the author, also where a name is only alike.
+        text: a question for the author, also if the name is only similar.
     """
 
     name: str | None = None
@@ -40,7 +40,7 @@ class Report:
     _told: dict[Hashable, Diagnostic] = field(default_factory=dict)
 
     def guess(self, name: str, known: Iterable[str]) -> Guess:
-        """What may have been meant by an unknown name; a file with very many of them gets no more guesses."""
+        """The name that was probably meant by an unknown one; after too many in one file there are no more guesses."""
         self.guesses += 1
         if self.guesses > _MOST_GUESSES or len(name) > _LONGEST_GUESS:
             return Guess()
@@ -75,7 +75,7 @@ class Report:
         subject: Hashable = None,
         again: str = "and here",
     ) -> None:
-        """Record a diagnostic that may be made again, such as a name that is unknown wherever it is.
+        """Record a diagnostic that may recur, such as a name that is unknown at several places.
 
         There is one diagnostic, at the first place; the others are reported with it.
 
@@ -83,9 +83,9 @@ class Report:
             code: the code.
             place: where.
             message: the reason.
-            suggestion: a way out.
+            suggestion: how to fix it.
             subject: what the diagnostic is about, where several messages are about the same.
-            again: what is said of this place when it is not the first.
+            again: the message for this place if it is not the first.
         """
         key = (code, message if subject is None else subject)
         first = self._told.get(key)

@@ -1,4 +1,4 @@
-"""Diagnostics that an author has looked at and accepts: ``# accept N0701`` on the line of a diagnostic, or above it.
+"""Diagnostics that an author accepts: ``# accept N0701`` on the line of a diagnostic, or above it.
 
 On the line of a state, or above it, it also holds for whatever is indented below.
 """
@@ -18,7 +18,7 @@ _CODE = re.compile(r"[WN]\d{4}")
 
 
 def accepted(findings: Iterable[Diagnostic], tree: ast.File) -> list[Diagnostic]:
-    """The diagnostics that are not accepted in the file, and a warning for each acceptance of nothing."""
+    """The diagnostics that are not accepted in the file, and a warning for each acceptance without a diagnostic."""
     places = _acceptances(tree)
     blocks = _blocks(tree, {line for line, _ in places})
     used: set[tuple[int, str]] = set()

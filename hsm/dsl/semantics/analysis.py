@@ -1,4 +1,4 @@
-"""What the checks look at: a machine, as far as it could be understood, and what is known to be uncertain about it."""
+"""The input of the checks: a machine, as far as it could be compiled, and the facts about it that are uncertain."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from hsm.model.diagnostics import Place
 from hsm.model.expressions import Expression
 
 PSEUDO = (StateKind.SHALLOW_HISTORY, StateKind.DEEP_HISTORY)
-"""The kinds of state that no machine ever is in."""
+"""The kinds of pseudostates."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stay:
-    """A ``stay`` line: no transition is wanted while its condition holds, or ever.
+    """A ``stay`` line: no transition should fire while its condition holds, or never if it has none.
 
     Attributes:
         condition: None without one, or where it is invalid.
@@ -51,7 +51,7 @@ class AnalysisInput:
         file: the file's name.
         model: the machine; where the file has errors, without what could not be understood.
         stays: the ``stay`` lines of each state, by its index.
-        doubtful: names that may be declared on lines that could not be read; nothing is said about those.
+        doubtful: names that may be declared on lines that could not be read; nothing is reported about those.
         leading_anywhere: some transition may lead anywhere, because its target is not known.
         uncertain: transitions of which something is not known, by index.
         awaiting_unknown: states that may wait for more than is known, by index.

@@ -1,4 +1,4 @@
-"""What states do and where they go: activities, transitions and actions, with a meaning for every name."""
+"""Activities, transitions and actions of states, with every name resolved."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from hsm.dsl.semantics.declarations import Declarations
 from hsm.dsl.semantics.names import Names
 from hsm.dsl.semantics.symbols import HISTORY, StateSymbol
 from hsm.dsl.syntax import ast
+from hsm.engine.clock import nanoseconds
 from hsm.model.chart import (
     Action,
     ActivityCall,
@@ -41,7 +42,7 @@ from hsm.model.types import BOOLEAN
 
 @dataclass(slots=True)
 class Behaviour:
-    """Gives the lines of states their meaning.
+    """Analyses the lines of states.
 
     Attributes:
         context: what all stages share.
@@ -86,7 +87,7 @@ class Behaviour:
         return ActivityCall(declared, arguments, place)
 
     def _unknown_activity(self, call: ast.CallSyntax) -> None:
-        """Report an unknown activity; its arguments are looked at as those of the one that was probably meant."""
+        """Report an unknown activity; check its arguments against the activity that was probably meant."""
         activities = self.context.library.activities
         guess = self.context.report.guess(call.name, activities)
         if call.name not in self.context.symbols.doubtful.known:
@@ -101,7 +102,7 @@ class Behaviour:
             self.context.scope.arguments(call, activities[guess.name].parameters, f"activity `{guess.name}`")
 
     def look_at(self, call: ast.CallSyntax) -> None:
-        """Look at the arguments of a call of something that is not known, so that what they name counts as used."""
+        """Visit the arguments of a call of something unknown, so that the names in them count as used."""
         for argument in call.arguments:
             self.context.scope.used.update(ast.names_in(argument))
 
@@ -112,8 +113,8 @@ class Behaviour:
         return Stay(condition, self.context.place(line.keyword, last), always=line.condition is None)
 
     def transition(self, symbol: StateSymbol, line: ast.TransitionLine) -> Transition:
-        """A transition, the next in document order; its trigger is on nothing where it is invalid."""
-        uncertain = line.keyword == "else" and None in self._tables.get(symbol.index, ())
+        """The next transition in document order; an invalid trigger waits for nothing."""
+        uncertain = False
         trigger = self._trigger(symbol, line)
         scope = self.context.scope
         scope.heard = line.names
@@ -131,7 +132,7 @@ class Behaviour:
             if trigger is not None and (guard is not None or line.guard is None):
                 hint = "say where it goes: `-> state`, or what it does: `/ action`"
                 self.context.add("E0404", line.keyword, "this transition goes nowhere and does nothing", hint)
-            # The line is not at its end: what is missing may name anything.
+            # The line is incomplete: the missing part may name anything.
             self.context.symbols.entered.add_unknown()
             symbol.awaited.add_unknown()
             self.context.scope.used.add_unknown()
@@ -169,15 +170,17 @@ class Behaviour:
             return None
         if line.keyword == "after":
             return After(duration)
-        if isinstance(duration, Literal) and duration.value == 0:
+        if isinstance(duration, Literal) and nanoseconds(duration.value) == 0:
             hint = "write the time from one repetition to the next"
-            self.context.report.add("E0307", duration.place, "`every` needs a duration above 0 s", hint)
+            self.context.report.add("E0307", duration.place, "`every` needs a duration of a nanosecond or more", hint)
             return None
         return Every(duration)
 
     def _else(self, symbol: StateSymbol, keyword: Token) -> Else | None:
-        """The case in which none of the state's conditions so far holds."""
+        """The condition that none of the state's conditions so far holds."""
         rows = self._tables.get(symbol.index, [])
+        if not rows and symbol.awaited.unknown:
+            return None  # a `when` may be among what could not be read
         if not rows:
             hint = "`else` is the remaining case of the `when` lines before it"
             self.context.add("E0402", keyword, "there is no `when` in this state before this `else`", hint)
@@ -299,7 +302,7 @@ class Behaviour:
         return Call(declared, arguments, self.context.place(line.name, line.closing))
 
     def _unknown_action(self, line: ast.CallSyntax) -> None:
-        """Report an unknown action; its arguments are looked at as those of the one that was probably meant."""
+        """Report an unknown action; check its arguments against the action that was probably meant."""
         name, actions = line.name, self.context.library.actions
         guess = self.context.report.guess(name, actions)
         if name not in self.context.symbols.doubtful.known:

@@ -1,4 +1,4 @@
-"""From an outline to a model: states are numbered, names get a meaning, instances their copies."""
+"""From a symbol table to a model: number the states, resolve the names, copy the instances."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def compile_file(
 
     Args:
         tree: the file as read.
-        found: what is already known to be wrong; with an error among it no model is given out.
+        found: the diagnostics so far; if one is an error, no model is returned.
         library: the registry.
         machines: what the file imports, by name; None for a machine that cannot be had.
     """
@@ -75,7 +75,7 @@ class _Compiler:
         context: what all stages share.
         machines: what the file imports.
         declarations: the file's parameters, variables and events.
-        behaviour: gives the lines of states their meaning.
+        behaviour: analyses the lines of states.
         instantiated: the machines that states are instances of.
         copied_properties: those of instances.
     """
@@ -118,7 +118,7 @@ class _Compiler:
         return CompilationUnit(self.context.tree, None if failed else subject.model, subject, tuple(report.found), own)
 
     def _imported_events(self, symbols: Sequence[StateSymbol]) -> list[str]:
-        """The events of imported machines: those of instances by their names, those of members with the member's."""
+        """The events of imported machines: those of instances by name, those of members with the member as prefix."""
         members = {str(one.instance.name) for one in symbols if one.member and one.instance is not None}
         plain = {str(one.instance.name) for one in symbols if not one.member and one.instance is not None}
         events = [
@@ -139,7 +139,7 @@ class _Compiler:
         return [replace(one, event=f"{symbol.name}.{one.event}") if symbol.member else one for one in data]
 
     def _let_read(self, symbol: StateSymbol) -> None:
-        """What the expressions of this file may read of an instance: what it exposes, and how it has ended."""
+        """The values of an instance that this file may read: its exposed variables, and its outcome."""
         if symbol.model is None or symbol.token is None:
             return
         scope, place = self.context.scope, self.context.place(symbol.token)
@@ -233,7 +233,7 @@ class _Compiler:
         )
 
     def _properties(self, states: list[State]) -> tuple[Property, ...]:
-        """What must hold, of the machine and of its instances."""
+        """The properties of the machine and of its instances."""
         table = self.context.symbols
         own = compile_properties(
             (line for line in table.root.lines if isinstance(line, ast.PropertyLine)),
@@ -256,7 +256,7 @@ class _Compiler:
         symbol.model = unit.model if unit is not None else None
         if symbol.model is not None and symbol.model.members:
             symbol.model = None
-            message = f"machine `{name}` has members: it is no part of another machine"
+            message = f"machine `{name}` has members: it is not part of another machine"
             self.context.add_once("E0208", name, message, "write its members into this file")
         if symbol.model is None:
             symbol.reported.add_unknown()
@@ -264,7 +264,7 @@ class _Compiler:
         if name in self.machines:
             return
         self.instantiated.add_unknown()
-        # Where an import is invalid, it is most likely the one that is meant.
+        # If an import is invalid, it is most likely the one that is meant.
         if None in self.machines.values() or name in self.context.symbols.doubtful:
             return
         hint = (
@@ -315,7 +315,7 @@ class _Compiler:
         return frozenset(names)
 
     def _states(self, symbol: StateSymbol) -> list[State]:
-        """A state; with its copied states after it where it is an instance."""
+        """A state, followed by its copied states if it is an instance."""
         if symbol.model is None:
             if symbol.instance is not None:
                 self.behaviour.look_at(symbol.instance)
@@ -344,7 +344,7 @@ class _Compiler:
         self.declarations.variables.extend(copied.variables)
 
     def _state(self, symbol: StateSymbol, machine: State | None) -> State:
-        """A state; what an instance's machine says of its root comes first."""
+        """A state; for an instance, the lines of its machine's root come first."""
         base = machine if machine is not None else State(symbol.index, symbol.name, symbol.kind, -1)
         numbers, entry, exits = list(base.transitions), list(base.entry), list(base.exit)
         for line in symbol.lines:
@@ -391,7 +391,7 @@ class _Compiler:
         return (target.index,) if target is not None else (), actions
 
     def _default_of(self, symbol: StateSymbol) -> tuple[int, ...]:
-        """What a state's entry enters where no history says otherwise."""
+        """The state that entry enters unless a history overrides it."""
         if symbol.model is not None:
             return tuple(symbol.index + one for one in symbol.model.states[0].initial)
         if symbol.kind is StateKind.PARALLEL:

@@ -1,4 +1,4 @@
-"""What all stages of a compilation share: the file, the registry, where diagnostics go, what names mean."""
+"""What all stages of a compilation share: the file, the registry, the report, the symbols."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Context:
         tree: the file as read.
         library: the registry.
         report: where diagnostics go.
-        symbols: the outline of the file.
-        scope: what its expressions may name.
+        symbols: the symbol table of the file.
+        scope: the names that its expressions may use.
     """
 
     tree: ast.File
@@ -42,5 +42,5 @@ class Context:
         self.report.add(code, self.place(token), message, suggestion)
 
     def add_once(self, code: str, token: Token, message: str, suggestion: str | None = None) -> None:
-        """Report a name that means nothing, together with its other places."""
+        """Report an unknown name, together with its other places."""
         self.report.add_once(code, self.place(token), message, suggestion, subject=str(token))

@@ -1,4 +1,4 @@
-"""What is at the top of a file, and which events its states may hear of."""
+"""The declarations at the top of a file, and the events that its states may receive."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ class Declarations:
     Attributes:
         context: what all stages share.
         parameters: the machine's parameters.
-        derived: what those are made of that are made of others, by name.
+        derived: the expressions of parameters that depend on others, by name.
         variables: its variables; those of instances are put after them.
         events: events that are declared (with their places) or raised.
-        heard: events that some transition is on, or may be.
+        heard: events that some transition handles, or may handle.
         data: what events carry, by name: those of the registry, of the file and of what it imports.
         raised: events that this file raises, and where first.
         delayed: those that it raises later.
@@ -62,7 +62,7 @@ class Declarations:
     _unsent: dict[str, int] = field(default_factory=dict)
 
     def declare(self, imported: Iterable[EventData] = ()) -> None:
-        """Give the lines at the top of the file their meaning.
+        """Analyse the lines at the top of the file.
 
         Args:
             imported: what the events of imported machines carry.
@@ -88,7 +88,7 @@ class Declarations:
             self.context.scope.carried.update((data.variable(one), (data.event, one.type)) for one in data.fields)
 
     def define(self) -> None:
-        """Make the definitions known: what they name is looked for when they are first used."""
+        """Register the definitions; their names are resolved on first use."""
         for line in self.context.symbols.root.lines:
             if isinstance(line, ast.DefinitionLine):
                 name = line.name
@@ -99,7 +99,7 @@ class Declarations:
                     self.context.scope.definitions[str(name)] = Definition(line.value, self.context.place(name))
 
     def _taken(self, name: Token, what: str) -> bool:
-        """Whether a name means something else already; reported."""
+        """Whether a name has another meaning already; if so, report it."""
         taken = name in self.context.library.signals or name in FUNCTIONS or name in ("true", "false") or "." in name
         if taken:
             self.context.add("E0211", name, f"`{name}` cannot name {what}: the name already has another meaning")
@@ -210,7 +210,7 @@ class Declarations:
         elif required:
             message = f"`{name}` depends on `{required[0]}`, which has no default itself"
             self.context.report.add("E0303", initial.place, message, f"give `{required[0]}` a default")
-        elif needed <= {one.name for one in self.parameters}:  # else one of them is invalid itself, and reported
+        elif needed <= {one.name for one in self.parameters}:  # otherwise one of them is invalid and reported already
             try:
                 default = follow(initial, Parameter(name, kind), {one.name: one.default for one in self.parameters})
             except ValueError as error:
@@ -220,7 +220,7 @@ class Declarations:
                 self.parameters.append(Parameter(name, kind, default))
 
     def _made_of_later(self, name: Token, value: ast.Expression) -> bool:
-        """Whether a value names what is declared at its own line or below; reported."""
+        """Whether a value uses a name declared on its own line or below; if so, report it."""
         made_of = _made_of(self.context.symbols.root.lines)
         later = [one for one in ast.names_in(value) if one in made_of and one not in self.context.scope.variables]
         if not later or any(one in self.context.symbols.doubtful for one in later):
@@ -239,7 +239,7 @@ class Declarations:
         return True
 
     def gather_events(self, order: Sequence[StateSymbol], imported: Iterable[str]) -> None:
-        """Find out which events each state may hear of: outcomes and final states inside it, what is raised anywhere.
+        """Find out which events each state may receive: outcomes and final states inside it, what is raised anywhere.
 
         Args:
             order: all states in document order.
@@ -347,7 +347,7 @@ class Declarations:
             self.heard.add(guess.name)
             self.context.add_once("E0203", token, message, guess.text)
             return guess.name
-        # What a state hears of may be missing as a whole: one diagnostic for all that it waits for in vain.
+        # The source of all events of a state may be missing: report one diagnostic for all unknown events of a state.
         subject = self._unsent.setdefault(name, symbol.index)
         place, again = self.context.place(token), f"nor `{name}`" if subject == symbol.index else "and here"
         hint = guess.text or self._reporter(name) or _heard(symbol)
@@ -359,7 +359,7 @@ class Declarations:
         return name
 
     def _reporter(self, outcome: str) -> str | None:
-        """Which activities would report an outcome, as a way out."""
+        """A suggestion: the activities that would report an outcome."""
         activities = self.context.library.activities.values()
         names = [one.name for one in activities if outcome in one.outcomes]
         if not 0 < len(names) <= _MOST_REPORTERS:
@@ -399,13 +399,13 @@ class Declarations:
 
 
 def _heard(symbol: StateSymbol) -> str | None:
-    """What a state hears of, as a way out."""
+    """A suggestion: the events that a state receives."""
     names = sorted(symbol.completions | symbol.reported.known)
     return f"events of `{symbol.name}`: {', '.join(names)}" if 0 < len(names) <= _MOST_HEARD else None
 
 
 def _made_of(lines: Iterable[object]) -> Mapping[str, frozenset[str]]:
-    """What each parameter and variable of a file is made of, by their names."""
+    """The expression of each parameter and variable of a file, by name."""
     found = {}
     for line in lines:
         if isinstance(line, ast.ParameterLine | ast.VariableLine):

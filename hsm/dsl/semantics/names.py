@@ -1,8 +1,8 @@
-"""Sets of names to which unknown names may belong: the error value of the compiler.
+"""Sets of names that may contain unknown names: the error value of the compiler.
 
-A line that cannot be read, or that names what is not there, may mean anything. What depends on it is a set of names
-with unknown ones: it has any name for a member, and what takes its names over is unknown as well. So nothing is
-reported that follows from a mistake that is reported already.
+A line that cannot be read, or that uses an unknown name, may mean anything. What depends on it is a set with unknown
+names: it contains every name, and any set that includes its names is unknown as well. So the compiler reports no
+diagnostic that only follows from another one.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Names:
         self.known.add(name)
 
     def update(self, names: Iterable[str] | Names) -> None:
-        """Put names in; unknown ones, too, where there are any among them."""
+        """Put names in, unknown ones included."""
         if isinstance(names, Names):
             self.unknown |= names.unknown
             names = names.known

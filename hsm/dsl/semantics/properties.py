@@ -25,7 +25,7 @@ def compile_properties(
     *,
     certain: bool,
 ) -> tuple[Property, ...]:
-    """Give the properties of a file their meaning.
+    """Analyse the properties of a file.
 
     Args:
         lines: their syntax.
@@ -43,7 +43,7 @@ def compile_properties(
 
 
 class _Scope(Scope):
-    """Properties may also ask what is being done: ``doing(ring)``, ``holding(base)``."""
+    """Properties may also refer to activities: ``doing(ring)``, ``holding(base)``."""
 
     machine: Sequence[State] = ()
     certain: bool = True
@@ -57,7 +57,7 @@ class _Scope(Scope):
         return super()._call(node)
 
     def _some(self, node: ast.CallSyntax, what: str, has: Callable[[State], tuple[str, ...]]) -> Expression | None:
-        """That some state is active whose activity has a name, or holds something."""
+        """The condition that a state is active whose activity has a name, or uses a resource."""
         match node.arguments:
             case (Token(type="NAME") as name,):
                 pass

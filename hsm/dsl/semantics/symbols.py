@@ -1,4 +1,4 @@
-"""The outline of a file: which states lie in which, what is declared at the top; no name has a meaning yet."""
+"""The symbol table of a file: the tree of states, the declarations at the top; no name is resolved yet."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class StateSymbol:
         member: the instance has a robot and events of its own.
         model: that machine, once found.
         erroneous: its declaration is invalid: diagnostics about it are suppressed, except for the names it uses.
-        completions: ``done`` where it can complete: only its own transitions see that.
+        completions: ``done`` if it can complete; only its own transitions can handle that.
         reported: outcomes of activities in it or inside it, and the names of the final states inside it.
         awaited: the events that its transitions wait for.
         index: its position in document order.
@@ -86,7 +86,7 @@ class SymbolTable:
         heading: the line ``machine NAME``.
         imports: imported machines, by the name that the file knows them under.
         declared: where each state, variable and parameter is declared first.
-        doubtful: names that lines which could not be read may declare, and names whose declaration is invalid.
+        doubtful: names that unreadable lines may declare, and names whose declaration is invalid.
         events: the events that may be sent to the machine or raised in it.
         entered: the states that transitions name.
         unread: how many lines could not be read, or belong to no block.
@@ -103,7 +103,7 @@ class SymbolTable:
     unread: int = 0
 
     def all_states(self) -> list[StateSymbol]:
-        """All symbols in document order, the root first, also those that have no good name."""
+        """All symbols in document order, the root first, including those without a valid name."""
         found: list[StateSymbol] = []
         stack = [self.root]
         while stack:
@@ -118,7 +118,7 @@ class SymbolTable:
 
 
 def collect_symbols(tree: ast.File, report: Report) -> SymbolTable:
-    """Walk a file once; whatever is in the wrong place or twice is reported."""
+    """Walk a file once; report everything that is in the wrong place or declared twice."""
     walker = _Walker(tree, report, SymbolTable(StateSymbol("", StateKind.COMPOUND, None)))
     walker.result.unread = sum(one.code == "E0105" for one in report.found)
     if walker.result.unread:
@@ -135,7 +135,7 @@ class _Walker:
     result: SymbolTable
 
     def walk(self) -> None:
-        """Take all lines, blocks from an explicit stack: a deep file needs no deep recursion."""
+        """Visit all lines, with an explicit stack for blocks: a deep file needs no deep recursion."""
         stack: list[tuple[StateSymbol, Iterator[ast.Item]]] = [(self.result.root, iter(self.tree.items))]
         while stack:
             symbol, items = stack[-1]
@@ -148,7 +148,7 @@ class _Walker:
                 stack.pop()
 
     def check_whole(self) -> None:
-        """What only the whole file says."""
+        """Checks that need the whole file."""
         result = self.result
         for symbol in result.states.values():
             few = symbol.kind is StateKind.PARALLEL and len(symbol.children) < 2
@@ -159,7 +159,7 @@ class _Walker:
         if result.heading is None:
             if not result.unread:
                 message = "the first line must be `machine` with a name"
-                self._add("E0401", _start_of(self.tree), message, "begin with `machine maze`")
+                self._add("E0401", _start_of(self.tree), message, "begin the file with `machine NAME`")
             return
         name = result.heading.name
         result.root.name, result.root.token = str(name), name
@@ -211,7 +211,7 @@ class _Walker:
         return None
 
     def _leave_open(self, symbol: StateSymbol) -> None:
-        """Lines that belong to nothing may be meant for the state before them, or for one that is not there."""
+        """Lines in no block may belong to the state before them, or to a missing one."""
         self.result.doubtful.add_unknown()
         symbol.erroneous = True
         if symbol.children:
@@ -325,7 +325,7 @@ class _Walker:
             self.is_new(first)
 
     def is_new(self, name: Token) -> bool:
-        """Whether a name is declared for the first time; reported where it is not."""
+        """Whether a name is declared for the first time; if not, report it."""
         first = self.result.declared.setdefault(str(name), name)
         if first is name:
             return True
@@ -335,7 +335,7 @@ class _Walker:
         return False
 
     def _not_here(self, instance: StateSymbol, token: Token, message: str) -> None:
-        """Report lines that an instance cannot have, once: they are likely those of a state of their own."""
+        """Report lines that an instance cannot have, once: they probably belong to another state."""
         place = place_of(self.tree.name, token)
         self.report.add_once("E0402", place, message, subject=id(instance), again="nor does this belong here")
         instance.erroneous = True
@@ -351,7 +351,7 @@ class _Walker:
 
 
 def _first_item(tree: ast.File) -> ast.Item:
-    """The first line of a file, be it indented."""
+    """The first line of a file, even if indented."""
     first = tree.items[0]
     return first.items[0] if isinstance(first, ast.BadLine) and first.items else first
 

@@ -1,9 +1,7 @@
-"""From the syntax of an expression to a typed one: names get a meaning, units become SI, types are checked."""
+"""From the syntax of an expression to a typed one: resolve names, convert units to SI, check types."""
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -14,9 +12,9 @@ from lark import Token
 
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.names import Names
+from hsm.dsl.semantics.numbers import number
 from hsm.dsl.semantics.values import (
     OTHER_TYPES,
-    OTHER_UNITS,
     SIMPLE_TYPES,
     Declared,
     Definition,
@@ -55,7 +53,6 @@ from hsm.model.types import (
     Integer,
     Quantity,
     Type,
-    si_value,
 )
 from hsm.model.unparse import value_text
 
@@ -73,15 +70,13 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 
 
 _DURATION = Quantity(time=1)
-_LONGEST_INTEGER = 18
 _LARGEST_DEFINITION = 500
 _LARGEST = 1e300
-_NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?) *(.*)")
 
 
 @dataclass(slots=True)
 class Scope:
-    """What the expressions of one file may name.
+    """The names that the expressions of one file may use.
 
     Attributes:
         library: the registry.
@@ -89,11 +84,11 @@ class Scope:
         variables: variables and parameters by name.
         definitions: named expressions.
         enumerations: those of the registry and of the file.
-        carried: what events carry, by the event's name and its own: the event and the type.
+        carried: the data of events, by the name of the event and of the part: the event and the type.
         outcomes: the enumerations of how each instance has ended, by name.
-        heard: the events that the transition at hand waits for.
+        heard: the events that the current transition waits for.
         states: names of states, for ``in(state)``.
-        doubtful: names that may be declared on lines that could not be read; nothing is said about those.
+        doubtful: names that may be declared on lines that could not be read; nothing is reported about those.
         used: names of variables that something reads.
     """
 
@@ -113,7 +108,7 @@ class Scope:
         self.enumerations = self.enumerations or dict(self.library.enumerations)
 
     def type_named(self, name: Token) -> Type | None:
-        """The type with a name; None, reported, where there is none."""
+        """The type with a name; if there is none, report it and return None."""
         found = SIMPLE_TYPES.get(name)
         if found is not None:
             return found
@@ -130,7 +125,7 @@ class Scope:
         return tuple(one for name, one in self.enumerations.items() if name not in self.library.enumerations)
 
     def value(self, node: ast.Expression, expected: Type) -> Expression | None:
-        """A typed expression of a type; None where a fault was reported."""
+        """A typed expression of a type; None if an error was reported."""
         found = self.expression(node, expected)
         return None if found is None else self._fit(found, expected, self._span(node))
 
@@ -146,7 +141,7 @@ class Scope:
         return found
 
     def condition(self, node: ast.Expression) -> Expression | None:
-        """A typed expression that is true or false; None where a fault was reported."""
+        """A typed expression that is true or false; None if an error was reported."""
         return self.value(node, BOOLEAN)
 
     def expression(self, node: ast.Expression, expected: Type | None = None) -> Expression | None:
@@ -171,8 +166,8 @@ class Scope:
         Args:
             call: the call.
             parameters: of what is called.
-            subject: how that is called in messages.
-            derived: what takes the place of a default, by the parameter's name.
+            subject: its name in messages.
+            derived: the expressions that replace defaults, by the parameter's name.
         """
         by_name = {parameter.name: parameter for parameter in parameters}
         given: dict[str, Expression | None] = {}
@@ -216,10 +211,10 @@ class Scope:
     def _expression(self, node: ast.Expression | ast.Named, expected: Type | None) -> Expression | None:
         match node:
             case Token(type="NUMBER"):
-                return self._number(node)
+                return number(node, self._place(node), self.report)
             case Token(type="NOT_FINITE") if not self._is_named(node, expected):
                 hint = "only a signal and an argument that is expected can have it, with their own unit or none"
-                self.report.add("E0306", self._place(node), f"`{node}` is no finite number", hint)
+                self.report.add("E0306", self._place(node), f"`{node}` is not a finite number", hint)
                 return None
             case Token():
                 return self._name(node, expected)
@@ -236,28 +231,6 @@ class Scope:
             case ast.Named():
                 self.report.add("E0101", self._place(node.name), "a named argument is allowed only in a call")
                 return None
-
-    def _number(self, token: Token) -> Literal | None:
-        written = _NUMBER.fullmatch(token)
-        assert written is not None
-        digits, unit_name = written.groups()
-        if not unit_name:
-            if digits.isdecimal() and len(digits) <= _LONGEST_INTEGER:
-                return Literal(int(digits), INTEGER, self._place(token))
-            return self._finite(float(digits), NUMBER, token)
-        unit = UNITS.get(unit_name)
-        if unit is None:
-            hint = meant(unit_name, OTHER_UNITS) or self.report.guess(unit_name, UNITS).text
-            hint = hint or listed("the units are", UNITS)
-            self.report.add_once("E0207", self._place(token), f"there is no unit `{unit_name}`", hint)
-            return None
-        return self._finite(si_value(digits, unit), unit.quantity, token)
-
-    def _finite(self, value: float, kind: Type, token: Token) -> Literal | None:
-        if math.isinf(value):
-            self.report.add("E0306", self._place(token), "this number is too large")
-            return None
-        return Literal(value, kind, self._place(token))
 
     def _is_named(self, token: Token, expected: Type | None) -> bool:
         """Whether something has a name that may be read as a number which is not finite."""
@@ -287,7 +260,7 @@ class Scope:
         return self._member(token, expected)
 
     def _carried(self, token: Token) -> EventValue | None:
-        """What the event carries that the transition at hand waits for."""
+        """The data of the event that the current transition waits for."""
         event, kind = self.carried[token.value]
         if [str(one) for one in self.heard] == [event]:
             return EventValue(token.value, kind, self._place(token))
@@ -325,7 +298,7 @@ class Scope:
             return None
         if definition.state is None:
             definition.state = DefinitionVisit.OPEN
-            heard, self.heard = self.heard, ()  # it means the same wherever it is used
+            heard, self.heard = self.heard, ()  # it means the same everywhere
             definition.value = self.expression(definition.node)
             self.heard = heard
             definition.state = DefinitionVisit.DONE
@@ -379,7 +352,7 @@ class Scope:
         return None
 
     def _other_kind(self, name: str) -> str | None:
-        """A way out where a name is known, but not as one that has a value."""
+        """A suggestion if a name is known, but has no value."""
         library = self.library
         if name.lower() in ("true", "false"):
             return f"write `{name.lower()}`"
@@ -395,11 +368,11 @@ class Scope:
         return self._balanced(node.operator, known) if len(known) == len(operands) else None
 
     def any_of(self, conditions: list[Expression]) -> Expression:
-        """A condition that holds where one of some does."""
+        """The disjunction of some conditions."""
         return self._balanced("or", conditions)
 
     def _balanced(self, operator: str, operands: list[Expression]) -> Expression:
-        """A tree as flat as can be: a long chain is no deep expression."""
+        """A flat tree: a long chain is not a deep expression."""
         if len(operands) == 1:
             return operands[0]
         middle = len(operands) // 2
@@ -473,7 +446,7 @@ class Scope:
         return Binary(str(node.operator), first, second, BOOLEAN, self._span(node))
 
     def _is_bare(self, node: ast.Expression) -> bool:
-        """Whether a node is a name that only the other side of a comparison can give a meaning."""
+        """Whether a node is a name whose meaning depends on the other side of a comparison."""
         return (
             isinstance(node, Token)
             and node.type == "NAME"
@@ -578,8 +551,8 @@ class Scope:
         if isinstance(expected, Quantity) and found.type in (INTEGER, NUMBER):
             units = [f"`{unit.name}`" for unit in UNITS.values() if unit.quantity == expected]
             hint = f"write a unit after the number: {' or '.join(units) or f'`{expected.si_unit}`'}"
-        message = f"expected {in_words(expected)} here, but this is {in_words(found.type)}"
-        self.report.add("E0301", place, message, hint)
+        actual = "this number has no unit" if hint and isinstance(found, Literal) else f"this is {in_words(found.type)}"
+        self.report.add("E0301", place, f"expected {in_words(expected)} here, but {actual}", hint)
         return None
 
     def _mismatch(

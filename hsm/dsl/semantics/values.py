@@ -1,4 +1,4 @@
-"""What expressions are typed against: declared values, named expressions, and types in words."""
+"""Declared values, named expressions, and the names of types in messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hsm.model.rewriting import parts_of
 from hsm.model.types import BOOLEAN, INTEGER, NUMBER, QUANTITY_NAMES, Boolean, Enumeration, Integer, Quantity, Type
 
 SIMPLE_TYPES: dict[str, Type] = {"bool": BOOLEAN, "int": INTEGER}
-"""The types that are no enumerations, by name."""
+"""The types that are not enumerations, by name."""
 SIMPLE_TYPES.update((name, quantity) for quantity, name in QUANTITY_NAMES.items())
 
 
@@ -24,7 +24,7 @@ OTHER_TYPES = {
     **dict.fromkeys(("duration", "seconds"), "time"),
     **dict.fromkeys(("distance", "meters"), "length"),
 }
-"""What other languages call a type, and its name here."""
+"""Names of types in other languages, and their names here."""
 
 OTHER_UNITS = {
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
@@ -34,7 +34,7 @@ OTHER_UNITS = {
     **dict.fromkeys(("degree", "degrees"), "deg"),
     **dict.fromkeys(("radian", "radians"), "rad"),
 }
-"""What a unit is called elsewhere, and its name here."""
+"""Other names of units, and their names here."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Declared:
         type: its type.
         constant: it keeps its value while the machine runs.
         place: where it is declared.
-        owner: the instance that it belongs to, and that alone can change it; None for the machine's own.
+        owner: the instance that it belongs to and that can change it; None for the machine's own.
     """
 
     type: Type
@@ -61,8 +61,8 @@ class Definition:
     Attributes:
         node: its syntax.
         place: where its name is declared.
-        value: the typed expression, once it was looked at; None where a fault was reported.
-        state: whether it was looked at, or is being looked at.
+        value: the typed expression, once it was analysed; None if an error was reported.
+        state: how far it is analysed.
     """
 
     node: ast.Expression
@@ -72,7 +72,7 @@ class Definition:
 
 
 class DefinitionVisit(Enum):
-    """How far a definition was looked at."""
+    """How far a definition is analysed."""
 
     OPEN = "open"
     DONE = "done"
@@ -84,7 +84,7 @@ def size_of(expression: Expression) -> int:
 
 
 def meant(name: str, others: Mapping[str, str]) -> str | None:
-    """The question whether another word for something was meant."""
+    """The question whether a word from another language was meant."""
     return f"did you mean `{others[name]}`?" if name in others else None
 
 

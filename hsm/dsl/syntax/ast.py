@@ -1,6 +1,6 @@
-"""The syntax tree of one file: what is there, before any name has a meaning.
+"""The syntax tree of one file, before names are resolved.
 
-Leaves are lark's tokens, which carry line and column; so do the first and last tokens of whatever spans more than one.
+The leaves are lark's tokens, which have line and column; a node that spans several has its first and last token.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Place
 
 DEEPEST_EXPRESSION = 64
-"""How deep an expression may be nested; nobody can read one half as deep."""
+"""How deep an expression may be nested; even half of that is unreadable."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +214,7 @@ class InitialLine:
 class StateBlock:
     """A ``state``, an instance of a machine, a ``member`` or a ``parallel``, with what is indented below it.
 
-    The kind of a state with others inside is only known when they are seen: until then it is atomic.
+    A state counts as atomic until a state inside it is seen.
     """
 
     name: Token
@@ -338,7 +338,7 @@ class BadLine:
     Attributes:
         names: the names that are on it: they may be declarations.
         items: what is indented below it.
-        nameless: it declares something, and it is not known what.
+        nameless: it declares something without a known name.
     """
 
     names: frozenset[str]
@@ -393,7 +393,7 @@ class File:
 
 
 def imports_of(tree: File) -> Iterator[Token]:
-    """The names of all imported machines, in order; also of those that are indented by mistake."""
+    """The names of all imported machines, in order, including imports that are indented by mistake."""
     pending = list(reversed(tree.items))
     while pending:
         match pending.pop():

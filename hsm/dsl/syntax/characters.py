@@ -1,4 +1,4 @@
-"""Characters that no line can hold, in words: many of them cannot be seen, or look like others."""
+"""Names for characters that no line may contain: many are invisible, or look like others."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def is_strange(character: str) -> bool:
 
 
 def described(character: str) -> str:
-    """A strange character as a message calls it: one that cannot be seen by its name and number."""
+    """The name of a strange character in a message: an invisible one by name and number."""
     number = f"U+{ord(character):04X}"
     if character in _CONTROLS:
         return f"{_CONTROLS[character]} ({number})"
@@ -47,7 +47,7 @@ def described(character: str) -> str:
 
 
 def advice(character: str) -> str:
-    """A way out for a strange character."""
+    """A suggestion for a strange character."""
     category = unicodedata.category(character)
     if character in _MEANT:
         return f"write `{_MEANT[character]}`"

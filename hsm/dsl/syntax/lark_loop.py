@@ -1,4 +1,4 @@
-"""Lark's own loop after the interface of ``lark_table.TableParser``: slower, and without lark's table."""
+"""Lark's own parser loop with the interface of ``lark_table.TableParser``: slower, but independent of lark's table."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lark.parsers.lalr_interactive_parser import InteractiveParser
 
 @dataclass(slots=True)
 class LarkParser:
-    """One parse under way."""
+    """A parse in progress."""
 
     parser: InteractiveParser
 
@@ -22,7 +22,7 @@ class LarkParser:
         return cls(lark.parse_interactive())
 
     def feed(self, token: Token) -> bool:
-        """Take a token; False, with the parse as it was up to reductions, where it cannot be here."""
+        """Take a token; if it does not fit, return False and leave the parse unchanged except for reductions."""
         try:
             self.parser.feed_token(token)
         except UnexpectedToken:
@@ -38,7 +38,7 @@ class LarkParser:
         return frozenset(self.parser.accepts())
 
     def back_to(self, kind: str) -> None:
-        """Drop what was taken last until a token of a kind can come."""
+        """Drop the latest tokens until a token of a kind fits."""
         while kind not in self.parser.choices():
             self.parser.parser_state.state_stack.pop()
             self.parser.parser_state.value_stack.pop()

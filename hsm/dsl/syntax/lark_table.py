@@ -1,8 +1,8 @@
-"""Lark's parse table, run by a loop of our own: token by token, so that a parse can be mended on the way.
+"""Lark's parse table, run by our own loop: token by token, so that a parse can recover from errors.
 
-The loop is ours because a third of the time from text to machine went into lark's, which looks up by rule what this one
-has in the table. The table lies in lark's private parts: where they are not as this module knows them, ``lark_loop``
-does the same with lark's own loop. A test holds the two to the same trees and errors.
+We use our own loop because lark's took a third of the time from text to machine: it looks up by rule what this one has
+in the table. The table is a private part of lark: if its structure is not the expected one, ``lark_loop`` does the same
+with lark's own loop. A test compares the trees and errors of both.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ class Reduction(NamedTuple):
     """What ends a rule.
 
     Attributes:
-        size: of how many parts the rule is made.
+        size: the number of its parts.
         rule: its name.
-        build: makes one value of its parts; None where the single part becomes that rule as it is.
+        build: makes one value of its parts; None if the single part is the value.
     """
 
     size: int
@@ -73,7 +73,7 @@ class ParseTable:
 
 @dataclass(slots=True)
 class TableParser:
-    """One parse under way."""
+    """A parse in progress."""
 
     table: ParseTable
     states: list[int] = field(default_factory=list)
@@ -83,7 +83,7 @@ class TableParser:
         self.states.append(self.table.start)
 
     def feed(self, token: Token) -> bool:
-        """Take a token; False, with the parse as it was up to reductions, where it cannot be here."""
+        """Take a token; if it does not fit, return False and leave the parse unchanged except for reductions."""
         rows, states = self.table.rows, self.states
         kind = token.type
         while (action := rows[states[-1]].get(kind)) is not None:
@@ -122,7 +122,7 @@ class TableParser:
         return frozenset(kind for kind in self.table.rows[self.states[-1]] if kind.isupper() and self._accepts(kind))
 
     def _accepts(self, kind: str) -> bool:
-        """Whether a kind of token can come next; the table alone also knows what follows elsewhere."""
+        """Whether a kind of token can come next; the table by itself also allows tokens that follow elsewhere."""
         rows, states = self.table.rows, list(self.states)
         while True:
             action = rows[states[-1]].get(kind)
@@ -134,7 +134,7 @@ class TableParser:
             states.append(rows[states[-1]][rule])  # type: ignore[arg-type]
 
     def back_to(self, kind: str) -> None:
-        """Drop what was taken last until a token of a kind can come."""
+        """Drop the latest tokens until a token of a kind fits."""
         while kind not in self.table.rows[self.states[-1]]:
             self.states.pop()
             self.values.pop()

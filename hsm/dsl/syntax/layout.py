@@ -1,4 +1,4 @@
-"""Where lines are indented wrongly, nothing is said that hangs on the blocks around them."""
+"""Suppresses diagnostics that depend on the blocks around a wrongly indented line."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _OF_BLOCKS = ("E0203", "E04", "W05", "N07")
 
 
 def without_doubtful(findings: Sequence[Diagnostic], lines: Sequence[str]) -> list[Diagnostic]:
-    """The diagnostics that are on their own.
+    """The diagnostics that do not depend on a wrong indentation.
 
-    A line that is indented wrongly leaves open which lines belong to which state, in the outermost block around it and
-    in the one before. What is found there and hangs on it waits until the line is right.
+    After a wrongly indented line it is unclear which lines belong to which state, in the outermost block around it and
+    in the previous one. Diagnostics there that depend on it are suppressed until the line is corrected.
 
     Args:
         findings: all of a file.
@@ -34,7 +34,7 @@ def _of_blocks(found: Diagnostic) -> bool:
 
 
 def _around(line: int, lines: Sequence[str]) -> Iterable[int]:
-    """The lines of the outermost block that a line is in, and of the one before."""
+    """The lines of the outermost block around a line, and of the block before it."""
     first, last = line, line
     for _ in range(2):
         first -= 1

@@ -1,7 +1,8 @@
 """From text to tokens: the grammar's terminals, matched by one expression, and blocks from indentation.
 
-The words that lines begin with are keywords there only, so that a state may be called ``exit`` or ``event``. A line
-within brackets continues the one before, unless it begins like a statement: then the bracket was never closed.
+The words that begin lines are keywords only there, so a state may be called ``exit`` or ``event``. A line
+within brackets continues the previous one, unless it begins like a statement: then the bracket was never closed. With
+``else`` begins a statement if an arrow, a slash or nothing follows.
 """
 
 from __future__ import annotations
@@ -24,20 +25,30 @@ STATEMENTS = frozenset(
 RESERVED = frozenset({"and", "if", "not", "or", "raise"})
 """The words that are keywords anywhere after the beginning of a line."""
 
-_INNER = {
-    "stay": RESERVED | {"when"},
-    "property": RESERVED | {"after", "always", "before", "eventually", "never", "within"},
-}
-_IN_PLACE = frozenset({"after", "cancel", "else", "for", "send"})
-"""Words that are keywords only where nothing else makes sense."""
+_ACTIONS = frozenset({"cancel", "send"})
 
-_OPENERS = frozenset(map(str.upper, STATEMENTS))
+IN_PLACE = _ACTIONS | {"after", "always", "before", "else", "eventually", "for", "never", "when", "within"}
+"""Words that are keywords only where no name fits."""
+
+_ACTING = frozenset({"on", "when", "else", "after", "every", "entry", "exit", "initial"})
+"""The beginnings of lines with actions, for which a slash outside brackets is the beginning of these."""
+
+_DEEPER = {"LPAR": 1, "RPAR": -1}
+_BEFORE_ACTIONS = frozenset({"SLASH", "COMMA"})
+
+_ENDS = frozenset({"NAME", "NUMBER", "RPAR"})
+"""The tokens that an expression can end with."""
+
+_FOLLOWED = re.compile(r" +[A-Za-z_]")
+_LINE = re.compile(r" *(?:[-=]>|[/#\n])")
+"""What follows an ``else`` that is not within an expression."""
+
 _new = str.__new__
 
 
 @dataclass(frozen=True, slots=True)
 class Terminals:
-    """The terminals of a grammar; shared by all that read texts at the same time.
+    """The terminals of a grammar; shared by concurrent readers.
 
     Attributes:
         pattern: matches any token, with the blanks before it.
@@ -49,7 +60,7 @@ class Terminals:
 
     @classmethod
     def of(cls, lark: Lark) -> Terminals:
-        """Those of a grammar; a character that begins none of them is one of its own."""
+        """The terminals of a grammar; a character that begins none of them is a terminal of its own."""
         formed = {one.name: one.pattern.to_regexp() for one in lark.terminals if one.pattern.type == "re"}
         symbols = {one.pattern.value: one.name for one in lark.terminals if one.pattern.type == "str"}
         marks = sorted((text for text in symbols if not text.isidentifier()), key=len, reverse=True)
@@ -65,14 +76,15 @@ class Lexer:
 
     Attributes:
         terminals: what a token can be.
-        unclosed: brackets that are never closed, by the line on which that is noticed.
-        misfits: ends of lines after which the indentation fits no block; of neighbours that agree, the first.
+        unclosed: brackets that are never closed, by the line where the lexer notices it.
+        misfits: ends of lines after which the indentation fits no block; only the first of consecutive equal ones.
     """
 
     terminals: Terminals
     unclosed: dict[int, Token] = field(default_factory=dict)
     misfits: list[Token] = field(default_factory=list)
     _misfit: int = -1
+    _opener: Token | None = None
 
     def tokens(self, text: str, first: int = 1) -> Iterator[Token]:
         """All tokens of a text that ends with a line break, with where blocks begin and end; called once.
@@ -96,7 +108,7 @@ class Lexer:
                 yield from self._indentation(token, levels)
                 continue
             if held is not None:
-                if kind in _OPENERS:
+                if token is self._opener:
                     yield from self._give_up(opened, held, levels)
                 held = None
             if kind == "LPAR":
@@ -110,23 +122,33 @@ class Lexer:
             yield _block_token("_DEDENT", end)
 
     def _words(self, text: str, first: int) -> Iterator[Token]:
-        """The tokens of a text as they are there; what looks blank at its end is no line of its own."""
+        """The tokens of a text; trailing white space is not a line of its own."""
         symbols = self.terminals.symbols
         line, line_start = first, 0
         opening = ""
-        earlier, previous = "_NL", "_NL"  # the text begins like a line after a line break
+        depth = 0  # open brackets
+        acting = False  # whether the actions of the line have begun
+        earlier, previous = "_NL", "_NL"  # the first line begins as if after a line break
         for match in self.terminals.pattern.finditer(text):
             kind = match.lastgroup or "UNKNOWN"
             start, end = match.span(kind)
             word = text[start:end]
             token = _token(kind, word, line, start - line_start + 1)
             if kind == "NAME":
-                if previous == "_NL" and word in STATEMENTS:
-                    opening = word
-                    token.type = kind = word.upper()
-                elif word in _INNER.get(opening, RESERVED) or (
-                    word in _IN_PLACE and _in_place(word, opening, earlier, previous, text[end : end + 2])
+                if (
+                    previous == "_NL"
+                    and word in STATEMENTS
+                    and not (depth and word == "else" and _LINE.match(text, end) is None)
                 ):
+                    opening, depth, acting = word, 0, False
+                    self._opener = token
+                    token.type = kind = word.upper()
+                elif word in RESERVED:
+                    token.type = kind = word.upper()
+                elif word in _ACTIONS:
+                    if acting and not depth and previous in _BEFORE_ACTIONS and _FOLLOWED.match(text, end):
+                        token.type = kind = word.upper()
+                elif word in IN_PLACE and _in_place(word, opening, depth, earlier, previous):
                     token.type = kind = word.upper()
             elif kind == "_NL":
                 if end == len(text):
@@ -136,20 +158,22 @@ class Lexer:
                 token.end_line = line
             elif kind == "_MARK":
                 token.type = kind = symbols[word]
+                depth = max(0, depth + _DEEPER.get(kind, 0))
+                acting = acting or (kind == "SLASH" and not depth and opening in _ACTING)
             earlier, previous = previous, kind
             yield token
 
     def _give_up(self, opened: list[Token], end: Token, levels: list[int]) -> Iterator[Token]:
-        """End a line although a bracket is open."""
+        """End a line even though a bracket is open."""
         self.unclosed[end.line or 1] = opened[0]
         opened.clear()
         yield end
         yield from self._indentation(end, levels)
 
     def _indentation(self, newline: Token, levels: list[int]) -> Iterator[Token]:
-        """The beginning of a block or the ends of some, as the blanks after a line break say.
+        """The beginning of a block or the ends of blocks, according to the spaces after a line break.
 
-        A line that begins where no block begins is taken to belong to the nearest.
+        A line whose indentation fits no block belongs to the nearest one.
         """
         width = len(newline.value) - newline.value.rindex("\n") - 1
         if width > levels[-1]:
@@ -168,7 +192,7 @@ class Lexer:
 
 
 def _token(kind: str, word: str, line: int, column: int) -> Token:
-    """A token on one line; made without lark's own way, which takes several times as long."""
+    """A token on one line; lark's own constructor takes several times as long."""
     token = _new(Token, word)
     token.type = kind
     token.value = word
@@ -186,14 +210,28 @@ def _block_token(kind: str, newline: Token) -> Token:
     return token
 
 
-def _in_place(word: str, opening: str, earlier: str, previous: str, following: str) -> bool:
-    """Whether a word is a keyword after these two tokens on a line with this beginning."""
+def _in_place(word: str, opening: str, depth: int, earlier: str, previous: str) -> bool:
+    """Whether a word is a keyword where it is.
+
+    Args:
+        word: one of ``IN_PLACE``, but none that begins an action.
+        opening: the word that the line begins with.
+        depth: how many brackets are open.
+        earlier: the kind of the last token but one.
+        previous: the kind of the last token.
+    """
     match word:
-        case "for":
-            return opening == "when" and previous in ("NAME", "NUMBER", "RPAR")
-        case "after":
-            return (earlier == "RAISE" and previous == "NAME") or previous == "RPAR"
         case "else":
-            return previous in ("NAME", "NUMBER", "RPAR")
-        case _:
-            return previous in ("SLASH", "COMMA") and following[:1] == " " and following[1:].isidentifier()
+            return previous in _ENDS or previous == "_NL"
+        case "after" if opening != "property":
+            return (earlier == "RAISE" and previous == "NAME") or previous == "RPAR"
+        case "for":
+            return opening == "when" and not depth and previous in _ENDS
+        case "when":
+            return previous == "STAY"
+        case "eventually":
+            return previous == "ALWAYS"
+        case "before" | "within":
+            return opening == "property" and not depth and previous in _ENDS
+        case _:  # what a claim begins with
+            return opening == "property" and previous == "COLON"

@@ -1,4 +1,4 @@
-"""From text to a syntax tree; a line that cannot be read is reported, skipped, and the rest is read all the same."""
+"""From text to a syntax tree; a line that cannot be read is reported and skipped, and parsing continues."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from hsm.dsl.syntax.lark_table import ParseTable, TableParser
 from hsm.dsl.syntax.layout import LAYOUT
 from hsm.dsl.syntax.lexer import Lexer, Terminals
 from hsm.dsl.syntax.syntax_errors import report_line
+from hsm.dsl.syntax.table_cache import analysed
 from hsm.model.chart import StateKind
 from hsm.model.diagnostics import Diagnostic, Place
 
@@ -223,7 +224,7 @@ class Grammar:
 
     @classmethod
     def of(cls, lark: Lark) -> Grammar:
-        """A grammar as lark has read it: run by our loop, or by lark's where its table is not as we know it."""
+        """A grammar read by lark: run by our loop, or by lark's if its table has an unknown structure."""
         try:
             table = ParseTable.of(lark)
         except (AttributeError, KeyError, TypeError):
@@ -233,14 +234,19 @@ class Grammar:
 
 def read_grammar() -> Lark:
     """The grammar, read by lark."""
-    grammar = files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
     builder: Any = TreeBuilder()
-    return Lark(grammar, parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False)
+    return Lark(
+        _grammar_text(), parser="lalr", start="file", lexer="basic", transformer=builder, maybe_placeholders=False
+    )
+
+
+def _grammar_text() -> str:
+    return files("hsm.dsl.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
 
 
 @cache
 def _grammar() -> Grammar:
-    return Grammar.of(read_grammar())
+    return Grammar.of(analysed(_grammar_text(), TreeBuilder(), read_grammar))
 
 
 def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.File, list[Diagnostic]]:
@@ -252,7 +258,7 @@ def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.Fil
         grammar: by default the language's, read once.
 
     Returns:
-        The syntax tree, with a ``BadLine`` wherever a line could not be read, and what was wrong.
+        The syntax tree, with a ``BadLine`` for each line that could not be read, and the diagnostics.
     """
     report = Report(file)
     text = _without_tabs(text.replace("\r\n", "\n"), report)
@@ -281,17 +287,17 @@ def parse(text: str, file: str, grammar: Grammar | None = None) -> tuple[ast.Fil
 
 
 class BlockParser:
-    """Reads one text again and again while it is edited; what did not change since the last time is not read again.
+    """An incremental parser for a text that is edited; it does not read unchanged parts again.
 
-    A file is a list of items, and an item that begins at the left edge is read on its own: what is in it does not
-    depend on those before it. Where anything in the text cannot be read, all of it is read together, as by ``parse``.
+    A file is a list of items, and each item that begins at the left edge is read separately, since it does not depend
+    on those before it. If anything in the text cannot be read, the whole text is read as by ``parse``.
     """
 
     def __init__(self) -> None:
         self._known: dict[tuple[int, str], tuple[ast.Item, ...]] = {}
 
     def parse(self, text: str, file: str) -> tuple[ast.File, list[Diagnostic]]:
-        """The same as ``parse`` gives."""
+        """The same result as ``parse``."""
         text = text.replace("\r\n", "\n")
         if "\t" in text:
             return parse(text, file)
@@ -330,13 +336,13 @@ def _items(text: str, first: int) -> tuple[ast.Item, ...] | None:
 
 
 def _once_a_line(found: list[Diagnostic]) -> list[Diagnostic]:
-    """Without what is said about the beginning of a line of which something else is said."""
+    """Drops diagnostics about the beginning of a line that has another diagnostic."""
     told = {one.place.line for one in found if one.place is not None and one.code not in LAYOUT}
     return [one for one in found if one.code not in LAYOUT or one.place is None or one.place.line not in told]
 
 
 def _forget_between(report: Report, first: int, last: int) -> None:
-    """Drop what was said about lines that could not be read because a bracket on them is not closed."""
+    """Drop the diagnostics of lines that could not be read because a bracket on them is not closed."""
     report.found[:] = [
         one for one in report.found if one.code != "E0101" or one.place is None or not first <= one.place.line <= last
     ]
@@ -348,7 +354,7 @@ def tokens_of(text: str) -> Iterator[Token]:
 
 
 def _skip_line(parser: TableParser | LarkParser, tokens: Iterator[Token], token: Token, lines: list[str]) -> None:
-    """Puts ``BAD`` in place of the line that a token cannot be on, and goes on after that line."""
+    """Puts ``BAD`` in place of the line that a token cannot be on, and continues after that line."""
     parser.back_to("BAD")
     first = token.line or 1
     while token.type != "_NL":
@@ -358,7 +364,7 @@ def _skip_line(parser: TableParser | LarkParser, tokens: Iterator[Token], token:
 
 
 def _without_tabs(text: str, report: Report) -> str:
-    """The text with tabs replaced; where there are any before comments, the first is reported."""
+    """The text with tabs replaced; the first tab outside comments is reported."""
     if "\t" not in text:
         return text
     lines = text.split("\n")

@@ -1,4 +1,4 @@
-"""What is wrong with a line that cannot be read, in the author's words."""
+"""Messages for lines that cannot be read, in the author's words."""
 
 from __future__ import annotations
 
@@ -36,6 +36,8 @@ _NAMES = {
     "import": "the name of a machine",
 }
 _WORD = re.compile(r"[A-Za-z_][\w.]*|[-=<>!+*/&|]+|\d[\d.]*|[^ ]")
+_RUN = re.compile(r"[^ #]*")
+"""What is written without a blank: a strange character in it is the mistake, wherever it is noticed."""
 _FOREIGN = {
     "&&": "write `and`",
     "&": "write `and`",
@@ -68,7 +70,7 @@ _TRANSITIONS = ("on", "when", "after")
 
 
 def report_line(report: Report, token: Token, expected: Set[str], line: str) -> None:
-    """Say why a token cannot be where it does.
+    """Report why a token does not fit.
 
     Args:
         report: where to.
@@ -77,9 +79,11 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
         line: the line that it is on.
     """
     number, column = token.line or 1, token.column or 1
-    if column <= len(line) and is_strange(line[column - 1]):
-        character = line[column - 1]
-        place = Place(report.file, number, column, number, column + 1)
+    run = _RUN.match(line, column - 1)
+    strange = next((at for at in range(column - 1, run.end() if run else 0) if is_strange(line[at])), None)
+    if strange is not None and token.type != "_NL":
+        character = line[strange]
+        place = Place(report.file, number, strange + 1, number, strange + 2)
         report.add("E0101", place, f"here is {described(character)}", advice(character))
         return
     before = line[: column - 1]
@@ -99,12 +103,12 @@ def report_line(report: Report, token: Token, expected: Set[str], line: str) -> 
     if wanted and wanted[0] == _WORDS["NAME"]:
         wanted[0] = _NAMES.get(last, wanted[0])
     found = f"here is `{word}`" if word else "the line ends here"
-    message = f"expected {_either(wanted)}, but {found}" if wanted else f"`{word}`is not allowed here"
+    message = f"expected {_either(wanted)}, but {found}" if wanted else f"`{word}` is not allowed here"
     _add(report, place, message, _hint(before.split(), word, expected), word)
 
 
 def _add(report: Report, place: Place, message: str, hint: str | None, word: str) -> None:
-    """Report a line; marks of other languages, which are on many lines, are reported once."""
+    """Report a line; punctuation of other languages, which is on many lines, is reported once."""
     if word in _FOREIGN and hint == _FOREIGN[word]:
         report.add_once("E0101", place, message, hint, subject=hint)
     else:
@@ -112,7 +116,7 @@ def _add(report: Report, place: Place, message: str, hint: str | None, word: str
 
 
 def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
-    """A way out of a mistake that is often made."""
+    """A suggestion for a common mistake."""
     text = " ".join(before)
     if word == ">" and text.endswith("<"):
         return "write `!=`"
@@ -137,7 +141,7 @@ def _hint(before: list[str], word: str, expected: Set[str]) -> str | None:
 
 
 def _hint_in_transition(first: str, text: str, word: str, expected: Set[str]) -> str | None:
-    """A way out of a mistake on a line that begins with ``on``, ``when`` or ``after``."""
+    """A suggestion for a mistake on a line that begins with ``on``, ``when`` or ``after``."""
     if first == "on" and word in ("and", "or", "when"):
         return "put extra conditions after `if`"
     divides = text.endswith(" /") and word[:1].isdigit()

@@ -1,10 +1,10 @@
 """Statecharts in SCXML, the W3C's XML for statecharts: read into machines and written from them.
 
-What has a counterpart in this engine is read: states of all kinds, history, transitions of both types with event
-descriptors, ``In()`` conditions, ``raise``, and ``send`` and ``cancel`` to the chart itself in logical time. A
-chart that names its data model, ``ecmascript`` or ``python``, has data, ``assign``, ``if``, ``foreach``, events
-with data, the system variables and the ``...expr`` attributes, in a safe subset of those languages' expressions, and
-invokes other charts. What would need another process (events over HTTP), or more of a language, is refused by its name.
+It reads everything that has a counterpart in this engine: states of all kinds, history, transitions of both types with
+event descriptors, ``In()`` conditions, ``raise``, and ``send`` and ``cancel`` to the chart itself in logical time. A
+chart that names its data model, ``ecmascript`` or ``python``, has data, ``assign``, ``if``, ``foreach``, events with
+data, the system variables and the ``...expr`` attributes, in a safe subset of those languages' expressions, and invokes
+other charts. Features that need another process (events over HTTP), or more of those languages, are refused by name.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def load(path: str | Path) -> Machine:
     """The machine that an SCXML file describes.
 
     Raises:
-        MachineError: the file cannot be read, is not well-formed, or asks for what is not supported; it has all
+        MachineError: the file cannot be read, is not well-formed, or uses an unsupported feature; the error has all
             diagnostics.
     """
     return build(read_file(path))

@@ -17,7 +17,7 @@ _DEPTH = 50
 
 
 class ConditionError(ValueError):
-    """A condition that needs a data model, or is none at all."""
+    """A condition that needs a data model, or is invalid."""
 
 
 def parse_condition(text: str, place: Place) -> Expression:

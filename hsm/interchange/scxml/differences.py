@@ -1,6 +1,6 @@
-"""What an exported machine means otherwise in SCXML: each difference by name, with the place and a way out.
+"""Differences in meaning of an exported machine in SCXML: each with its name, place and a suggestion.
 
-What is not listed here is translated truly: read back, it takes the same transitions at the same stamps.
+Everything else keeps its meaning: read back, it takes the same transitions at the same stamps.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from hsm.model.expressions import Literal
 from hsm.model.rewriting import actions_of
 
 _WAITS = "SCXML sends the time-out once: a guard that is false then loses it; here it stays due until the guard holds"
-_SOONER = "SCXML takes a condition before any event, and again between events; here it is looked at after them"
-_ORDER = "of what happens in one tick SCXML takes the earliest first; here events come before time-outs"
+_SOONER = "SCXML evaluates a condition before any event, and again between events; here it is evaluated after them"
+_ORDER = "SCXML handles the inputs of one tick in order of time; here events come before time-outs"
 
 
 def differences(model: Model) -> list[Diagnostic]:
-    """What of a machine changes its meaning when it is written as SCXML; empty where nothing does."""
-    return [*_transitions(model), *_names(model), *_same_tick(model), *_sent(model)]
+    """The parts of a machine whose meaning changes in SCXML; empty if there are none."""
+    return [*_transitions(model), *_names(model), *_same_tick(model), *_sent(model), *_parameters(model)]
 
 
 def _transitions(model: Model) -> Iterator[Diagnostic]:
@@ -44,15 +44,17 @@ def _transitions(model: Model) -> Iterator[Diagnostic]:
         source = model.states[transition.source]
         match transition.trigger:
             case Defer():
-                reason = "SCXML has no word for deferring an event: it is written as a transition that drops it"
-                yield _difference(transition, reason, "let the event be sent again, or keep it in a variable")
+                reason = "SCXML has no deferred events: this one is written as a transition that drops it"
+                yield _difference(transition, reason, "send the event again, or keep it in a variable")
             case On(prefix=True):
                 continue  # read from SCXML
             case On(names):
                 yield from _events(transition, names)
                 if raises and _only_some_finals(model, source, names):
-                    reason = "SCXML asks which final state is active once the machine's own events were handled"
-                    yield _difference(transition, reason, "handle all final states alike, or `done` in their own state")
+                    reason = "SCXML checks which final state is active after the machine's own events are handled"
+                    yield _difference(
+                        transition, reason, ("handle all final states in the same way, or `done` in their own state")
+                    )
             case _:
                 yield from _timing(transition)
         if _leaves_regions_only(source, transition):
@@ -61,31 +63,31 @@ def _transitions(model: Model) -> Iterator[Diagnostic]:
 
 
 def _timing(transition: Transition) -> Iterator[Diagnostic]:
-    """What a condition or a time-out means otherwise."""
+    """Differences in the meaning of a condition or a time-out."""
     match transition.trigger:
         case When():
             yield _difference(transition, _SOONER, "send an event when the condition becomes true")
         case After(duration):
             if transition.guard is not None:
-                yield _difference(transition, _WAITS, "let the guarded state be entered only when the guard holds")
+                yield _difference(transition, _WAITS, "enter the state only when the guard holds")
             if not isinstance(duration, Literal) or duration.value <= 0:
                 reason = "SCXML acts on a time-out of zero in the step that enters the state; here in the next"
                 yield _difference(transition, reason, "write a time-out above zero")
         case Every():
             if transition.guard is not None or transition.targets:
-                yield _difference(transition, _WAITS, "let it repeat without a guard and without a target")
+                yield _difference(transition, _WAITS, "remove the guard and the target from the repeated transition")
         case Held():
-            reason = "SCXML has no word for how long a condition holds: it is written as the condition alone"
-            yield _difference(transition, reason, "let a state be entered by the condition, and wait in it")
+            reason = "SCXML cannot express how long a condition holds: only the condition is written"
+            yield _difference(transition, reason, "enter a state on the condition, and wait in it")
 
 
 def _events(transition: Transition, names: tuple[str, ...]) -> Iterator[Diagnostic]:
-    """What a pattern or a fault means otherwise."""
+    """Differences in the meaning of a pattern or a fault."""
     if "*" in names:
         yield _difference(transition, "in SCXML `*` also matches completions and errors", "name the events")
     if "fault" in names:
-        reason = "SCXML has no `fault`: an error there does not undo anything, and every state sees it"
-        yield _difference(transition, reason, "write `error.execution` by hand where it is meant")
+        reason = "SCXML has no `fault`: an error there undoes nothing, and every state receives it"
+        yield _difference(transition, reason, "write `error.execution` by hand where you mean it")
 
 
 def _only_some_finals(model: Model, source: State, names: tuple[str, ...]) -> bool:
@@ -104,7 +106,7 @@ def _leaves_regions_only(source: State, transition: Transition) -> bool:
 
 
 def _names(model: Model) -> Iterator[Diagnostic]:
-    """Events whose names begin another's: SCXML's descriptors match by their leading parts."""
+    """Events whose names are prefixes of others: SCXML's descriptors match by their leading parts."""
     waited = {one.index: one.trigger.names for one in model.transitions if isinstance(one.trigger, On)}
     sent = {one.event for one in actions_of(model) if isinstance(one, Raise | Send)}
     known = sorted(sent.union(*waited.values(), model.events or ()))
@@ -118,11 +120,19 @@ def _names(model: Model) -> Iterator[Diagnostic]:
 
 
 def _sent(model: Model) -> Iterator[Diagnostic]:
-    """What is sent to other machines: SCXML sends to a session by its address."""
+    """Events to other machines: SCXML sends to a session by its address."""
     for action in actions_of(model):
         if isinstance(action, Emit):
-            reason = f"SCXML sends `{action.event}` to a session with an address; here every other machine hears of it"
-            yield finding("W0923", action.place, reason, "let the program that runs the sessions hand it on")
+            reason = f"SCXML sends `{action.event}` to a session with an address; here every other machine receives it"
+            yield finding("W0923", action.place, reason, "let the program that runs the sessions forward it")
+
+
+def _parameters(model: Model) -> Iterator[Diagnostic]:
+    """Parameters without a value: a chart is not given any when it starts."""
+    for parameter in model.parameters:
+        if parameter.required:
+            reason = f"parameter `{parameter.name}` has no value: in SCXML it is undefined"
+            yield finding("W0923", model.states[0].place, reason, "write a value after its type")
 
 
 def _same_tick(model: Model) -> Iterator[Diagnostic]:

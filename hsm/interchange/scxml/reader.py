@@ -37,7 +37,7 @@ from hsm.model.messages import Store
 from hsm.model.topology import Topology
 
 _STATES = ("state", "parallel", "final", "history")
-"""Elements without an effect on the states: they are read over."""
+"""Elements without an effect on the states: they are ignored."""
 
 _DELAY = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(ms|s|m|h|d)\s*")
 _LARGEST = 32 * 2**20
@@ -49,7 +49,7 @@ def read_file(path: str | Path) -> Model:
     """The model of an SCXML file.
 
     Raises:
-        MachineError: the file cannot be read or is no chart that is supported; all diagnostics are in it.
+        MachineError: the file cannot be read or is not a chart that is supported; all diagnostics are in it.
     """
     return read_text(_content(Path(path)), str(path))
 
@@ -61,7 +61,7 @@ def _content(path: Path) -> bytes:
         MachineError: it cannot be read.
     """
     try:
-        with path.open("rb") as file:  # not to its end, which a device may not have
+        with path.open("rb") as file:  # not to the end: a device may have none
             text = file.read(_LARGEST + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
@@ -79,7 +79,7 @@ def read_text(text: str | bytes, file: str = "<text>") -> Model:
         file: what diagnostics call it.
 
     Raises:
-        MachineError: it is no chart that is supported; all diagnostics are in it.
+        MachineError: it is not a chart that is supported; all diagnostics are in it.
     """
     model, found = _read(parse(text, file), file, 0)
     if found:
@@ -88,7 +88,7 @@ def read_text(text: str | bytes, file: str = "<text>") -> Model:
 
 
 def _read(top: Element, file: str, depth: int) -> tuple[Model, list[Diagnostic]]:
-    """A document with all that is wrong with it; ``depth`` is how many charts invoke one another around it."""
+    """A document with all its diagnostics; ``depth`` is how many charts around it invoke each other."""
     reader = _Reader(file, depth)
     model = reader.read(top)
     found = list(breaches(top))
@@ -123,7 +123,7 @@ class _Loader:
     def text(self, text: object) -> Model:
         """A chart that is made while the machine runs."""
         if not isinstance(text, str):
-            raise DataError("what is invoked is no chart")
+            raise DataError("what is invoked is not a chart")
         return self._at_run_time(lambda: parse(text, self.reader.file), self.reader.file)
 
     def at_run_time(self, name: object) -> Model:
@@ -146,7 +146,7 @@ class _Loader:
 
     def _file(self, name: str) -> Model:
         if self.reader.depth >= _DEEPEST_INVOKE:
-            message = f"charts invoke one another more than {_DEEPEST_INVOKE} deep"
+            message = f"charts invoke each other more than {_DEEPEST_INVOKE} levels deep"
             hint = "name the chart by `srcexpr`, which is read when it is due"
             raise MachineError([finding("E0902", None, message, hint)])
         path = Path(self.reader.file).parent / name.removeprefix("file:")
@@ -266,7 +266,10 @@ class _Reader:
         for one in draft.element.of("invoke"):
             kind = one.attributes.get("type", "scxml")
             if kind not in CHARTS:
-                message, hint = f"what has the type `{kind}` cannot be invoked", "only charts in SCXML can: `scxml`"
+                message, hint = (
+                    f"an <invoke> of type `{kind}` is not supported",
+                    "only charts in SCXML can be invoked: `scxml`",
+                )
                 self.find("E0904", message, one.place, hint)
             elif not ({"src", "srcexpr"} & one.attributes.keys() or any(one.of("content"))):
                 self.find("E0909", "<invoke> needs a chart", one.place, "name it by `src`, or write it in <content>")
@@ -322,7 +325,7 @@ class _Reader:
         elements = [one for initial in element.of("initial") for one in initial.of("transition")]
         if any(element.of("initial")):
             if "initial" in element.attributes or len(list(element.of("initial"))) > 1:
-                self.find("E0909", f"`{draft.name}` says twice where it begins", element.place, "keep one `initial`")
+                self.find("E0909", f"`{draft.name}` has two initial states", element.place, "keep one `initial`")
             return self._default(index, elements, index)
         names = element.attributes.get("initial", "").split()
         targets = tuple(self._targets(names, element.place))
@@ -396,7 +399,7 @@ class _Reader:
         """The data model that a chart asks for by name, if it uses it."""
         name = top.attributes.get("datamodel", "null")
         if name == "null" and (any(all_of(top, "invoke")) or self.depth):
-            name = "ecmascript"  # sessions that talk are its business; there is no data
+            name = "ecmascript"  # sessions that communicate need it; there is no data
         if name in DATA_MODELS and not uses_data(top) and not self.depth:
             return None
         if name in DATA_MODELS:
@@ -419,7 +422,7 @@ class _Reader:
         return [one.attributes.get("id", "") for index in range(len(self.drafts)) for one in self._data_of(index)]
 
     def _begun(self, index: int) -> tuple[Action, ...]:
-        """What sets the data of a state: of all states at the start, or of each on its first entry."""
+        """The code that sets the data of a state: all at the start, or each on its first entry."""
         if self.data is None:
             return ()
         if self.drafts[0].element.attributes.get("binding", "early") == "late":
@@ -433,7 +436,7 @@ class _Reader:
         return tuple(action for one in scripts if self.data is not None for action in self.data.script(one))
 
     def _result(self, draft: _Draft) -> tuple[Action, ...]:
-        """What the completion that a final state causes carries."""
+        """The data of the completion that a final state causes."""
         if self.data is None:
             return ()
         return tuple(one for data in draft.element.of("donedata") for one in self.data.result(data, draft.parent))
@@ -498,7 +501,7 @@ class _Reader:
         found = _DELAY.fullmatch(text)
         seconds = float(found[1]) * _SECONDS[found[2]] if found else -1.0
         if found is None or not isfinite(seconds):
-            what = "a delay without a unit" if text.strip().replace(".", "", 1).isdecimal() else "no delay"
+            what = "a delay without a unit" if text.strip().replace(".", "", 1).isdecimal() else "not a delay"
             self.find("E0910", f"`{text}` is {what}", place, "write it as in `1.5s` or `200ms`")
         return seconds
 
@@ -543,7 +546,7 @@ def _states_named(guard: Expression) -> Iterator[str]:
             yield from _states_named(right)
 
 
-_DATA = 'say which data model the chart has: `datamodel="ecmascript"`'
+_DATA = 'declare the data model of the chart: `datamodel="ecmascript"`'
 _CASES = _DATA
 _ADVICE = {
     "script": _DATA,

@@ -1,4 +1,4 @@
-"""From a chart to the text of a ``.maze-machine``: what the language has a counterpart for."""
+"""From a chart to the text of a ``.maze-machine`` file, as far as the language has counterparts."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ _DEEPEST = 1000
 
 
 def to_machine_text(model: Model) -> str:
-    """The text of a machine that does what the chart does; not laid out yet.
+    """The text of a machine with the same behaviour as the chart; not formatted yet.
 
     Names become names of the language: other characters become underscores.
 
     Raises:
-        MachineError: the chart has something that the language does not have; all of it is in the error.
+        MachineError: the chart has features that the language lacks; the error lists all of them.
     """
     names = _names(model)
     writer = _Translator(model, names)
@@ -78,7 +78,7 @@ class _Translator:
     Attributes:
         model: the chart.
         names: the name of each state in the language.
-        findings: what the language has no counterpart for.
+        findings: the features without a counterpart in the language.
         known: the events that the chart names.
         raises: the chart makes events itself: it raises them, or waits for completions.
     """
@@ -144,7 +144,7 @@ class _Translator:
         yield from self._inside(state, depth + 1)
 
     def _inside(self, state: State, depth: int) -> Iterator[str]:
-        """What a state says of itself, before the states in it."""
+        """The lines of a state before its inner states."""
         indent = "    " * depth
         if state.kind is StateKind.COMPOUND:
             initial = [self.model.states[one] for one in state.initial]
@@ -182,7 +182,7 @@ class _Translator:
             elif "*" in name or name.startswith(("done.", "error.")) or name in ("done", "error"):
                 self._refuse(f"the event `{name}`", transition.place)
             else:
-                # A descriptor also hears of the events whose names it begins: of those that the chart knows.
+                # A descriptor also receives the events whose names it begins: of those that the chart knows.
                 stem = name.removesuffix(".")
                 events.extend(_word(one) for one in self.known if f"{one}.".startswith(f"{stem}."))
         return f"on {', '.join(dict.fromkeys(events))}" + (f" if {guard}" if guard else "")

@@ -1,7 +1,7 @@
-"""What the standard lets an element of SCXML have: attributes, what may lie in it, and which of them exclude others.
+"""The rules of the standard for each element of SCXML: its attributes, its children, and which exclude each other.
 
-Source: W3C, State Chart XML (SCXML), sections 3 to 6. Attributes and elements of other namespaces are not SCXML's
-business; attributes are skipped, elements are refused by the reader.
+Source: W3C, State Chart XML (SCXML), sections 3 to 6. Attributes of other namespaces are skipped; elements of other
+namespaces are refused by the reader.
 """
 
 from __future__ import annotations
@@ -90,11 +90,11 @@ _VALUES = {
     ("history", "type"): ("shallow", "deep"),
 }
 _OPAQUE = ("content", "data", "assign")
-"""What lies in these is data, whatever it looks like."""
+"""The contents of these elements are always data."""
 
 
 def breaches(top: Element) -> Iterator[Diagnostic]:
-    """Everything in a document that the standard does not allow, with what was probably meant."""
+    """Everything in a document that the standard does not allow, with a suggestion."""
     pending = [top]
     while pending:
         element = pending.pop()
@@ -109,8 +109,8 @@ def breaches(top: Element) -> Iterator[Diagnostic]:
             continue
         for child in element.children:
             if child.tag in RULES and child.tag not in rule.children:
-                hint = f"in it may lie: {', '.join(sorted(rule.children)) or 'nothing'}"
-                yield finding("E0903", child.place, f"<{child.tag}> cannot lie in <{element.tag}>", hint)
+                hint = f"it may contain: {', '.join(sorted(rule.children)) or 'nothing'}"
+                yield finding("E0903", child.place, f"<{element.tag}> cannot contain <{child.tag}>", hint)
             elif child.tag not in RULES and not child.tag.startswith("{"):
                 close = get_close_matches(child.tag, sorted(rule.children), 1)
                 hint = f"did you mean `{close[0]}`?" if close else "leave it out"

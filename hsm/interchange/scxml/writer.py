@@ -1,21 +1,23 @@
 """From a model to SCXML text.
 
-States, history, transitions, raised and sent events have their counterpart in SCXML. The rest is written so that
-another tool can read what is meant: conditions and assignments as this language's expressions in ``cond`` and ``expr``,
-time-outs as events that are sent with a delay on entry and cancelled on exit, outcomes as completions under the
-condition that their final state is reached, activities as ``invoke`` and one-shot actions as elements of a namespace of
-their own.
+States, history, transitions, raised and sent events have their counterpart in SCXML. The rest is written so that other
+tools can understand it: time-outs as events that are sent with a delay on entry and cancelled on exit, outcomes as
+completions under the condition that their final state is reached, activities as ``invoke`` and one-shot actions as
+elements of a namespace of their own. Variables, conditions and what events carry are ECMAScript, in SI numbers, if the
+machine asks no signals and runs no actions of a registry; otherwise they are in this language.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass
+from decimal import Decimal
 from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
+from hsm.interchange.scxml.ecmascript import EcmaScript, has_words_for
 from hsm.interchange.scxml.elements import NAMESPACE
+from hsm.interchange.scxml.own_words import OwnWords, renamed
 from hsm.model.chart import (
     Action,
     After,
@@ -37,15 +39,13 @@ from hsm.model.chart import (
 )
 from hsm.model.codes import finding
 from hsm.model.diagnostics import MachineError
-from hsm.model.expressions import EventValue, Expression, Literal
-from hsm.model.rewriting import rewrite_expression
+from hsm.model.expressions import Active, Binary, Expression, Literal
 from hsm.model.topology import HISTORY
-from hsm.model.unparse import activity_text, call_text, expression_text
+from hsm.model.types import BOOLEAN
+from hsm.model.unparse import activity_text, call_text
 
 OWN = "urn:maze-machine"
-"""The namespace of what SCXML has no word for."""
-
-_IN = re.compile(r"\bin\(([\w.-]+)\)")
+"""The namespace for features that SCXML lacks."""
 
 _ESCAPES = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 _DEEPEST_INDENT = 100
@@ -68,21 +68,13 @@ def write_text(model: Model) -> str:
     if model.store is not None:
         place = model.states[0].place
         raise MachineError(
-            [finding("E0905", place, "a chart with a data model is not written again", "keep its document")]
+            [finding("E0905", place, "a chart with a data model cannot be exported", "keep its document")]
         )
-    root = ElementTree.Element("scxml", {"xmlns": NAMESPACE, "xmlns:maze": OWN, "version": "1.0", "name": model.name})
-    root.set("datamodel", "maze-machine" if model.variables or model.parameters or model.event_data else "null")
-    elements = [root]
-    for state in model.states[1:]:
-        elements.append(ElementTree.SubElement(elements[state.parent], _TAGS.get(state.kind, "state"), id=state.name))
-    _write_data(model, root)
-    for state, element in zip(model.states, elements, strict=True):
-        _write_state(model, state, element)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + "\n".join(_lines(root)) + "\n"
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + "\n".join(_lines(_Writer.of(model).document())) + "\n"
 
 
 def _lines(root: ElementTree.Element) -> Iterator[str]:
-    """An element and what is in it, one tag a line; the library's own writer goes no deeper than Python's stack."""
+    """An element with its contents, one tag per line; Python's stack limits the depth of the library's own writer."""
     pending: list[tuple[int, ElementTree.Element | str]] = [(0, root)]
     while pending:
         depth, element = pending.pop()
@@ -97,186 +89,208 @@ def _lines(root: ElementTree.Element) -> Iterator[str]:
             pending.extend((depth + 1, child) for child in reversed(element))
 
 
-def _write_data(model: Model, root: ElementTree.Element) -> None:
-    if not model.variables and not model.parameters:
-        return
-    data = ElementTree.Element("datamodel")
-    for parameter in model.parameters:
-        made_of = model.derived.get(parameter.name, Literal(parameter.default, parameter.type))
-        value = {} if parameter.required else {"expr": expression_text(made_of)}
-        ElementTree.SubElement(data, "data", {"id": parameter.name, **value})
-    for variable in model.variables:
-        ElementTree.SubElement(data, "data", id=variable.name, expr=expression_text(variable.initial))
-    root.insert(0, data)
+@dataclass(frozen=True, slots=True)
+class _Writer:
+    """Writes one machine.
 
+    Attributes:
+        model: the machine.
+        words: writes its expressions.
+        data_model: in which language those are.
+    """
 
-def _write_state(model: Model, state: State, element: ElementTree.Element) -> None:
-    front: list[ElementTree.Element] = []
-    targets = " ".join(model.states[index].name for index in state.initial)
-    if state.kind in HISTORY:
-        element.set("type", "deep" if state.kind is StateKind.DEEP_HISTORY else "shallow")
-        default = ElementTree.SubElement(element, "transition", target=targets)
-        _write_actions(model, default, state.initial_actions)
-        return
-    if state.initial_actions:
-        initial = ElementTree.Element("initial")
-        _write_actions(model, ElementTree.SubElement(initial, "transition", target=targets), state.initial_actions)
-        front.append(initial)
-    elif targets and state.kind is StateKind.COMPOUND:
-        element.set("initial", targets)
-    own = [model.transitions[index] for index in state.transitions]
-    front.extend(_blocks(model, state, own))
-    if state.activity is not None:
-        call = activity_text(state.activity)
-        front.append(ElementTree.Element("invoke", type=OWN, id=f"{state.name}.activity", src=call))
-    for transition in own:
-        front.extend(_transition(model, state, transition))
-    at = 1 if state.index == 0 and element.find("datamodel") is not None else 0
-    for offset, one in enumerate(front):
-        element.insert(at + offset, one)
+    model: Model
+    words: EcmaScript | OwnWords
+    data_model: str
 
+    @classmethod
+    def of(cls, model: Model) -> _Writer:
+        """The writer for a machine."""
+        data = bool(model.variables or model.parameters or model.event_data)
+        if has_words_for(model):
+            return cls(model, EcmaScript.of(model), "ecmascript" if data else "null")
+        return cls(model, OwnWords(), "maze-machine" if data else "null")
 
-def _blocks(model: Model, state: State, own: list[Transition]) -> list[ElementTree.Element]:
-    entry, leave = ElementTree.Element("onentry"), ElementTree.Element("onexit")
-    for transition in own:
-        if isinstance(transition.trigger, After | Every):
-            _send_time_out(entry, state, transition, transition.trigger.duration)
-            ElementTree.SubElement(leave, "cancel", sendid=_time_out(state, transition))
-    _write_actions(model, entry, state.entry)
-    _write_actions(model, leave, state.exit)
-    return [block for block in (entry, leave) if len(block)]
+    def document(self) -> ElementTree.Element:
+        """The whole document."""
+        model = self.model
+        root = ElementTree.Element(
+            "scxml", {"xmlns": NAMESPACE, "xmlns:maze": OWN, "version": "1.0", "name": model.name}
+        )
+        root.set("datamodel", self.data_model)
+        elements = [root]
+        for state in model.states[1:]:
+            tag = _TAGS.get(state.kind, "state")
+            elements.append(ElementTree.SubElement(elements[state.parent], tag, id=state.name))
+        self._write_data(root)
+        for state, element in zip(model.states, elements, strict=True):
+            self._write_state(state, element)
+        return root
 
+    def _write_data(self, root: ElementTree.Element) -> None:
+        model, words = self.model, self.words
+        if not model.variables and not model.parameters:
+            return
+        data = ElementTree.Element("datamodel")
+        for parameter in model.parameters:
+            made_of = model.derived.get(parameter.name, Literal(parameter.default, parameter.type))
+            value = {} if parameter.required else {"expr": words.value(made_of)}
+            ElementTree.SubElement(data, "data", {"id": words.name(parameter.name), **value})
+        for variable in model.variables:
+            known = variable.scope == 0 or isinstance(variable.initial, Literal)
+            value = {"expr": words.value(variable.initial)} if known else {}
+            ElementTree.SubElement(data, "data", {"id": words.name(variable.name), **value})
+        root.insert(0, data)
 
-def _send_time_out(element: ElementTree.Element, state: State, transition: Transition, duration: Expression) -> None:
-    label = _time_out(state, transition)
-    if isinstance(duration, Literal):
-        when = {"delay": f"{duration.value!r}s"}
-    else:
-        when = {"delayexpr": expression_text(duration)}
-    ElementTree.SubElement(element, "send", {"event": label, "id": label, **when})
+    def _write_state(self, state: State, element: ElementTree.Element) -> None:
+        front: list[ElementTree.Element] = []
+        targets = " ".join(self.model.states[index].name for index in state.initial)
+        if state.kind in HISTORY:
+            element.set("type", "deep" if state.kind is StateKind.DEEP_HISTORY else "shallow")
+            default = ElementTree.SubElement(element, "transition", target=targets)
+            self._write_actions(default, state.initial_actions)
+            return
+        if state.initial_actions:
+            initial = ElementTree.Element("initial")
+            self._write_actions(ElementTree.SubElement(initial, "transition", target=targets), state.initial_actions)
+            front.append(initial)
+        elif targets and state.kind is StateKind.COMPOUND:
+            element.set("initial", targets)
+        own = [self.model.transitions[index] for index in state.transitions]
+        front.extend(self._blocks(state, own))
+        if state.activity is not None:
+            call = activity_text(state.activity)
+            front.append(ElementTree.Element("invoke", type=OWN, id=f"{state.name}.activity", src=call))
+        for transition in own:
+            front.extend(self._transition(state, transition))
+        at = 1 if state.index == 0 and element.find("datamodel") is not None else 0
+        for offset, one in enumerate(front):
+            element.insert(at + offset, one)
+
+    def _blocks(self, state: State, own: list[Transition]) -> list[ElementTree.Element]:
+        entry, leave = ElementTree.Element("onentry"), ElementTree.Element("onexit")
+        begun = [one for one in self.model.variables if one.scope == state.index and state.index > 0]
+        self._write_actions(entry, tuple(Assign(one.name, one.initial) for one in begun))
+        for transition in own:
+            if isinstance(transition.trigger, After | Every):
+                self._send_time_out(entry, state, transition, transition.trigger.duration)
+                ElementTree.SubElement(leave, "cancel", sendid=_time_out(state, transition))
+        self._write_actions(entry, state.entry)
+        self._write_actions(leave, state.exit)
+        return [block for block in (entry, leave) if len(block)]
+
+    def _send_time_out(
+        self, element: ElementTree.Element, state: State, transition: Transition, duration: Expression
+    ) -> None:
+        label = _time_out(state, transition)
+        if isinstance(duration, Literal):
+            when = {"delay": _delay(duration.value)}
+        else:
+            when = {"delayexpr": self.words.delay(duration)}
+        ElementTree.SubElement(element, "send", {"event": label, "id": label, **when})
+
+    def _transition(self, state: State, transition: Transition) -> Iterator[ElementTree.Element]:
+        """A transition; one that waits for outcomes of its state waits for the completion besides."""
+        conditions = [transition.trigger.condition] if isinstance(transition.trigger, When | Held) else []
+        conditions += [transition.guard] if transition.guard is not None else []
+        match transition.trigger:
+            case On(names):
+                plain = [one for one in dict.fromkeys(names) if one != "done" or self._may_report(state, "done")]
+                if plain:
+                    yield self._element(state, transition, " ".join(plain), conditions)
+                for event, reached in self._completion(state, transition.trigger):
+                    yield self._element(state, transition, event, [*reached, *conditions])
+            case Every(duration):
+                element = self._element(state, transition, _time_out(state, transition), conditions)
+                again = ElementTree.Element("transition")
+                self._send_time_out(again, state, transition, duration)
+                element.insert(0, again[0])
+                yield element
+            case Held(_, duration):
+                element = self._element(state, transition, "", conditions)
+                element.set("maze:for", self.words.value(duration))
+                yield element
+            case After():
+                yield self._element(state, transition, _time_out(state, transition), conditions)
+            case _:
+                yield self._element(state, transition, "", conditions)
+
+    def _element(
+        self, state: State, transition: Transition, event: str, conditions: list[Expression]
+    ) -> ElementTree.Element:
+        element = ElementTree.Element("transition")
+        if event:
+            element.set("event", event)
+        if conditions:
+            element.set("cond", self.words.condition(conditions))
+        if transition.targets:
+            element.set("target", " ".join(self.model.states[index].name for index in transition.targets))
+            if transition.kind is TransitionKind.LOCAL and state.kind is StateKind.COMPOUND:
+                element.set("type", "internal")
+        self._write_actions(element, transition.actions)
+        return element
+
+    def _may_report(self, state: State, outcome: str) -> bool:
+        """Whether an activity of a state, or of one inside it, can have this outcome."""
+        inside = self.model.states[state.index : state.last + 1]
+        return any(one.activity is not None and outcome in one.activity.activity.outcomes for one in inside)
+
+    def _completion(self, state: State, trigger: On) -> Iterator[tuple[str, list[Expression]]]:
+        """What SCXML calls the outcomes that a trigger waits for: the completion of a state, in a final state."""
+        if trigger.prefix:
+            return  # it was read from SCXML and has its names already
+        if "done" in trigger.names and (self._finals(state) or state.kind is StateKind.PARALLEL):
+            yield f"done.state.{state.name}", []
+        for around in self.model.states[max(state.index, 1) : state.last + 1]:
+            finals = self._finals(around)
+            meant = [one for one in finals if one.own_name in trigger.names]
+            if meant and not (around is state and "done" in trigger.names):
+                reached: Expression = Active(meant[0].name)
+                for one in meant[1:]:
+                    reached = Binary("or", reached, Active(one.name), BOOLEAN)
+                yield f"done.state.{around.name}", [] if len(meant) == len(finals) else [reached]
+
+    def _finals(self, state: State) -> list[State]:
+        return [self.model.states[one] for one in state.children if self.model.states[one].kind is StateKind.FINAL]
+
+    def _write_data_of(self, element: ElementTree.Element, event: str, arguments: tuple[Expression, ...]) -> None:
+        declared = self.model.data_of(event)
+        fields = () if declared is None else declared.fields
+        for field, argument in zip(fields, arguments, strict=True):
+            ElementTree.SubElement(element, "param", name=field.name, expr=self.words.value(argument))
+
+    def _write_actions(self, element: ElementTree.Element, actions: tuple[Action, ...]) -> None:
+        for action in actions:
+            match action:
+                case Raise(event, arguments=()):
+                    ElementTree.SubElement(element, "raise", event=event)
+                case Raise(event, arguments=arguments):
+                    # `raise` carries nothing in SCXML; an event that is sent to the session itself is the same.
+                    sent = ElementTree.SubElement(element, "send", event=event, target="#_internal")
+                    self._write_data_of(sent, event, arguments)
+                case Send(event, delay, label, arguments=arguments):
+                    given = {
+                        "event": event,
+                        **({"delay": _delay(delay)} if delay else {}),
+                        **({"id": label} if label else {}),
+                    }
+                    self._write_data_of(ElementTree.SubElement(element, "send", given), event, arguments)
+                case Emit(event, arguments=arguments):
+                    self._write_data_of(ElementTree.SubElement(element, "maze:send", event=event), event, arguments)
+                case Cancel(label):
+                    ElementTree.SubElement(element, "cancel", sendid=label)
+                case Assign(variable, value):
+                    location = self.words.name(variable)
+                    ElementTree.SubElement(element, "assign", location=location, expr=self.words.value(value))
+                case Call(declared, arguments):
+                    text = call_text(declared.name, declared.parameters, [renamed(one) for one in arguments])
+                    ElementTree.SubElement(element, "maze:call", text=text)
 
 
 def _time_out(state: State, transition: Transition) -> str:
     return f"after.{state.name}.{state.transitions.index(transition.index)}"
 
 
-def _transition(model: Model, state: State, transition: Transition) -> Iterator[ElementTree.Element]:
-    """A transition; one that waits for outcomes of its state waits for the completion besides."""
-    conditions = [transition.trigger.condition] if isinstance(transition.trigger, When | Held) else []
-    conditions += [transition.guard] if transition.guard is not None else []
-    texts = [_condition(_text(one)) for one in conditions]
-    match transition.trigger:
-        case On(names):
-            plain = [one for one in dict.fromkeys(names) if one != "done" or _may_report(model, state, "done")]
-            if plain:
-                yield _element(model, state, transition, " ".join(plain), texts)
-            for event, condition in _completion(model, state, transition.trigger):
-                yield _element(model, state, transition, event, [*condition, *texts])
-        case Every(duration):
-            element = _element(model, state, transition, _time_out(state, transition), texts)
-            again = ElementTree.Element("transition")
-            _send_time_out(again, state, transition, duration)
-            element.insert(0, again[0])
-            yield element
-        case Held(_, duration):
-            element = _element(model, state, transition, "", texts)
-            element.set("maze:for", expression_text(duration))
-            yield element
-        case After():
-            yield _element(model, state, transition, _time_out(state, transition), texts)
-        case _:
-            yield _element(model, state, transition, "", texts)
-
-
-def _element(
-    model: Model, state: State, transition: Transition, event: str, conditions: list[str]
-) -> ElementTree.Element:
-    element = ElementTree.Element("transition")
-    if event:
-        element.set("event", event)
-    if conditions:
-        joined = " and ".join(f"({text})" for text in conditions)
-        element.set("cond", joined if len(conditions) > 1 else conditions[0])
-    if transition.targets:
-        element.set("target", " ".join(model.states[index].name for index in transition.targets))
-        if transition.kind is TransitionKind.LOCAL and state.kind is StateKind.COMPOUND:
-            element.set("type", "internal")
-    _write_actions(model, element, transition.actions)
-    return element
-
-
-def _condition(text: str) -> str:
-    return _IN.sub(r"In('\1')", text)
-
-
-def _may_report(model: Model, state: State, outcome: str) -> bool:
-    """Whether an activity of a state, or of one inside it, can end so."""
-    inside = model.states[state.index : state.last + 1]
-    return any(one.activity is not None and outcome in one.activity.activity.outcomes for one in inside)
-
-
-def _completion(model: Model, state: State, trigger: On) -> Iterator[tuple[str, list[str]]]:
-    """What SCXML calls the outcomes that a trigger waits for: the state's completion, in one of its final states."""
-    if trigger.prefix:
-        return  # it was read from SCXML and has its names already
-    if "done" in trigger.names and (_finals(model, state) or state.kind is StateKind.PARALLEL):
-        yield f"done.state.{state.name}", []
-    for around in model.states[max(state.index, 1) : state.last + 1]:
-        finals = _finals(model, around)
-        meant = [one for one in finals if one.own_name in trigger.names]
-        if meant and not (around is state and "done" in trigger.names):
-            reached = " or ".join(f"In('{one.name}')" for one in meant)
-            yield f"done.state.{around.name}", [] if len(meant) == len(finals) else [reached]
-
-
-def _finals(model: Model, state: State) -> list[State]:
-    return [model.states[one] for one in state.children if model.states[one].kind is StateKind.FINAL]
-
-
-def _text(expression: Expression) -> str:
-    """An expression; what an event carries goes by SCXML's name."""
-    return expression_text(_renamed(expression))
-
-
-def _renamed(expression: Expression) -> Expression:
-    """An expression with SCXML's names for what the event carries."""
-
-    def renamed(part: Expression) -> Expression:
-        name = part.name.rpartition(".")[2] if isinstance(part, EventValue) else ""
-        return replace(part, name=f"_event.data.{name}") if isinstance(part, EventValue) else part
-
-    return rewrite_expression(expression, renamed)
-
-
-def _write_data_of(model: Model, element: ElementTree.Element, event: str, arguments: tuple[Expression, ...]) -> None:
-    declared = model.data_of(event)
-    fields = () if declared is None else declared.fields
-    for field, argument in zip(fields, arguments, strict=True):
-        ElementTree.SubElement(element, "param", name=field.name, expr=_text(argument))
-
-
-def _write_actions(model: Model, element: ElementTree.Element, actions: tuple[Action, ...]) -> None:
-    for action in actions:
-        match action:
-            case Raise(event, arguments=()):
-                ElementTree.SubElement(element, "raise", event=event)
-            case Raise(event, arguments=arguments):
-                # `raise` carries nothing in SCXML; an event that is sent to the session itself is the same.
-                sent = ElementTree.SubElement(element, "send", event=event, target="#_internal")
-                _write_data_of(model, sent, event, arguments)
-            case Send(event, delay, label, arguments=arguments):
-                given = {
-                    "event": event,
-                    **({"delay": f"{delay!r}s"} if delay else {}),
-                    **({"id": label} if label else {}),
-                }
-                _write_data_of(model, ElementTree.SubElement(element, "send", given), event, arguments)
-            case Emit(event, arguments=arguments):
-                _write_data_of(model, ElementTree.SubElement(element, "maze:send", event=event), event, arguments)
-            case Cancel(label):
-                ElementTree.SubElement(element, "cancel", sendid=label)
-            case Assign(variable, value):
-                ElementTree.SubElement(element, "assign", location=variable, expr=_text(value))
-            case Call(declared, arguments):
-                text = call_text(declared.name, declared.parameters, [_renamed(one) for one in arguments])
-                ElementTree.SubElement(element, "maze:call", text=text)
+def _delay(seconds: float) -> str:
+    """A duration as SCXML writes it: without an exponent."""
+    return f"{Decimal(repr(seconds)):f}s"

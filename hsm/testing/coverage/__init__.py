@@ -1,1 +1,1 @@
-"""What tests exercise, and its reports."""
+"""Coverage: the data, and its reports."""

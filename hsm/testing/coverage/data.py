@@ -1,4 +1,4 @@
-"""What tests have exercised of several machines: kept in files, merged over processes, counted."""
+"""Coverage data of several machines: kept in files, merged over processes, counted."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Measured:
     Attributes:
         model: the machine.
         coverage: what was exercised.
-        unreachable: keys of the points that are proved to be unreachable; they do not count.
+        unreachable: keys of the items that are proved to be unreachable; they do not count.
     """
 
     model: Model
@@ -38,7 +38,7 @@ class Measured:
 
     @property
     def points(self) -> list[CoverageItem]:
-        """All that there is to cover."""
+        """All coverage items."""
         return [one for one in points(self.model, self.coverage) if one.covered or one.key not in self.unreachable]
 
     @property
@@ -47,7 +47,7 @@ class Measured:
         return [one for one in points(self.model, self.coverage) if not one.covered and one.key in self.unreachable]
 
     def share(self, *kinds: ItemKind) -> float:
-        """Percentage covered of some kinds of points; of all without any."""
+        """Percentage covered of the given kinds of items; of all if none is given."""
         return share(one for one in self.points if not kinds or one.kind in kinds)
 
 
@@ -58,7 +58,7 @@ class Measurements:
     machines: dict[str, Measured] = field(default_factory=dict)
 
     def add(self, model: Model, coverage: Coverage) -> None:
-        """Take down what a run has exercised; a machine that has changed since begins again."""
+        """Record the coverage of a run; a changed machine starts again."""
         key = str(Path(model.files[0]).resolve()) if model.files else model.name
         known = self.machines.get(key)
         if known is not None and fingerprint(known.model) == fingerprint(model):
@@ -76,10 +76,10 @@ class Measurements:
         (folder / f"{name or os.getpid()}.json").write_text(text, encoding="utf-8", newline="\n")
 
     def load(self, folder: Path, models: Iterable[Model]) -> list[str]:
-        """Add all that the data files of a folder say about some machines.
+        """Add the data files of a folder for some machines.
 
         Returns:
-            Files of machines of which there are data but no model, or a model that has changed since.
+            Files of machines with data, but without a model or with a changed one.
         """
         by_key = {str(Path(one.files[0]).resolve()) if one.files else one.name: one for one in models}
         left: list[str] = []

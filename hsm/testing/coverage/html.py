@@ -1,4 +1,4 @@
-"""Coverage to look at: each machine's source with what was missed, and its diagram with what was entered most."""
+"""Coverage as HTML: each machine's source with missed items, and its diagram as a heat map."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ pre { margin: 0; font: 13px/1.45 ui-monospace, monospace; }
 
 
 INDEX = "index.html"
-"""The page of a report to begin with."""
+"""The index page of a report."""
 
 
 def html_pages(machines: Sequence[Measured]) -> dict[str, str]:
-    """A report as files, by name: a page for each machine, and the one that leads to them.
+    """A report as files, by name: a page for each machine, and the index.
 
-    Machines of one name have pages of their own, and so has one that is called as the page to begin with.
+    Machines of the same name, or named like the index, get separate pages.
     """
     names = _page_names(machines)
     pages = {name: _machine_page(machine) for name, machine in zip(names, machines, strict=True)}
@@ -97,7 +97,7 @@ def _row(name: str, points: Iterable[CoverageItem]) -> str:
 
 
 def _source(text: str, points: Sequence[CoverageItem]) -> str:
-    """The lines of a file, coloured by what was covered, with what was missed below each."""
+    """The lines of a file, coloured by coverage, with the missed items below each."""
     by_line: dict[int, list[CoverageItem]] = {}
     for point in points:
         if point.place is not None:

@@ -1,4 +1,4 @@
-"""What there is to cover in a machine, and what of it was: the points that every report counts."""
+"""The coverage items of a machine with their counts, shared by all reports."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hsm.model.unparse import expression_text, trigger_text
 
 
 class ItemKind(Enum):
-    """What a point is about; the value heads its column."""
+    """The kind of an item; the value is the heading of its column."""
 
     STATE = "States"
     TRANSITION = "Trans"
@@ -35,9 +35,9 @@ class CoverageItem:
     Attributes:
         kind: what it is about.
         key: distinguishes it from all others of its machine.
-        text: what is missed where it is not covered.
+        text: the message if it is not covered.
         place: where it is written.
-        count: how often it was exercised; for what is not counted 1 or 0.
+        count: how often it was exercised; 1 or 0 for items without a count.
     """
 
     kind: ItemKind
@@ -63,7 +63,7 @@ def points(model: Model, coverage: Coverage) -> list[CoverageItem]:
 
 
 def share(among: Iterable[CoverageItem]) -> float:
-    """Percentage that is covered; 100 of nothing."""
+    """Percentage that is covered; 100 without items."""
     listed = [one.covered for one in among]
     return 100.0 * sum(listed) / len(listed) if listed else 100.0
 
@@ -123,7 +123,7 @@ def _of_conditions(decision: Decision, transition: Transition, text: str, paths:
             count = sum(values[number] is held for values in seen)
             missed = f"{text}: `{name}` never {'true' if held else 'false'}"
             yield CoverageItem(ItemKind.CONDITION, ("condition", transition.index, number, held), missed, place, count)
-        missed = f"{text}: `{name}` never decided alone"
+        missed = f"{text}: `{name}` never decided independently"
         alone = int(_decides_alone(decision, paths, number))
         yield CoverageItem(ItemKind.MCDC, ("mcdc", transition.index, number), missed, place, alone)
 
@@ -131,7 +131,7 @@ def _of_conditions(decision: Decision, transition: Transition, text: str, paths:
 def _decides_alone(decision: Decision, paths: list[int], number: int) -> bool:
     """Whether two paths show a condition to decide: it differs, the outcome differs, nothing else that was evaluated.
 
-    This is masking MC/DC for conditions that are not evaluated once they cannot matter (DO-178C, FAQ 8 of DO-248C).
+    This is masking MC/DC with short-circuit evaluation (DO-178C, FAQ 8 of DO-248C).
     """
     for one, other in combinations(paths, 2):
         first, second = decision.values(one), decision.values(other)

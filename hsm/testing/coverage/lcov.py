@@ -30,7 +30,7 @@ class SourceLines:
 
 
 def by_source(machines: Sequence[Measured]) -> dict[str, SourceLines]:
-    """Coverage by source file and line; what several instances of one machine exercise adds up."""
+    """Coverage by source file and line, added up over the instances of a machine."""
     seen: dict[tuple[str, ItemKind, object, int, int], int] = {}
     for machine in machines:
         for point in machine.points:

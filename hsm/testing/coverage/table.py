@@ -12,7 +12,7 @@ COLUMNS = tuple(ItemKind)
 
 
 def coverage_table(machines: Sequence[Measured], base: Path | None = None) -> list[str]:
-    """The lines of a table: one row a machine, with what was missed and where.
+    """The lines of a table: one row per machine, with the lines of missed items.
 
     Args:
         machines: in the order of the rows.
@@ -32,7 +32,7 @@ def coverage_table(machines: Sequence[Measured], base: Path | None = None) -> li
 
 
 def missed_lines(machine: Measured) -> list[str]:
-    """What was missed, one line each."""
+    """The missed items, one line each."""
     return [f"{one.place or machine.file}: {one.text}" for one in machine.points if not one.covered]
 
 
@@ -53,7 +53,7 @@ def _counts(points: Sequence[CoverageItem]) -> list[str]:
     for kind in COLUMNS:
         listed = [one.covered for one in points if one.kind is kind]
         cells.append(f"{sum(listed)}/{len(listed)}" if listed else "-")
-    # Like coverage.py: 100% is printed only for what is complete.
+    # Like coverage.py: 100% is printed only if it is complete.
     percentage = share(points)
     return [*cells, f"{min(percentage, 99.0) if percentage < 100 else percentage:.0f}%"]
 

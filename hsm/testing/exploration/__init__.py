@@ -1,1 +1,1 @@
-"""Exploration of all that a machine can do: properties and generated tests."""
+"""Exploration of the state space of a machine: for properties and generated tests."""

@@ -20,19 +20,19 @@ _BINARY: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
 }  # fmt: skip
 NEAR = 0.05
-"""So close to a threshold, as a share of it, is what is tried beside it."""
+"""The distance from a threshold of the values tried beside it, as a share of the threshold."""
 
 _SAMPLES = (0.0, *(sign * 10.0**power for power in range(-3, 4) for sign in (-1.0, 1.0)))
 
 Residue = Callable[[Binary, float], float | None]
-"""Left side minus right side of a comparison when a signal has a value; None where something else is not known yet."""
+"""Left side minus right side of a comparison for a value of a signal; None if another value is still unknown."""
 
 
 class Domains:
     """The values worth trying for each signal of a machine.
 
     Args:
-        expressions: all conditions that may decide on a signal.
+        expressions: all conditions that may depend on a signal.
     """
 
     def __init__(self, expressions: Iterable[Expression]) -> None:
@@ -47,7 +47,7 @@ class Domains:
                             listed.append(part)
 
     def depends(self, signal: SignalDeclaration) -> tuple[frozenset[str], frozenset[str]]:
-        """The variables and the other signals, by name, on which it depends what is worth trying."""
+        """The names of variables and other signals that influence the values worth trying."""
         found = self._depends.get(signal.name)
         if found is None:
             parts = [part for one in self._comparisons.get(signal.name, ()) for part in parts_of(one)]
@@ -57,23 +57,23 @@ class Domains:
         return found
 
     def values(self, signal: SignalDeclaration, residue: Residue) -> list[Any]:
-        """What to try for a signal, the simplest first.
+        """The values to try for a signal, the simplest first.
 
         Args:
             signal: the signal.
-            residue: evaluates a comparison for a value of the signal, with all else as it is.
+            residue: evaluates a comparison for a value of the signal, everything else unchanged.
         """
         if isinstance(signal.type, Enumeration):
             return [member_of(signal, one) for one in signal.type.members]
         return self.of_type(signal.name, signal.type, residue) or [default_of(signal)]
 
     def carried(self, name: str, field: EventField, residue: Residue) -> list[Any]:
-        """What to try for a part of what an event carries, the simplest first.
+        """The values to try for a field of an event, the simplest first.
 
         Args:
             name: how expressions name it.
             field: its type.
-            residue: evaluates a comparison for a value of it, with all else as it is.
+            residue: evaluates a comparison for a value of it, everything else unchanged.
         """
         if isinstance(field.type, Enumeration):
             return [one if field.enumeration is None else field.enumeration(one) for one in field.type.members]
@@ -96,7 +96,7 @@ class Domains:
 
 
 def _free(comparison: Binary) -> Iterator[str]:
-    """What in a comparison is free: signals, and what events carry."""
+    """The free parts of a comparison: signals, and the data of events."""
     for one in parts_of(comparison):
         match one:
             case SignalValue(signal):
@@ -106,7 +106,7 @@ def _free(comparison: Binary) -> Iterator[str]:
 
 
 def written(value: float, kind: Type) -> float:
-    """The value as it will be when it was written down in a scenario and read again."""
+    """The value after it was written to a scenario and read again."""
     number, _, unit = value_text(value, kind).partition(" ")
     return si_value(number, UNITS.get(unit))
 
@@ -129,7 +129,7 @@ def _around(roots: list[float]) -> list[float]:
 
 
 def _roots(residue: Callable[[float], float | None]) -> list[float]:
-    """Where a residue changes its sign: exact where it is linear, by search where it is not."""
+    """Where a residue changes its sign: computed if it is linear, searched otherwise."""
     first, second, third = residue(0.0), residue(1.0), residue(2.0)
     if first is None or second is None or third is None:
         return []
@@ -161,7 +161,7 @@ def _bisect(residue: Callable[[float], float | None], low: float, high: float) -
 
 
 def _tidy(root: float, residue: Callable[[float], float | None]) -> float:
-    """The root with as few digits as hit it exactly; as it is where none does."""
+    """The root rounded to the fewest digits that are still exact; unchanged if none are."""
     for digits in (1, 2, 3, 4, 6, 9, 12):
         rounded = float(f"{root:.{digits}g}")
         if residue(rounded) == 0:

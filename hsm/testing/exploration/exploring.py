@@ -1,7 +1,7 @@
-"""Every run of a machine up to a bound: signals, outcomes, events and waiting times are free.
+"""All runs of a machine up to a bound: signals, outcomes, events and waiting times are free.
 
-A step takes no time here, waiting does: from each moment the machine may be stepped at once, one tick before the next
-deadline, and at it. Signals are chosen when a guard first asks for them, so that only what can matter is tried.
+A step takes no time here, only waiting does: from each moment the machine is stepped immediately, one tick before the
+next deadline, and at the deadline. A signal gets a value when a guard first uses it, so only relevant values are tried.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hsm.engine.machine import Machine
 from hsm.engine.occurrences import checked_events, event_text
 from hsm.engine.record import Selection
 from hsm.engine.run_state import PendingFault, RunState, fault_event
-from hsm.model.chart import Assign, Emit, Model, On, Raise, Send, State, StateKind, Transition
+from hsm.model.chart import Assign, Emit, Model, On, State, StateKind, Transition
 from hsm.model.events import StateEvent
 from hsm.model.expressions import Binary, EventValue, Expression, SignalValue, VariableValue
 from hsm.model.faults import MachineFault
@@ -36,7 +36,7 @@ from hsm.testing.scenarios.script import FAULT, ScriptedFault, SignalKey
 
 _DIGITS = 6
 _MOST_DATA = 64
-"""At most this many combinations of what an event carries are tried at most."""
+"""At most this many combinations of an event's data are tried."""
 
 
 def _coarse(nanoseconds: int) -> float:
@@ -50,13 +50,13 @@ def _carried(message: object) -> tuple[Any, ...]:
 
 @dataclass(frozen=True, slots=True)
 class ExploredMoment:
-    """Where a run is between two steps.
+    """The state of a run between two steps.
 
     Attributes:
         state: the configuration, variables, time-outs, history.
         time: seconds since the start.
         over: states whose activity has ended, by index.
-        signals: the last known value of each signal; nothing depends on it but what is tried first.
+        signals: the last known value of each signal; they only influence what is tried first.
     """
 
     state: RunState
@@ -65,7 +65,7 @@ class ExploredMoment:
     signals: Mapping[SignalKey, Any]
 
     def key(self) -> tuple[Any, ...]:
-        """What distinguishes this moment from others with another future."""
+        """The key of this moment; moments with equal keys have the same future."""
         state, now = self.state, nanoseconds(self.time)
         return (
             state.configuration.leaves,
@@ -86,9 +86,9 @@ class ExploredStep:
     Attributes:
         input: what happened.
         target: where it led.
-        selections: what was looked at and taken.
+        selections: the selections of the step.
         paths: the paths through guards that were seen, by transition.
-        fault: why the step failed; the target is then where it came from.
+        fault: why the step failed; the target is then the source.
     """
 
     input: Input
@@ -124,10 +124,10 @@ class ExploredStep:
 
 
 class AskingRegions:
-    """Which region of a parallel machine asks for a signal: in one step only the signals of one region change.
+    """Which region of a parallel machine uses a signal: in one step only the signals of one region change.
 
-    What happens in two regions at once is left out; each of it is found one step after the other. Who asks while no
-    region is active does not count.
+    Simultaneous changes in two regions are left out; they are found as successive steps. Uses while no region is active
+    do not count.
 
     Args:
         machine: whose regions they are: those of its outermost parallel state.
@@ -158,29 +158,29 @@ class AskingRegions:
         return next((one.index for one in self._regions if one.index <= state <= one.last), -1)
 
     def of_signal(self, name: str) -> int:
-        """The one region that asks for a signal; -1 for none or several."""
+        """The only region that uses a signal; -1 for none or several."""
         return self._of_signal.get(name, -1)
 
 
 def _apart(state: State, other: State) -> bool:
-    """Whether neither of two states lies in the other: beside an outermost parallel state, none such is ever active."""
+    """Whether neither of two states contains the other: such a pair is active only in an outermost parallel state."""
     return state.last < other.index or other.last < state.index
 
 
 _NONE = -2
-"""In place of a region: no signal changes."""
+"""A region number that means: no signal changes."""
 
 
 @dataclass(slots=True)
 class _Choices:
-    """The facts of one attempt at a step: what was chosen before, and what is chosen now.
+    """The facts of one attempt at a step: values that were chosen before, and new ones.
 
     Attributes:
-        explorer: knows what is worth trying.
+        explorer: provides the values worth trying.
         known: the last values of the signals.
         chosen: the values in this step.
         region: the one region whose signals change; -1 for any.
-        opened: attempts that are to be made besides.
+        opened: further attempts to make.
         execution: the step.
     """
 
@@ -192,7 +192,7 @@ class _Choices:
     execution: MacrostepExecution | None = None
 
     def read(self, signal: SignalDeclaration, arguments: tuple[Any, ...]) -> Any:
-        """The value of a signal: as chosen before, or the first of those worth trying."""
+        """The value of a signal: as chosen before, or the first one worth trying."""
         key = (signal.name, arguments)
         if key not in self.chosen:
             others = self.explorer.values(signal, key, self)
@@ -208,20 +208,20 @@ class _Choices:
         return value
 
     def call(self, action: ActionDeclaration, arguments: tuple[Any, ...]) -> None:
-        """Nothing: nobody looks at actions here."""
+        """Does nothing: actions are irrelevant here."""
 
     def report(self, state: str) -> str | None:
-        """Nothing: outcomes are handed to the step as events."""
+        """Nothing: outcomes reach the step as events."""
 
 
 class Explorer:
-    """Makes the steps that are possible from a moment.
+    """Computes the possible steps from a moment.
 
     Args:
         machine: the machine, scripted.
         parameters: its parameters, in SI units.
-        tick: seconds by which the machine is stepped before a deadline, too.
-        regions: leaves out steps in which more than one region has something new; by default none is left out.
+        tick: seconds before a deadline at which the machine is also stepped.
+        regions: leaves out steps with changes in more than one region; by default no step is left out.
 
     Attributes:
         machine: as given.
@@ -245,7 +245,7 @@ class Explorer:
         self._regions = regions
         self._tried: dict[tuple[Any, ...], list[Any]] = {}
 
-    # Where runs begin and go on.
+    # Where runs begin and continue.
 
     def start(self) -> list[ExploredStep]:
         """All first steps: entering the machine and its first step at the same time."""
@@ -283,7 +283,7 @@ class Explorer:
             yield from self._steps(moment, Input(wait, reports, events), region)
 
     def continued(self, moment: ExploredMoment, given: Input) -> Iterator[ExploredStep]:
-        """All steps from a moment with a given input; signals that it leaves open are free."""
+        """All steps from a moment with a given input; the other signals are free."""
         return self._steps(moment, given, -1)
 
     def _steps(self, moment: ExploredMoment, given: Input, region: int) -> Iterator[ExploredStep]:
@@ -307,7 +307,7 @@ class Explorer:
         attempt: Callable[[_Choices, set[tuple[int, int]]], tuple[RunState, list[Selection]]],
         region: int,
     ) -> Iterator[ExploredStep]:
-        """One edge for each combination of the signals that are asked for."""
+        """One step for each combination of the signals that are used."""
         open_choices: list[tuple[dict[SignalKey, Any], int]] = [(dict(given.signals), region)]
         while open_choices:
             choices = _Choices(self, before.signals, *open_choices.pop())
@@ -344,21 +344,23 @@ class Explorer:
                 yield wait, (), (event,)
 
     def _endings(self, moment: ExploredMoment, state: int) -> Iterator[tuple[str, str]]:
-        """How the activity of a state may end; failing only where the machine handles it."""
+        """The possible outcomes of a state's activity; a failure only if the machine handles it."""
         declared = self.machine.model.states[state]
-        assert declared.activity is not None, "only states with an activity are asked"
+        assert declared.activity is not None, "only states with an activity have outcomes"
         for outcome in declared.activity.activity.outcomes:
             yield declared.name, outcome
         if moment.state.configuration.on(fault_event(state)) is not None:
             yield declared.name, FAULT
 
     def _waits(self, moment: ExploredMoment) -> list[Wait]:
-        """At once, a tick before the next deadline, at the next deadline."""
+        """At once, a tick before the next deadline, at the next deadline; a tick later where an event is on its way."""
         deadlines = [seconds(due) for due in (*moment.state.timers.values(), *(due for due, _ in moment.state.sent))]
         ahead = [due - moment.time for due in deadlines if due > moment.time + 1e-9]
         if not ahead:
             return [NO_WAIT]
         soonest = min(ahead)
+        if soonest > self._tick and any(due <= nanoseconds(moment.time) for due, _ in moment.state.sent):
+            return [NO_WAIT, Wait(self._tick)]
         before = round(soonest - self._tick, 9)
         early = [Wait(before, early=True)] if before > 0 else []
         return [NO_WAIT, *early, Wait(round(soonest, 9))]
@@ -372,7 +374,7 @@ class Explorer:
         return [text for name in found for text in self._with_data(name, moment.state)]
 
     def _with_data(self, event: str, state: RunState) -> Iterator[str]:
-        """An event with all that is worth trying for what it carries."""
+        """An event with all data values worth trying."""
         model = self.machine.model
         declared = model.data_of(event)
         if declared is None:
@@ -410,13 +412,13 @@ class Explorer:
         return StateEvent((outcome,), index, f"done.invoke.{state}")
 
     def region_of(self, signal: SignalDeclaration) -> int:
-        """The region that asks for a signal; -1 where that does not matter."""
+        """The region that uses a signal; -1 if that does not matter."""
         return self._regions.of_signal(signal.name) if self._regions is not None else -1
 
     def values(self, signal: SignalDeclaration, key: SignalKey, choices: _Choices) -> list[Any]:
-        """What to try for a signal, with the variables and the other signals as they are."""
+        """The values to try for a signal, with the current variables and other signals."""
         execution = choices.execution
-        assert execution is not None, "signals are asked for in a step"
+        assert execution is not None, "signals are used only in a step"
         state = execution.state
         variables, signals = self._domains.depends(signal)
         slots = self.machine.generator.variables
@@ -446,7 +448,7 @@ class Explorer:
 
 
 def _by_way_of_variables(model: Model) -> Iterator[Expression]:
-    """Conditions on variables that are given what an event carries, as conditions on what it carries."""
+    """Conditions on variables that receive event data, as conditions on the data."""
     given = [one for one in actions_of(model) if isinstance(one, Assign) and isinstance(one.value, EventValue)]
     for one in {(assigned.variable, assigned.value): assigned for assigned in given}.values():
         variable, value = one.variable, one.value
@@ -458,19 +460,19 @@ def _by_way_of_variables(model: Model) -> Iterator[Expression]:
 
 
 def _events(machine: Machine) -> dict[int, tuple[str, ...]]:
-    """The events from outside that each transition waits for: not what the machine raises or reports itself.
+    """The events from outside that each transition waits for.
 
-    What carries something is declared by the machine, and may come from outside although it is raised, too.
+    What is declared may come from outside although the machine raises it, too; not what one member sends to another.
+    Where nothing is declared, the outcomes and completions of the machine's own states are left out.
     """
     model = machine.model
-    own = {"done", "fault"}
-    for state in model.states:
-        if state.activity is not None:
-            own.update(state.activity.activity.outcomes)
-        own.update(model.states[child].name.rpartition(".")[2] for child in state.children)
-    raised = {one.event for one in actions_of(model) if isinstance(one, Raise | Send)}
-    own.update(one for one in raised if model.data_of(one) is None)
-    own.update(name for one in actions_of(model) if isinstance(one, Emit) for name in one.receivers)
+    own = {name for one in actions_of(model) if isinstance(one, Emit) for name in one.receivers}
+    if model.events is None:
+        own |= {"done", "fault"}
+        for state in model.states:
+            if state.activity is not None:
+                own.update(state.activity.activity.outcomes)
+            own.update(model.states[child].own_name for child in state.children)
 
     def names(transition: Transition) -> tuple[str, ...]:
         if not isinstance(transition.trigger, On) or transition.trigger.prefix:

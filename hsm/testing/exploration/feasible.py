@@ -1,4 +1,4 @@
-"""What logic alone rules out: ways through a guard that no signals could ever give."""
+"""Paths through a guard that are logically impossible."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from hsm.model.chart import Always, Model, On, Transition, When
 from hsm.model.expressions import Binary, Expression
 from hsm.model.types import BOOLEAN
 
-CONTRADICTION = "its own conditions contradict one another"
-TAKEN_BEFORE = "the lines above it in the same state have been asked before and have ruled that out"
+CONTRADICTION = "its own conditions contradict each other"
+TAKEN_BEFORE = "earlier lines of the same state rule it out"
 
 
 def ruled_out(model: Model, transition: Transition, found: Iterable[tuple[Expression, bool]]) -> str | None:
-    """Why some conditions of a guard cannot be found to be as they are; None where they may be.
+    """Why conditions of a guard cannot have certain values; None if they can.
 
     Args:
         model: the machine.
         transition: whose guard it is.
-        found: conditions of the guard, each with what it is to be.
+        found: conditions of the guard, each with its value.
     """
     own: Formula = True
     for condition, held in found:
@@ -28,21 +28,21 @@ def ruled_out(model: Model, transition: Transition, found: Iterable[tuple[Expres
         own = both(own, formula if held else negation(formula))
     if not _may_hold(own):
         return CONTRADICTION
-    # A line is asked only after those above it in its state that the same thing triggers, and found them false. It is
-    # asked with the same signals and variables, as nothing is done in between.
+    # A line is evaluated only after the lines above it with the same trigger were false, with the same signals and
+    # variables, since nothing happens in between.
     earlier = [negation(formula_of(one, {})) for one in _asked_before(model, transition)]
     return None if _may_hold(reduce(both, earlier, own)) else TAKEN_BEFORE
 
 
 def guard_of(transition: Transition) -> Expression | None:
-    """All that must hold for a transition beside its event or time-out, as one condition; None where nothing must."""
+    """The condition of a transition besides its event or time-out; None if there is none."""
     condition = [transition.trigger.condition] if isinstance(transition.trigger, When) else []
     needed = [*condition, *([transition.guard] if transition.guard is not None else [])]
     return reduce(lambda left, right: Binary("and", left, right, BOOLEAN), needed) if needed else None
 
 
 def _asked_before(model: Model, transition: Transition) -> Iterator[Expression]:
-    """The guards of the transitions that are looked at before one and would have been taken in its place."""
+    """The guards of the transitions that come before one and would be taken instead."""
     for index in model.states[transition.source].transitions:
         if index == transition.index:
             return

@@ -1,7 +1,7 @@
-"""Runs that violate a property, looked for from the start on: for machines that proofs do not follow.
+"""A search for runs that violate a property, from the start: for machines that proofs do not support.
 
-Signals, outcomes, events with what they carry and waiting times are those that an ``Explorer`` tries. What is found is
-a run of the engine; that nothing was found proves nothing.
+Signals, outcomes, events with their data and waiting times are those that an ``Explorer`` tries. A result is a run of
+the engine; no result proves nothing.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ _DIGITS = 6
 
 @dataclass(frozen=True, slots=True)
 class _Visit:
-    """A moment with what is remembered of each property.
+    """A moment with the memory of each property.
 
     Attributes:
         moment: where the run is.
         memories: of the properties, in order.
-        before: the visit before and the step from there; None at the start.
+        before: the previous visit and the step from there; None at the start.
         depth: how many steps it is from the start.
     """
 
@@ -57,15 +57,15 @@ class _Visit:
 
 @dataclass(slots=True)
 class Searched:
-    """What a search has come to.
+    """The result of a search.
 
     Attributes:
-        violations: a run for each property that one violates, by the property's name.
+        violations: a violating run for each violated property, by the property's name.
         fault: a run with a step that fails; None where none was found.
         steps: how many steps were tried.
-        depth: all that is tried was tried in that many steps from the start.
+        depth: all steps up to this distance from the start were tried.
         states: how many different moments were met.
-        complete: whether every one of them was left in all ways that are tried.
+        complete: whether all steps from each of them were tried.
     """
 
     violations: dict[str, Scenario] = field(default_factory=dict)
@@ -77,19 +77,19 @@ class Searched:
 
     @property
     def extent(self) -> str:
-        """How far it went, in words."""
+        """The extent of the search, in words."""
         if self.complete:
             return f"no violation found in all {self.states} states that were explored"
         return f"no violation found in {self.steps} steps, up to {self.depth} from the start"
 
 
 def search(machine: Machine, parameters: Mapping[str, Any], *, steps: int = MOST_STEPS, tick: float = TICK) -> Searched:
-    """Look for runs that violate the properties of a machine, those with few steps first.
+    """Search for runs that violate the properties of a machine, the shortest first.
 
     Args:
         machine: the machine, scripted.
         parameters: its parameters, in SI units.
-        steps: how many steps to try at most.
+        steps: the largest number of steps to try.
         tick: seconds from one step to the next in the runs that are found.
     """
     return _Search(machine, parameters, tick).run(steps)
@@ -106,7 +106,7 @@ class _Search:
         self._level: list[_Visit] = []
 
     def run(self, steps: int) -> Searched:
-        """Level by level, until all is found, all is met, or it takes too long."""
+        """Search level by level, until all violations are found, all states are visited, or the limit is reached."""
         memories = tuple(begin(one, 0.0) for one in self._properties)
         for edge in self._explorer.start():
             self._take(None, memories, edge)
@@ -123,7 +123,7 @@ class _Search:
         return self._found
 
     def _following(self, visit: _Visit) -> Iterator[ExploredStep]:
-        """All steps that are tried, also that at the time at which a property would be violated."""
+        """All steps to try, including one at the time of a property's deadline."""
         yield from self._explorer.successors(visit.moment)
         state, now = visit.moment.state, visit.moment.time
         due = [deadline(*one) for one in zip(self._properties, visit.memories, strict=True)]
@@ -156,7 +156,7 @@ class _Search:
             self._level.append(visit)
 
     def _key(self, index: int, visit: _Visit) -> Memory:
-        """What is remembered of a property, a time as the time that is left."""
+        """The memory of a property, with a deadline as the remaining time."""
         memory = visit.memories[index]
         due = deadline(self._properties[index], memory)
         return memory if due is None else round(due - visit.moment.time, _DIGITS)
@@ -166,13 +166,13 @@ class _Search:
         return [states[index].name for index in edge.entered]
 
     def _holds(self, edge: ExploredStep, condition: Expression) -> bool | None:
-        """Whether a condition holds after a step; signals that the step did not ask for are not known."""
+        """Whether a condition holds after a step; signals that the step did not use are unknown."""
         state, signals = edge.target.state, dict(edge.input.signals)
 
         def ask(call: SignalValue) -> Any:
             key = (call.signal.name, tuple(evaluation.value(one) for one in call.arguments))
             if key not in signals:
-                raise SignalFault(call, LookupError("the step did not ask for it"))
+                raise SignalFault(call, LookupError("the step did not use it"))
             return signals[key]
 
         generator = self._machine.generator
@@ -183,7 +183,7 @@ class _Search:
             return None
 
     def _told(self, title: str, visit: _Visit, name: str | None = None) -> Scenario | None:
-        """The run as a scenario; None where it does not come to the same when each step takes its time."""
+        """The run as a scenario; None if it ends differently when each step takes a tick."""
         watch, seen = property_watch(self._properties), list[str]()
 
         def look_at(driver: Driver) -> None:

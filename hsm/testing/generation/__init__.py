@@ -1,1 +1,1 @@
-"""Tests generated from an exploration: what is left to reach, and steps that distinguish a machine from its mutants."""
+"""Tests generated from an exploration: goals, and steps that distinguish a machine from its mutants."""

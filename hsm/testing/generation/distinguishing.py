@@ -1,4 +1,4 @@
-"""Steps that may distinguish a machine from one with a mistake in it."""
+"""Steps that may distinguish a machine from a mutant."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from hsm.testing.mutation.operators import Mutant
 def distinguishing_steps(
     explorer: Explorer, changed: Explorer, mutant: Mutant, moment: ExploredMoment
 ) -> Iterator[tuple[ExploredStep, bool]]:
-    """Steps that come by a change, each with whether it leads elsewhere on the changed machine.
+    """Steps that reach a mutation, each with whether its result differs on the mutant.
 
-    A signal that only one of the two machines asks for is free for the other. So each step of the one is taken by the
-    other as well, with what the first has asked for as it was and all else as it may be.
+    A signal that only one of the two machines uses is free for the other. So each step of one is also taken by the
+    other, with the same values for the signals that the first has used and free values for the rest.
 
     Args:
         explorer: makes steps of the machine.
@@ -40,7 +40,7 @@ def _on(explorer: Explorer, moment: ExploredMoment) -> ExploredMoment:
 
 
 def _comes_by(mutant: Mutant, edge: ExploredStep) -> bool:
-    """Whether a step looks at what was changed."""
+    """Whether a step reaches the mutation."""
     if mutant.transitions:
         looked_at = {*edge.transitions, *edge.paths}
         return edge.input.wait.early or not looked_at.isdisjoint(mutant.transitions)
@@ -48,6 +48,6 @@ def _comes_by(mutant: Mutant, edge: ExploredStep) -> bool:
 
 
 def _outcome(edge: ExploredStep, parameters: int) -> tuple[object, ...]:
-    """What came of a step; the values of parameters, which come first, are no part of it."""
+    """The result of a step, without the values of parameters, which come first."""
     leaves, values, *rest = edge.target.key()
     return edge.fault, leaves, values[parameters:], rest, tuple(edge.transitions)

@@ -1,4 +1,4 @@
-"""Tests found from the machine alone: the shortest ways to all that it can do, and why the rest cannot be done."""
+"""Tests generated from the machine: the shortest runs to all goals, and why the other goals cannot be reached."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ from hsm.testing.scenarios.writing import Writer
 Key = tuple[Any, ...]
 
 MOST_WAYS = 60
-"""At most this many ways are tried to make a change of the machine show that no test has noticed yet."""
+"""At most this many runs are tried to kill a mutant that survives all tests."""
 
 MOST_TOLD = 10_000
-"""At most this many steps are looked at to find those ways."""
+"""At most this many steps are considered to find those runs."""
 
 MOST_STEPS = 120_000
-"""At most this many steps are tried before what was not reached is given up."""
+"""At most this many steps are tried in the search for goals."""
 
 PATIENCE = 40_000
-"""At most this many steps without anything new are tried before the rest is given up."""
+"""At most this many steps without a new goal are tried."""
 
 
 @dataclass(frozen=True, slots=True)
 class Unreached:
-    """Something that no run was found for.
+    """A goal that no run reaches.
 
     Attributes:
         text: what.
@@ -63,11 +63,11 @@ class Unreached:
 
 @dataclass(frozen=True, slots=True)
 class Generated:
-    """What a generation found.
+    """The result of a generation.
 
     Attributes:
         scenarios: the tests.
-        unreached: what no run was found for.
+        unreached: the goals without a run.
         moments: how many different states were seen.
         steps: how many steps were tried.
         complete: whether those are all the states there are.
@@ -87,13 +87,13 @@ def generate(
     tick: float = TICK,
     steps: int = MOST_STEPS,
 ) -> Generated:
-    """Find tests that reach every state, take every transition, and go every way through each guard.
+    """Generate tests that reach every state, take every transition, and take every path through each guard.
 
     Args:
         machine: the machine.
         parameters: in SI units; by default as declared.
         tick: seconds from one step to the next in the tests.
-        steps: how many steps to try at most.
+        steps: the largest number of steps to try.
     """
     ready = scripted_machine(machine)
     search = _Search(ready, Explorer(ready, parameters, tick=tick, regions=AskingRegions(ready)), parameters, steps)
@@ -120,7 +120,7 @@ def generate(
 
 
 def _can_be(goal: Goal, machine: Machine, possible: Possible) -> bool:
-    """Whether some step may reach a goal, of all the steps that there are."""
+    """Whether any possible step may reach a goal."""
     match goal:
         case ("state", int(index)):
             return index in possible.states
@@ -139,7 +139,7 @@ def _can_be(goal: Goal, machine: Machine, possible: Possible) -> bool:
 
 @dataclass(slots=True)
 class _Search:
-    """Short ways first, and combinations of states that were seen seldom before those that were seen often."""
+    """The order of exploration: short runs first, and rarely seen combinations of states before frequent ones."""
 
     machine: Machine
     explorer: Explorer
@@ -156,7 +156,7 @@ class _Search:
     proved: bool = False
 
     def run(self) -> None:
-        """Explore until all is found, all is seen, or it takes too long."""
+        """Explore until all goals are reached, all states are visited, or the limit is reached."""
         self.impossible = dict(impossible_goals(self.machine))
         wanted = set(goals_of(self.machine)) - self.impossible.keys()
         for edge in self.explorer.start():
@@ -194,7 +194,7 @@ class _Search:
         return way[::-1]
 
     def around(self, mutant: Mutant) -> Iterator[list[ExploredStep]]:
-        """Ways that may show a change, short ones first and those first that lead elsewhere on the changed machine."""
+        """Runs that may kill a mutant, first those with a different result on the mutant, short ones first."""
         if any(("transition", index) not in self.found for index in mutant.transitions):
             return
         machine = scripted_machine(mutant.model)
@@ -214,7 +214,7 @@ class _Search:
         yield from alike
 
     def _near(self, mutant: Mutant) -> list[Key]:
-        """The states from which a step may come by a change."""
+        """The states from which a step may reach a mutation."""
         if mutant.state == 0:
             return list(self.parents)
         entering = self.entering.get(mutant.state, {})
@@ -225,7 +225,7 @@ class _Search:
         ]
 
     def chosen(self) -> Iterator[tuple[list[ExploredStep], list[Goal]]]:
-        """Ways that together reach all that was found: long ones first, as they cover much of what others reach."""
+        """Runs that together reach all reached goals: long ones first, since they cover many goals."""
         wanted = [goal for goal in goals_of(self.machine) if goal in self.found]
         ways = {goal: self.way(*self.found[goal]) for goal in wanted}
         open_goals = set(wanted)
@@ -240,7 +240,7 @@ class _Search:
     # What was not found.
 
     def unreached(self) -> Iterator[Unreached]:
-        """What was not found, each with the reason."""
+        """The unreached goals, each with the reason."""
         model = self.machine.model
         missed_goals = [goal for goal in goals_of(self.machine) if goal not in self.found]
         possible = self._possible() if missed_goals else None
@@ -266,7 +266,7 @@ class _Search:
                     yield Unreached(f"{transition_text(model, transition)}{missed}", reason, line, proved)
 
     def _missed(self, kind: str, index: int, how: Any = None) -> str:
-        """What is missed of a transition."""
+        """The unreached goals of a transition."""
         if kind == "transition":
             return " is not taken"
         if kind == "held":
@@ -280,13 +280,13 @@ class _Search:
         return f": never {values}"
 
     def _bound(self) -> str:
-        """How sure it is that something cannot be reached."""
+        """How certain it is that a goal cannot be reached."""
         if self.proved:
             return "it cannot be: proved for all runs"
-        return f"not found in {self.steps} steps from {len(self.parents)}states"
+        return f"not found in {self.steps} steps from {len(self.parents)} states"
 
     def _possible(self) -> Possible | None:
-        """What steps may reach, where all of them are known."""
+        """The goals that steps may reach, if all steps are known."""
         return examine(self.machine, Assumptions(parameters=self.parameters or {}), only=(NO_FAULT,)).possible
 
     def _why_not(self, index: int) -> str:
@@ -297,20 +297,20 @@ class _Search:
         decision = self.machine.generator.decision(index)
         ways = [goal[2] for goal in self.found if goal[:2] == ("path", index)]
         if ("transition", index) in self.found:
-            return f"wherever it is asked for, what was asked before has ruled that out; {self._bound()}"
+            return f"whenever it is evaluated, earlier conditions have ruled that out; {self._bound()}"
         if any(decision.outcome(int(str(one))) for one in ways):
             return f"whenever its guard holds, another transition wins; {self._bound()}"
         if ways:
-            return f"its guard never held where it was asked for{self._ranges(decision.conditions)}; {self._bound()}"
+            return f"its guard never held when it was evaluated{self._ranges(decision.conditions)}; {self._bound()}"
         if decision.conditions:
-            return f"its guard is never asked for: another transition always comes first; {self._bound()}"
+            return f"its guard is never evaluated: another transition always comes first; {self._bound()}"
         if isinstance(transition.trigger, On):
             names = ", ".join(transition.trigger.names)
-            return f"{names} never comes, or another transition takes it first; {self._bound()}"
+            return f"{names} never arrives, or another transition handles it first; {self._bound()}"
         return f"another transition always comes first; {self._bound()}"
 
     def _ranges(self, conditions: Sequence[Expression]) -> str:
-        """Between which values the variables in some conditions were in all states."""
+        """The ranges of the variables in some conditions over all states."""
         slots = self.machine.generator.variables
         constant = {one.name for one in (*self.machine.model.parameters,)}
         names = dict.fromkeys(

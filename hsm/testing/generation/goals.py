@@ -1,4 +1,4 @@
-"""What tests are looked for to reach: states, transitions, outcomes, time-outs, each way through a guard."""
+"""The goals of generated tests: states, transitions, outcomes, time-outs, each path through a guard."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LONGEST = 100
 
 
 def goals_of(machine: Machine) -> Iterator[Goal]:
-    """All that there is to reach in a machine, in document order."""
+    """All goals of a machine, in document order."""
     model = machine.model
     for state in model.states[1:]:
         if state.kind in HISTORY:
@@ -45,12 +45,12 @@ def goals_of(machine: Machine) -> Iterator[Goal]:
 
 
 def _few_paths(decision: Decision) -> bool:
-    """Whether each path through a guard is looked for; of guards with more only both outcomes are."""
+    """Whether each path through a guard is a goal; for guards with more paths only both outcomes are."""
     return decision.count <= 2 * len(decision.conditions) ** 2 + 2
 
 
 def goals_on(machine: Machine, edge: ExploredStep) -> Iterator[Goal]:
-    """All that one step reaches."""
+    """All goals that one step reaches."""
     for index in edge.entered:
         yield "state", index
     for state, outcome in edge.input.reports:
@@ -74,7 +74,7 @@ def goals_on(machine: Machine, edge: ExploredStep) -> Iterator[Goal]:
 
 
 def impossible_goals(machine: Machine) -> Iterator[tuple[Goal, str]]:
-    """What logic alone rules out of the goals, each with the reason."""
+    """The goals that are logically impossible, each with the reason."""
     model = machine.model
     for goal in goals_of(machine):
         match goal:
@@ -94,7 +94,7 @@ def impossible_goals(machine: Machine) -> Iterator[tuple[Goal, str]]:
 
 
 def title_of(model: Model, goal: Goal) -> str:
-    """What a test that reaches a goal is called; it says nothing of lines, which change with every comment."""
+    """The title of a test that reaches a goal, without line numbers, which change with every comment."""
     match goal:
         case ("state", int(index)):
             return f"reach {model.states[index].name}"

@@ -1,1 +1,1 @@
-"""Mutation of machines, to measure how much their tests notice."""
+"""Mutation of machines, to measure their tests."""

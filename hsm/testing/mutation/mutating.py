@@ -1,4 +1,4 @@
-"""Small mistakes made on purpose: which of them would the tests of a machine notice?"""
+"""Mutants of a machine: which of them do its tests kill?"""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ SHIFT = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """What became of all mutants.
+    """The result for all mutants.
 
     Attributes:
-        killed: how many some test noticed.
-        survivors: those that none noticed.
+        killed: how many were killed.
+        survivors: the mutants that no test killed.
     """
 
     killed: int
@@ -42,7 +42,7 @@ class Survey:
 
     @property
     def score(self) -> float:
-        """Percentage noticed; 100 without mutants."""
+        """The mutation score in percent; 100 without mutants."""
         total = self.killed + len(self.survivors)
         return 100.0 * self.killed / total if total else 100.0
 
@@ -51,7 +51,7 @@ def survey(model: Model, suites: Sequence[Suite], among: Kinds | None = None) ->
     """Run the scenarios of a machine on each of its mutants.
 
     Args:
-        model: the machine; what it imports is tested on its own and not changed here.
+        model: the machine; imported machines are tested separately and not changed here.
         suites: its scenarios; they pass on the machine itself.
         among: gives the mutants; by default all.
     """
@@ -77,7 +77,7 @@ def survey(model: Model, suites: Sequence[Suite], among: Kinds | None = None) ->
 
 
 def _reaches(coverage: Coverage, mutant: Mutant) -> bool:
-    """Whether a run that exercised this much came by the mistake; one that did not goes as on the machine itself."""
+    """Whether a run with this coverage reached the mutation; otherwise its result does not change."""
     if not mutant.transitions:
         return mutant.state == 0 or mutant.state in coverage.states
     return any(
@@ -96,18 +96,18 @@ def _unmarked(transition: Transition) -> bool:
 
 
 def survivors(model: Model, scenarios: Sequence[Scenario], tick: float) -> list[Mutant]:
-    """The structural mutants that none of some scenarios notices."""
+    """The structural mutants that no given scenario kills."""
     return list(survey(model, [Suite("", model.name, tick, tuple(scenarios))], structural).survivors)
 
 
 def mutants(model: Model) -> Iterator[Mutant]:
-    """All machines that differ by one mistake, in the order of the kinds and of the document."""
+    """All mutants, in the order of the kinds and of the document."""
     yield from structural(model)
     yield from _own(model, (*in_expressions(model), *in_transitions(model), *in_states(model)))
 
 
 def structural(model: Model) -> Iterator[Mutant]:
-    """The mutants for which tests are generated: what is left out, negated, swapped or shifted."""
+    """The mutants for which tests are generated: something is left out, negated, swapped or shifted."""
     kinds = (*_dropped(model), *_negated(model), *_swapped(model), *_without_actions(model), *_shifted(model))
     yield from _own(model, kinds)
 

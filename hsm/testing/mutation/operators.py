@@ -1,4 +1,4 @@
-"""Mistakes in conditions, times, events, activities and in where a state begins: one at a time, as people make them."""
+"""Mutation operators for conditions, times, events, activities and initial states."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def written_parts(model: Model, variables: Iterable[Variable] = ()) -> dict[Expr
 
 
 def in_transitions(model: Model) -> Iterator[Mutant]:
-    """A guard left out, another event of the same state, a time-out of twice its time."""
+    """A guard left out, another event of the same state, a time-out of twice its duration."""
     for one in model.transitions:
         for kind, changed in _transition_changes(model, one):
             transitions = list(model.transitions)

@@ -1,34 +1,36 @@
-"""Properties as automata over the steps of a graph: what a monitor remembers, for all signals at once."""
+"""Properties as automata over the steps of a graph: the memory of a monitor, for all signals at once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
+from enum import IntEnum
 
+from hsm.engine.machine import Machine
 from hsm.model.expressions import Expression
 from hsm.model.properties import AlwaysHolds, Never, Precedence, Property, Recurrence, Response
-from hsm.testing.proofs.diagrams import FALSE, Diagram, Diagrams
+from hsm.testing.proofs.conditions import Evaluator
+from hsm.testing.proofs.diagrams import FALSE, Diagram
 from hsm.testing.proofs.graph import Edge
-from hsm.testing.proofs.values import Truth
+from hsm.testing.proofs.values import Truth, Value
 
 
-class Memory(Enum):
-    """What is remembered of a property."""
+class Memory(IntEnum):
+    """The memory of a property: no instance runs; nothing; the first condition has not held; a deadline runs."""
 
-    OUTSIDE = "its instance does not run"
-    NOTHING = "nothing"
-    ARMED = "what comes first has not been seen"
-    WAITING = "a time runs"
+    OUTSIDE = 0
+    NOTHING = 1
+    ARMED = 2
+    WAITING = 3
 
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """One way for a property to go on in a step.
+    """One way for a property to continue in a step.
 
     Attributes:
-        memory: what is remembered then.
-        among: the signals for which it goes so.
+        memory: the memory afterwards.
+        among: the signals for which it continues so.
         violated: whether the property is violated.
         least: the time of the property is at least that many nanoseconds; None where that does not matter.
         most: at most.
@@ -48,41 +50,34 @@ class Automaton:
 
     Args:
         stated: the property.
-        scope: index of the state that it is about, or None.
-        diagrams: of the graph.
-        truth: evaluates a condition at the end of a step.
+        machine: what it is about.
+        evaluator: evaluates its conditions.
     """
 
-    def __init__(
-        self,
-        stated: Property,
-        scope: int | None,
-        diagrams: Diagrams,
-        truth: Callable[[Expression, Edge], Truth],
-    ) -> None:
+    def __init__(self, stated: Property, machine: Machine, evaluator: Evaluator) -> None:
         self.stated = stated
-        self._scope = scope
-        self._diagrams = diagrams
-        self._truth = truth
-        self.timed = isinstance(stated.claim, Recurrence | Response)
+        self._machine = machine
+        self._scope = None if stated.scope is None else machine.indices[stated.scope]
+        self._evaluator = evaluator
+        self._diagrams = evaluator.symbols.diagrams
+        self._truths: dict[tuple[int, tuple[int, ...], tuple[Value, ...]], Truth] = {}
 
     def begin(self) -> Memory:
-        """What is remembered at the start."""
+        """The memory at the start."""
         return Memory.OUTSIDE if self._scope is not None else self._begun()
 
     def _begun(self) -> Memory:
         return Memory.WAITING if isinstance(self.stated.claim, Recurrence) else Memory.NOTHING
 
-    def branches(self, memory: Memory, edge: Edge, *, active: bool) -> Sequence[Branch]:
-        """All ways to go on in a step.
+    def branches(self, memory: Memory, edge: Edge) -> Sequence[Branch]:
+        """All ways to continue in a step.
 
         Args:
-            memory: what was remembered before.
+            memory: the memory before.
             edge: the step.
-            active: whether the instance that the property is about runs after it.
         """
         if self._scope is not None:
-            if not active:
+            if self._scope not in self._machine.configuration(edge.point.leaves).active:
                 return (Branch(Memory.OUTSIDE, edge.among),)
             if memory is Memory.OUTSIDE or self._scope in edge.point.entered:
                 found = self._branches(self._begun(), edge, again=True)
@@ -132,6 +127,15 @@ class Automaton:
                     Branch(Memory.NOTHING, without(among, asked)),
                     Branch(Memory.WAITING, asked, violated=limit <= 1, restarts=True),
                 )
+
+    def _truth(self, condition: Expression, edge: Edge) -> Truth:
+        """Where a condition holds at the end of a step."""
+        key = (id(condition), edge.point.leaves, edge.point.values)
+        found = self._truths.get(key)
+        if found is None:
+            active = self._machine.configuration(edge.point.leaves).active
+            found = self._truths[key] = self._evaluator.at(edge.point.values, active).truth(condition)
+        return found
 
     def _recurrence(self, among: Diagram, truth: Truth, limit: int, *, again: bool) -> Sequence[Branch]:
         missed = self._diagrams.both(among, truth.false)

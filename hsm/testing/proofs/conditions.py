@@ -1,4 +1,4 @@
-"""Expressions of a machine, evaluated where not all values are known."""
+"""Symbolic evaluation of a machine's expressions, if not all values are known."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Evaluator:
     """Evaluates expressions at one moment within a step.
 
     Attributes:
-        symbols: represent what is not known.
+        symbols: represent unknown values.
         slots: where each variable is.
         states: index of each state by its name.
         values: the variables.
@@ -59,7 +59,7 @@ class Evaluator:
         """The value of an expression.
 
         Raises:
-            Undecided: it has something that proofs do not follow.
+            Undecided: it has a feature that proofs do not support.
         """
         match expression:
             case Literal(value):
@@ -87,10 +87,10 @@ class Evaluator:
                 return Arithmetic(self.symbols).binary(operator, self.value(left), self.value(right), expression.type)
             case Choice(condition, then, otherwise):
                 return self._chosen(self.truth(condition), then, otherwise)
-        raise Undecided(f"an expression of a kind that proofs do not know: {type(expression).__name__}")
+        raise Undecided(f"an expression of a kind that proofs do not support: {type(expression).__name__}")
 
     def _chosen(self, condition: Truth, then: Expression, otherwise: Expression) -> Value:
-        """One of two values; what is not chosen is not evaluated."""
+        """A conditional value; only the chosen branch is evaluated."""
         if condition.true == FALSE:
             return self.value(otherwise) if condition.false != FALSE else UNKNOWN
         if condition == YES:

@@ -1,16 +1,18 @@
-"""The properties of a machine decided on one graph: proved, violated by a run on the engine, or neither."""
+"""Decides the properties of a machine on one graph: proved, violated by a run on the engine, or undecided."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
 from hsm.model.expressions import Literal
 from hsm.model.properties import Never, Property, Recurrence, Response
 from hsm.model.types import BOOLEAN
+from hsm.testing.proofs.automata import Automaton
 from hsm.testing.proofs.graph import Budget, Graph
+from hsm.testing.proofs.quotient import Quotient, only_about_places, quotient
 from hsm.testing.proofs.search import Search
 from hsm.testing.proofs.values import Undecided
 from hsm.testing.proofs.verdicts import NO_FAULT, Method, PropertyVerdict, Status
@@ -18,9 +20,9 @@ from hsm.testing.proofs.witness import Replayer
 from hsm.testing.scenarios.scenarios import Scenario
 
 CANDIDATES = 12
-"""At most this many ways to a violation are tried on the engine, the shortest first."""
+"""At most this many paths to a violation are tried on the engine, the shortest first."""
 
-NO_FAULT_TEXT = "no guard, assignment or duration fails, no transitions follow one another without end"
+NO_FAULT_TEXT = "no guard, assignment or duration fails, no endless sequence of transitions"
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,21 +31,30 @@ class Decider:
 
     Attributes:
         graph: of the machine.
-        replayer: makes runs of ways through it.
+        replayer: makes runs from paths through it.
         longest_tick: in nanoseconds.
         budget: for all properties together.
-        asked: whether the graph was to be of a certain depth only.
+        stated: all properties of the machine.
+        asked: whether the graph was limited to a depth on request.
+        quotients: smaller graphs, each by the names of the properties that it is for.
     """
 
     graph: Graph
     replayer: Replayer
     longest_tick: int
     budget: Budget
+    stated: Sequence[Property]
     asked: bool
+    quotients: dict[tuple[str, ...], Quotient] = field(default_factory=dict)
 
     def decided(self, stated: Property) -> PropertyVerdict:
-        """Search without time, then with time, then for runs that meet deadlines exactly."""
-        found = None
+        """Search without time, then with time, then for runs that meet deadlines exactly.
+
+        What holds is found on a smaller graph; what does not is shown by a way through the whole one.
+        """
+        found = self._proved(stated)
+        if found is not None:
+            return found
         if not isinstance(stated.claim, Recurrence | Response):
             found = self._searched(stated, self._search(stated, timed=False))
         if found is None or found.status is Status.UNDECIDED:
@@ -68,8 +79,35 @@ class Decider:
             return PropertyVerdict(NO_FAULT, NO_FAULT_TEXT, Status.PROVED, Method.REACHABILITY, states=states)
         return self._bounded(NO_FAULT, NO_FAULT_TEXT, graph.depth, states)
 
-    def _search(self, stated: Property, *, timed: bool) -> Search:
-        return Search(self.graph, stated, timed=timed, longest_tick=self.longest_tick, budget=self.budget)
+    def _search(self, stated: Property, *, timed: bool, among: Graph | Quotient | None = None) -> Search:
+        return Search(among or self.graph, stated, timed=timed, longest_tick=self.longest_tick, budget=self.budget)
+
+    def _proved(self, stated: Property) -> PropertyVerdict | None:
+        """The verdict on a property that holds; None where it does not, or that is not found out."""
+        if not self.graph.complete or self.graph.failures:
+            return None
+        try:
+            smaller = self._smaller(stated)
+            untimed = () if isinstance(stated.claim, Recurrence | Response) else (False,)
+            for timed in (*untimed, True):
+                search = self._search(stated, timed=timed, among=smaller)
+                if next(search.violations(), None) is None and search.complete and not self.graph.failures:
+                    method = Method.ZONES if timed else Method.REACHABILITY
+                    states = len(search.visits if timed else self.graph.locations)
+                    return PropertyVerdict(stated.name, stated.text, Status.PROVED, method, states=states)
+        except Undecided as error:
+            return PropertyVerdict(stated.name, stated.text, Status.UNDECIDED, reason=str(error))
+        return None
+
+    def _smaller(self, stated: Property) -> Quotient:
+        """The graph with places taken together for a property; properties that are about states alone share one."""
+        together = [one for one in self.stated if only_about_places(one)] if only_about_places(stated) else [stated]
+        key = tuple(one.name for one in together)
+        found = self.quotients.get(key)
+        if found is None:
+            automata = [Automaton(one, self.graph.machine, self.graph.evaluator) for one in together]
+            found = self.quotients[key] = quotient(self.graph, automata)
+        return found
 
     def _searched(self, stated: Property, search: Search) -> PropertyVerdict:
         clear: int | None = None
@@ -87,7 +125,7 @@ class Decider:
             return PropertyVerdict(name, text, Status.UNDECIDED, reason=str(error))
         states = len(search.visits)
         if clear is not None:
-            reason = "a violation that the abstraction shows does not happen on the engine" + self._inexact()
+            reason = "a violation of the abstraction does not happen on the engine" + self._inexact()
             return PropertyVerdict(name, text, Status.UNDECIDED, reason=reason, depth=clear, states=states)
         if search.complete and not self.graph.failures:
             method = Method.ZONES if search.timed else Method.REACHABILITY
@@ -115,6 +153,6 @@ class Decider:
                     yield example
 
     def _inexact(self) -> str:
-        """What of the machine is not followed exactly."""
+        """The parts of the machine that are abstracted."""
         what = self.graph.symbols.followed_roughly()
-        return f"; not followed exactly: {', '.join(what[:3])}" if what else ""
+        return f"; abstracted: {', '.join(what[:3])}" if what else ""

@@ -1,8 +1,8 @@
 """Sets of values of several symbols at once, as decision diagrams: one node for each set, so that equal sets are one.
 
-A symbol has values that are whole numbers (see ``ordinals``). A node asks whether a symbol is below a threshold and
-leads on to one of two diagrams. Symbols are asked in the order of their numbers, and each by rising thresholds. As all
-thresholds of a symbol above one that it is below need not be asked, a diagram has one form only.
+A symbol has values that are whole numbers (see ``ordinals``). A node tests whether a symbol is below a threshold and
+leads to one of two diagrams. Symbols are tested in the order of their numbers, and each by rising thresholds. A symbol
+that is below a threshold is not tested against greater ones, so the form of a diagram is unique.
 
 Source: Strehl and Thiele, "Interval diagrams for efficient symbolic verification of process networks" (2000);
 Bryant, "Graph-based algorithms for Boolean function manipulation" (1986).
@@ -19,7 +19,7 @@ _TERMINAL = 1 << 62
 """In place of the symbol of ``FALSE`` and ``TRUE``: after all others."""
 
 Diagram = int
-"""A set, by the number of its node; the diagrams of two ``Diagrams`` have nothing to do with one another."""
+"""A set, by the number of its node, valid within one ``Diagrams``."""
 
 Interval = tuple[int | None, int | None]
 """At least, and below; None where there is no such bound."""
@@ -71,7 +71,7 @@ class Diagrams:
         return found
 
     def either(self, one: Diagram, other: Diagram) -> Diagram:
-        """What is in one of two sets."""
+        """The union of two sets."""
         if other in (one, FALSE):
             return one
         if one == FALSE:
@@ -79,11 +79,11 @@ class Diagrams:
         return self.complement(self.both(self.complement(one), self.complement(other)))
 
     def without(self, one: Diagram, other: Diagram) -> Diagram:
-        """What is in the first of two sets alone."""
+        """The difference of two sets."""
         return self.both(one, self.complement(other))
 
     def without_symbols(self, one: Diagram, gone: frozenset[int]) -> Diagram:
-        """The set of what remains of its elements when some symbols are left out."""
+        """The projection of a set without some symbols."""
         if one in (FALSE, TRUE):
             return one
         key = (one, gone)
@@ -120,7 +120,7 @@ class Diagrams:
         return frozenset(found)
 
     def boxes(self, one: Diagram) -> Iterator[Mapping[int, Interval]]:
-        """Parts of a set that together are all of it: for each the interval of every symbol that matters."""
+        """A partition of a set: for each part the interval of every relevant symbol."""
         pending: list[tuple[Diagram, dict[int, Interval]]] = [(one, {})]
         while pending:
             node, box = pending.pop()

@@ -1,7 +1,7 @@
-"""Everything that a machine can do, as a graph: places between two steps, and steps with the signals that lead along.
+"""The state space of a machine as a graph: locations between two steps, and steps with their signals.
 
-Time is left open here: at each step any time-out that runs may have come due, in the order of the durations of one
-state. Zones (``zones``) say later which of it can be.
+Time is abstracted here: at each step any running time-out may be due, in the order of the durations within one state.
+Zones (``zones``) decide later which of these are possible.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ NEVER = 1 << 60
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """Where a machine is between two steps.
+    """The location of a machine between two steps.
 
     Attributes:
         leaves: the active atomic states.
@@ -88,11 +88,11 @@ class Edge:
 
 @dataclass(slots=True)
 class Budget:
-    """What a proof may cost.
+    """The budget of a proof.
 
     Attributes:
-        seconds: of the processor, from ``begin`` on.
-        locations: that many at most.
+        seconds: of processor time, from ``begin`` on.
+        locations: the largest number of locations.
         begin: when it began.
     """
 
@@ -107,7 +107,7 @@ class Budget:
 
 
 FREE: Any = object()
-"""In place of the value of a parameter: any, but always the same one."""
+"""Replaces the value of a parameter: any value, but constant."""
 
 
 class Graph:
@@ -116,10 +116,10 @@ class Graph:
     Args:
         machine: the machine.
         parameters: their values, in order; ``FREE`` for one that may have any.
-        stated: conditions that are asked for later.
+        stated: conditions that are needed later.
         scopes: states of which it is asked whether a step entered them.
         events: names that may come from outside.
-        precision: how much of variables is kept as it is.
+        precision: how many exact values of variables are kept.
         not_a_number: whether signals may be NaN.
 
     Attributes:
@@ -128,7 +128,7 @@ class Graph:
         initial: the first steps.
         complete: whether all locations have their edges; otherwise those up to ``depth`` do.
         depth: the number of steps after which all locations still have their edges.
-        faults: steps that cannot be done: the location in which they begin, the time-outs that come due, and why.
+        faults: steps that fail: the location in which they begin, the time-outs that come due, and why.
     """
 
     def __init__(
@@ -181,7 +181,7 @@ class Graph:
         """Find all locations and steps, those near the start first.
 
         Raises:
-            Undecided: the machine has something that proofs do not follow.
+            Undecided: the machine has a feature that proofs do not support.
         """
         quiet, heard = self.stepper.start(tuple(self.evaluator.values))
         self.initial = list(self._edges(-1, frozenset(), quiet))
@@ -202,7 +202,7 @@ class Graph:
 
     @property
     def failures(self) -> Sequence[str]:
-        """What of the machine is not followed, in words."""
+        """The unsupported features of the machine, in words."""
         return list(self._selections.failures)
 
     def begin(self, number: int, due: frozenset[int]) -> tuple[Point, Diagram]:
@@ -286,10 +286,10 @@ class Graph:
 
 
 def unsupported(model: Model) -> str | None:
-    """What a machine has that proofs do not follow; None where there is nothing."""
+    """An unsupported feature of a machine; None if there is none."""
     for one in model.transitions:
         if not isinstance(one.trigger, On | When | After | Every | Held | Always):
-            return f"a trigger of a kind that proofs do not know ({one.place})"
+            return f"a trigger of a kind that proofs do not support ({one.place})"
         if isinstance(one.trigger, Defer):
             return f"events that are deferred ({one.place})"
         if isinstance(one.trigger, On) and (one.trigger.prefix or ("*" in one.trigger.names and model.events is None)):
@@ -320,7 +320,7 @@ def _constants(model: Model) -> Iterator[tuple[str, Any]]:
 
 
 def _deciding(model: Model) -> Iterator[Expression]:
-    """The expressions on which it depends what a machine does next."""
+    """The expressions that influence what a machine does next."""
     for one in model.transitions:
         match one.trigger:
             case When(condition):
@@ -335,7 +335,7 @@ def _deciding(model: Model) -> Iterator[Expression]:
 
 
 def _relevant(model: Model, asked: Sequence[Expression]) -> frozenset[str]:
-    """The variables and parameters that some expressions depend on, by name, also by way of others."""
+    """The variables and parameters that some expressions depend on, by name, directly or indirectly."""
     given: dict[str, list[Expression]] = {one.name: [one.initial] for one in model.variables}
     for action in actions_of(model):
         if isinstance(action, Assign):

@@ -1,4 +1,4 @@
-"""One microstep, as the engine's planner has it, where not all values are known."""
+"""One symbolic microstep, from the engine's planner, if not all values are known."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hsm.engine.codegen import Block, Occasion
 from hsm.engine.configuration import Plan
 from hsm.engine.limits import within_limits
 from hsm.engine.machine import Machine
-from hsm.model.chart import Action, After, Assign, Call, Cancel, Every, Held, Model, Raise, Send
+from hsm.model.chart import Action, After, Assign, Call, Cancel, Emit, Every, Held, Model, Raise, Send
 from hsm.model.events import Event, StateEvent
 from hsm.model.expressions import Binary, Expression, Literal, VariableValue
 from hsm.model.rewriting import actions_of
@@ -26,7 +26,7 @@ _SHORTEST = 0.6e-9
 
 
 class Microsteps:
-    """Does what plans ask for.
+    """Executes plans symbolically.
 
     Args:
         machine: the machine.
@@ -119,7 +119,7 @@ class Microsteps:
     def _repeat(
         self, block: Block, plan: Plan, values: list[Value], timers: list[Timer], active: frozenset[int]
     ) -> Diagram:
-        """The next time of what is repeated: its clock goes on from the one that has come."""
+        """The next time of what is repeated: its clock continues from the one that has come."""
         possible = TRUE
         for index in plan.transitions:
             trigger = self._machine.model.transitions[index].trigger
@@ -139,19 +139,19 @@ class Microsteps:
         timers: list[Timer],
         active: frozenset[int],
     ) -> Diagram:
-        """Do one action; the signals for which it does not fail."""
+        """Execute one action; return the signals for which it does not fail."""
         match action:
             case Assign(variable, expression):
                 slot = self._evaluator.slots[variable]
                 values[slot] = self._evaluator.at(values, active).value(expression)
                 return self._held(values[slot], variable, self._types[slot])
-            case Call():
-                pass
+            case Call() | Emit(receivers=()):
+                pass  # neither a robot's action nor an event for machines elsewhere changes this one
             case Raise(event):
                 raised.append(event)
             case Send(_, delay) if delay > 0:
                 number = -1 - self.sends.index(_sent(action))
-                # Of several on their way the first is followed; any may come at any time, as from outside.
+                # Only the first of several pending events is followed; any may arrive at any time, as from outside.
                 if all(one.transition != number for one in timers):
                     least, most = self._duration(Exact.of(delay))
                     _begin(timers, Timer(number, least, most, own_clock(number), fresh=True))
@@ -160,7 +160,7 @@ class Microsteps:
                     one for one in timers if one.transition >= 0 or self.sends[-1 - one.transition][2] != label
                 ]
             case _:
-                raise Undecided(f"an action of a kind that proofs do not know: {type(action).__name__}")
+                raise Undecided(f"an action of a kind that proofs do not support: {type(action).__name__}")
         return TRUE
 
     def _held(self, value: Value, name: str, kind: Type) -> Diagram:
@@ -180,7 +180,7 @@ class Microsteps:
         return TRUE
 
     def _lasting(self, duration: Value, *, again: bool = False) -> Diagram:
-        """Where a time-out can have a duration; that of what is done again and again takes some time."""
+        """Where a time-out can have a duration; a repeated one must be above zero."""
         shortest = _SHORTEST if again else 0.0
         match duration:
             case Exact(content):

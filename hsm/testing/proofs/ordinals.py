@@ -1,8 +1,8 @@
 """Values as whole numbers in the same order, so that thresholds of every type are of one kind.
 
 A whole number is itself, ``false`` and ``true`` are 0 and 1, members of an enumeration are counted. Floats are counted
-in their order, all of them, infinities included; what is not a number comes after the greatest, so that it is below no
-threshold. So a comparison with a constant is exact, as the processor makes it.
+in their order, infinities included; NaN comes after the greatest, so that it is below no threshold. So a comparison
+with a constant is exact, as the processor makes it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from hsm.model.types import LARGEST_INTEGER, Boolean, Enumeration, Integer, Quantity, Type
 
 NOT_A_NUMBER = 0x7FF0000000000000 + 1
-"""The ordinal of what is not a number."""
+"""The ordinal of NaN."""
 
 MOST = 10**30
 """The greatest whole number that is distinguished from greater ones, and with the other sign the least."""
@@ -24,7 +24,7 @@ def ordinal(value: Any, kind: Type) -> int:
     """The number of a value.
 
     Raises:
-        ValueError: it is no member of the enumeration.
+        ValueError: it is not a member of the enumeration.
     """
     match kind:
         case Boolean() | Integer():
@@ -77,7 +77,7 @@ def domain(kind: Type, *, not_a_number: bool = True) -> tuple[int, int]:
 
 
 def held(kind: Type) -> tuple[int, int]:
-    """The least and the greatest ordinal of what a variable or parameter can hold.
+    """The least and the greatest ordinal of the values of a variable or parameter.
 
     Floats in it are finite, whole numbers have 63 bits.
     """

@@ -1,4 +1,4 @@
-"""Where a machine is within a step, and what comes next."""
+"""The position of a machine within a step, and what comes next."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Timer:
         clock: what measures its time: the state, for those that run from its entry on, or one of its own.
         due: whether its time had come in an earlier step or has come in this one.
         fresh: whether it began in this step.
-        beats: whether it was due in this step and goes on to its next time.
+        beats: whether it was due in this step and continues to its next time.
     """
 
     transition: int
@@ -36,7 +36,7 @@ class Timer:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Where a step is.
+    """The position within a step.
 
     Attributes:
         leaves: the active atomic states.
@@ -45,7 +45,7 @@ class Point:
         timers: the time-outs that run.
         values: the variables.
         acted: conditions that have held long enough, by transition: they wait until they are false.
-        entered: the states that were entered in this step, as far as anybody asks.
+        entered: the states that were entered in this step, as far as needed.
         outcome: how the run ended, or None.
     """
 
@@ -83,7 +83,7 @@ class Part(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """What a step does next.
+    """The next part of a step.
 
     Attributes:
         part: of the step.
@@ -109,7 +109,7 @@ Label = tuple[str, str, str] | None
 
 @dataclass(frozen=True, slots=True)
 class FailingStep:
-    """A step that cannot be done.
+    """A step that fails.
 
     Attributes:
         place: within the step.
@@ -125,4 +125,4 @@ class FailingStep:
 ENDED = Stage(Part.END)
 
 SETTLING = Stage(Part.SETTLING)
-"""The start: only what follows by itself."""
+"""The start: only reactions without input."""

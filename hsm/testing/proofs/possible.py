@@ -1,4 +1,4 @@
-"""What steps of a machine may exercise, as coverage counts it; the rest is unreachable once all steps are known."""
+"""The coverage items that steps of a machine may exercise; the others are unreachable once all steps are known."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ UNREACHABLE = "proved unreachable"
 
 @dataclass(slots=True)
 class Possible:
-    """What was found to be possible so far.
+    """The items found to be possible so far.
 
     Attributes:
         states: that may be entered.
@@ -24,7 +24,7 @@ class Possible:
         guards: for each transition the paths through its guard.
         outcomes: the states with the outcomes that their activities may report.
         history: the history states, each with whether it remembers something.
-        untold: transitions of whose guards all paths count as possible, as there are many.
+        untold: transitions whose guard paths all count as possible, because there are many.
     """
 
     states: set[int] = field(default_factory=set)
@@ -62,7 +62,7 @@ class Possible:
             self._told[id(paths)] = paths
 
     def coverage(self) -> Coverage:
-        """All that tests could exercise."""
+        """All items that tests could exercise."""
         return Coverage(
             dict.fromkeys(sorted(self.states), 1),
             dict.fromkeys(sorted(self.transitions), 1),
@@ -73,7 +73,7 @@ class Possible:
 
 
 def unreachable(model: Model, possible: Possible) -> frozenset[tuple[object, ...]]:
-    """The keys of the points of a machine that no test can cover.
+    """The keys of the items of a machine that no test can cover.
 
     Args:
         model: the machine.

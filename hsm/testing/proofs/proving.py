@@ -20,14 +20,14 @@ from hsm.testing.proofs.witness import Replayer
 from hsm.testing.scenarios.script import scripted_machine
 
 SECONDS = 60.0
-"""At most this much time of the processor a machine's graph may take, and as much again all its properties."""
+"""The limit of processor time for a machine's graph, and again for all its properties."""
 
 LOCATIONS = 20_000
 
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """What is known of a machine.
+    """The results for a machine.
 
     Attributes:
         verdicts: on its properties.
@@ -46,14 +46,14 @@ def check(
     only: Collection[str] | None = None,
     seconds: float = SECONDS,
 ) -> list[PropertyVerdict]:
-    """Decide the properties of a machine, its signals, outcomes, events and waiting times free.
+    """Decide the properties of a machine for all signals, outcomes, events and waiting times.
 
     Args:
         machine: the machine.
         assumptions: what is taken for granted; by default as ``Assumptions`` has it.
-        depth: look at runs of that many steps only; by default at all.
+        depth: check only runs of that many steps; by default all runs.
         only: names of properties, ``NO_FAULT`` among them; by default all.
-        seconds: that much time of the processor for the graph, and again for the properties.
+        seconds: the limit of processor time for the graph, and again for the properties.
     """
     return examine(machine, assumptions, depth=depth, only=only, seconds=seconds).verdicts
 
@@ -66,7 +66,7 @@ def examine(
     only: Collection[str] | None = None,
     seconds: float = SECONDS,
 ) -> Examination:
-    """The same as ``check``, and what of the machine can be reached at all; for the arguments see there."""
+    """The same as ``check``, and the reachable items of the machine; see there for the arguments."""
     ready = scripted_machine(machine)
     stated = [one for one in ready.model.properties if only is None or one.name in only]
     proof = _Proof(ready, assumptions or Assumptions(), stated, depth, seconds)
@@ -75,7 +75,7 @@ def examine(
 
 
 class _Proof:
-    """All that is to be decided of one machine."""
+    """The decision task for one machine."""
 
     def __init__(
         self, machine: Machine, assumed: Assumptions, stated: Sequence[Property], depth: int | None, seconds: float
@@ -91,7 +91,7 @@ class _Proof:
         self._conditions = [one for stated in machine.model.properties for one in conditions_of(stated.claim)]
 
     def verdicts(self, *, fault: bool) -> list[PropertyVerdict]:
-        """One for each property: first with regions of a middle size, then with finer or with coarser ones."""
+        """One verdict for each property: first with medium regions, then with finer or coarser ones."""
         texts = {**({NO_FAULT: NO_FAULT_TEXT} if fault else {}), **{one.name: one.text for one in self._stated}}
         obstacle = unsupported(self._machine.model)
         found: dict[str, PropertyVerdict] = {}
@@ -118,7 +118,7 @@ class _Proof:
         return [found[name] for name in texts]
 
     def _explored(self, texts: Mapping[str, str], obstacle: str) -> dict[str, PropertyVerdict]:
-        """What proofs do not follow is looked for in runs from the start on."""
+        """Machines that proofs do not support are explored from the start instead."""
         values = {name: value for name, value in self._parameters.items() if value is not FREE}
         if len(values) < len(self._parameters):
             undecided = Status.UNDECIDED
@@ -134,10 +134,10 @@ class _Proof:
         }
 
     def _decide(self, graph: Graph, names: Sequence[str], found: dict[str, PropertyVerdict]) -> None:
-        """Decide some properties; what was known of them stays where no more is found out."""
+        """Decide some properties; an earlier verdict stays if there is no better one."""
         replayer = Replayer(graph, self._parameters, self._conditions, self._longest)
         budget = Budget(self._seconds / 2, LOCATIONS)
-        decider = Decider(graph, replayer, self._longest, budget, asked=self._depth is not None)
+        decider = Decider(graph, replayer, self._longest, budget, self._stated, asked=self._depth is not None)
         stated = {one.name: one for one in self._stated}
         for name in names:
             verdict = decider.without_fault() if name == NO_FAULT else decider.decided(stated[name])
@@ -157,5 +157,5 @@ class _Proof:
 
 
 def _open(verdict: PropertyVerdict) -> bool:
-    """Whether there is more to find out."""
+    """Whether a better verdict is possible."""
     return not (verdict.proved or verdict.violated)

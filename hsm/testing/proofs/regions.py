@@ -1,8 +1,8 @@
-"""What is remembered of variables from one step to the next: their values as long as those are few, else regions.
+"""The abstraction of variables between steps: exact values while they are few, otherwise regions.
 
-A variable is in one of the regions between the thresholds that it is compared with anywhere. Whole numbers around the
-thresholds, and the first floats that were met, are kept as they are; what an abstraction adds by that is only runs, so
-what is proved of it is proved of the machine.
+A region of a variable is an interval between the thresholds that it is compared with anywhere. Whole numbers around the
+thresholds, and the first floats that occur, are kept exactly. The abstraction only adds runs, so a proof for it is a
+proof for the machine.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from hsm.testing.proofs.ordinals import held, ordinal, value_at
 from hsm.testing.proofs.values import Derived, Exact, OneOf, Region, Symbols, Truth, Undecided, Value
 
 MARGIN = 1
-"""So far around the outermost thresholds whole numbers are kept as they are."""
+"""The distance from the outermost thresholds within which whole numbers are kept exactly."""
 
 MOST_OPERATIONS = 3
-"""At most this many operations on a symbol are followed within one step."""
+"""At most this many operations on a symbol are tracked within one step."""
 
 MOST_CHOICES = 2
-"""At most this many conditions decide within one step what a variable is; beyond that it becomes a region."""
+"""At most this many conditions determine a variable within one step; beyond that it becomes a region."""
 
 MOST_THRESHOLDS = 40
 """At most this many thresholds of one variable are distinguished."""
@@ -39,7 +39,7 @@ Kept = Exact | Region
 
 @dataclass(frozen=True, slots=True)
 class Precision:
-    """How much is kept as it is.
+    """How many exact values are kept.
 
     Attributes:
         whole: between the outermost thresholds of a variable, that many whole numbers at most.
@@ -62,9 +62,9 @@ class Regions:
         symbols: represent variables in regions.
         types: of the variables and parameters, by slot.
         names: theirs.
-        relevant: names of those on which anything depends; of the others nothing is kept.
+        relevant: names of the variables that matter; the others are dropped.
         changing: names of those that are ever assigned.
-        precision: how much is kept as it is.
+        precision: how many exact values are kept.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Regions:
         self._closed: dict[tuple[Value, ...], list[list[tuple[Kept, Diagram]]]] = {}
 
     def compared(self, left: Derived, right: Exact) -> None:
-        """Take down where a variable meets a known value."""
+        """Record a threshold where a variable is compared with a known value."""
         slot = self._slots.get(left.symbol)
         if slot is None or len(self._thresholds[slot]) >= MOST_THRESHOLDS:
             return
@@ -111,7 +111,7 @@ class Regions:
         constants: Iterable[tuple[str, Any]],
         known: Sequence[Value],
     ) -> None:
-        """Take down where variables may meet known values, whatever they are then.
+        """Record all thresholds of variables in some expressions.
 
         Args:
             evaluator: evaluates expressions.
@@ -152,7 +152,7 @@ class Regions:
         return tuple(values), among
 
     def closed(self, values: tuple[Value, ...], among: Diagram) -> Iterator[tuple[tuple[Kept, ...], Diagram]]:
-        """What is kept at the end of a step: each combination of regions, with the signals for which it is so."""
+        """The abstract values at the end of a step: each combination of regions, with the signals that lead to it."""
         both = self._symbols.diagrams.both
         ways: list[tuple[tuple[Kept, ...], Diagram]] = [((), among)]
         known = self._closed.get(values)
@@ -168,7 +168,7 @@ class Regions:
         return iter(ways)
 
     def settled(self, values: tuple[Value, ...], among: Diagram) -> list[tuple[tuple[Value, ...], Diagram]]:
-        """Values within a step, those that would grow without end replaced by symbols for their regions."""
+        """Values within a step, with those that would grow without bound replaced by symbols for their regions."""
         growing = self._growing.get(values)
         if growing is None:
             growing = [slot for slot, value in enumerate(values) if self._grows(slot, value)]
@@ -241,7 +241,7 @@ class Regions:
                 ]
 
     def _single(self, region: Region, kind: Type) -> Kept:
-        plain = isinstance(kind, Boolean | Enumeration)  # one of them represents all where nothing depends on it
+        plain = isinstance(kind, Boolean | Enumeration)  # one of them represents all if nothing depends on it
         return Exact.of(value_at(region.least, kind)) if plain or region.least == region.most else region
 
     def _inside(self, value: Derived, least: int, most: int, kind: Type) -> Diagram:

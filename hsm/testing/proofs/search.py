@@ -1,37 +1,35 @@
-"""The search for a violation of one property in the graph of a machine, near the start first.
+"""A breadth-first search for a violation of one property in the graph of a machine.
 
 Without time, any time-out may come due at any step. With time, each place has a zone of its clocks; between two steps
-at most the longest tick passes. Steps in which nothing changes are not taken one by one: any time that they can take
-passes at once.
+at most the longest tick passes. Steps in which nothing changes are accelerated: any time that they can take passes at
+once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Generator, Hashable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
-from hsm.engine.machine import Machine
-from hsm.model.expressions import Expression
 from hsm.model.properties import Property
 from hsm.testing.proofs.automata import Automaton, Branch, Memory
 from hsm.testing.proofs.graph import Budget, Edge, Graph
 from hsm.testing.proofs.points import Timer
-from hsm.testing.proofs.values import Truth, Value
+from hsm.testing.proofs.quotient import Quotient
 from hsm.testing.proofs.zones import PROMISE, ROUNDING, Clock, Zone, at_most, less
 
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """A place that the search has come to.
+    """A visited place of the search.
 
     Attributes:
         location: number of the location.
-        memory: what is remembered of the property.
-        zone: what the clocks can be; None without time.
-        before: number of the visit before; -1 for none.
+        memory: the memory of the property.
+        zone: the possible clock values; None without time.
+        before: number of the previous visit; -1 for none.
         edge: the step that led here.
-        branch: how the property went on in it.
-        idle: a step in which nothing changes, for the time that passes here; None where there is none.
+        branch: how the property continued in it.
+        idle: a step in which nothing changes, for the time that passes here; None if there is none.
         repeated: whether the step was taken any number of times, one after the other.
     """
 
@@ -47,11 +45,11 @@ class Visit:
 
 @dataclass(frozen=True, slots=True)
 class _Move:
-    """A step with a way for the property to go on.
+    """A step with a way for the property to continue.
 
     Attributes:
         edge: the step.
-        branch: how the property goes on.
+        branch: how the property continues.
         reset: the clocks that begin again.
         clocks: those that run afterwards.
     """
@@ -60,6 +58,19 @@ class _Move:
     branch: Branch
     reset: frozenset[Clock]
     clocks: tuple[Clock, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Moves:
+    """What can happen at a place.
+
+    Attributes:
+        all: the moves.
+        idle: those in which neither the machine nor what is remembered of the property changes.
+    """
+
+    all: list[_Move]
+    idle: list[_Move]
 
 
 @dataclass(slots=True)
@@ -71,13 +82,13 @@ class Search:
         stated: the property.
         timed: whether time counts.
         longest_tick: in nanoseconds.
-        rounding: in nanoseconds: so far around a deadline it is left open on which side of it a time falls.
+        rounding: in nanoseconds: within this distance of a deadline, both sides are considered.
         visits: all places, in the order in which they were found.
         depth: after that many steps no violation was found.
         complete: whether all places were looked at.
     """
 
-    graph: Graph
+    graph: Graph | Quotient
     stated: Property
     timed: bool
     longest_tick: int
@@ -87,20 +98,17 @@ class Search:
     depth: int = 0
     complete: bool = False
     _known: dict[tuple[int, Memory], list[Zone | None]] = field(default_factory=dict)
-    _known_moves: dict[tuple[int, Memory], list[_Move]] = field(default_factory=dict)
-    _truths: dict[tuple[int, tuple[int, ...], tuple[Value, ...]], Truth] = field(default_factory=dict)
-    _scope: int | None = field(init=False)
+    _known_moves: dict[tuple[int, Memory], _Moves] = field(default_factory=dict)
+    _clocks_of: dict[tuple[int, Memory], tuple[Clock, ...]] = field(default_factory=dict)
     _automaton: Automaton = field(init=False)
 
     def violations(self) -> Iterator[Visit]:
         """Places at which the property is violated, near ones first.
 
-        Runs whose first step hears an event come last, as no scenario can show them; most of their places are known
-        by then.
+        Runs whose first step receives an event come last, because no scenario can show them; most of their places are
+        known by then.
         """
-        machine = self.graph.machine
-        self._scope = None if self.stated.scope is None else machine.indices[self.stated.scope]
-        self._automaton = Automaton(self.stated, self._scope, self.graph.symbols.diagrams, self._truth)
+        self._automaton = Automaton(self.stated, self.graph.machine, self.graph.evaluator)
         depths = []
         for heard in (False, True):
             done = len(self.visits)
@@ -113,7 +121,7 @@ class Search:
         """The first steps."""
         begun = self._automaton.begin()
         for edge in edges:
-            for branch in self._branches(begun, edge):
+            for branch in self._automaton.branches(begun, edge):
                 zone = Zone.origin(self._clocks(edge.target, branch.memory)) if self.timed else None
                 visit = Visit(edge.target, branch.memory, zone, -1, edge, branch)
                 if branch.violated or (branch.least or 0) > 0:
@@ -123,7 +131,7 @@ class Search:
                 self._add(visit)
 
     def _followed(self, done: int) -> Generator[Visit, None, int | None]:
-        """Go on from all places from one on; returns the depth that was reached, None where nothing is left."""
+        """Continue from all places from one on; returns the depth that was reached, None where nothing is left."""
         depth = 0
         while done < len(self.visits):
             end = len(self.visits)
@@ -149,7 +157,7 @@ class Search:
         limits: dict[frozenset[int], Zone | None] = {}
         if visit.zone is not None:
             later = visit.zone.later_by(self.longest_tick)
-        for move in self._moves(visit.location, visit.memory):
+        for move in self._moves(visit.location, visit.memory).all:
             zone = None
             if later is not None:
                 due = move.edge.due
@@ -167,20 +175,26 @@ class Search:
             if move.edge.idle and move.branch.restarts and not move.branch.violated and visit.memory is found.memory:
                 self._add(self._again(visit, number, move))
 
-    def _moves(self, location: int, memory: Memory) -> list[_Move]:
-        """The steps from a location, each with a way for the property to go on; of those to the same effect one."""
+    def _moves(self, location: int, memory: Memory) -> _Moves:
+        """The steps from a location, each with a way for the property to continue; of those to the same effect one."""
         key = (location, memory)
         found = self._known_moves.get(key)
         if found is None:
             distinct: dict[Hashable, _Move] = {}
             for edge in self.graph.edges[location]:
-                for branch in self._branches(memory, edge):
+                for branch in self._automaton.branches(memory, edge):
                     reset = frozenset((*edge.fresh, *((PROMISE,) if branch.restarts else ())))
                     move = _Move(edge, branch, reset, self._clocks(edge.target, branch.memory))
                     effect = (branch.memory, branch.least, branch.most, branch.restarts)
                     same = (edge.target, edge.due, edge.fresh, edge.beats, edge.idle, effect)
                     distinct.setdefault((edge.among, branch.among, len(distinct)) if branch.violated else same, move)
-            found = self._known_moves[key] = list(distinct.values())
+            moves = list(distinct.values())
+            idle = [
+                one
+                for one in moves
+                if one.edge.idle and one.branch.memory is memory and not (one.branch.restarts or one.branch.violated)
+            ]
+            found = self._known_moves[key] = _Moves(moves, idle)
         return found
 
     def _taken(self, number: int, move: _Move, zone: Zone | None) -> Visit | None:
@@ -197,35 +211,35 @@ class Search:
         return Visit(edge.target, branch.memory, zone, number, edge, branch)
 
     def _beaten(self, zone: Zone, edge: Edge) -> Zone:
-        """Where what is repeated goes on: its clock counts from the time that has come, not from the step."""
+        """Where what is repeated continues: its clock counts from the time that has come, not from the step."""
         before = {one.transition: one for one in self.graph.locations[edge.source].timers} if edge.beats else {}
         for timer in edge.beats:
             due = before[timer.transition]
-            kept = due.least == due.most == timer.least == timer.most
-            if kept and timer.transition in edge.due and self.longest_tick + self.rounding < due.least:
+            known = due.least == due.most and timer.least == timer.most
+            if known and timer.transition in edge.due and self.longest_tick + self.rounding < timer.least:
                 zone = zone.back(timer.clock, due.least)
             else:
-                zone = zone.anywhere(timer.clock, timer.most + self.rounding)
+                zone = zone.anywhere(timer.clock, -self.rounding, timer.most)
         return zone
 
     def _again(self, visit: Visit, number: int, move: _Move) -> Visit:
         """A step in which only the time of the property begins again, any number of times."""
         assert visit.zone is not None, "only what is timed begins again"
         later = self._at(visit.zone.later(), visit.location, frozenset())
-        assert later is not None, "no time at all is some time"
+        assert later is not None, "zero is a possible time"
         zone = later.reset({PROMISE}, move.clocks)
         return Visit(move.edge.target, move.branch.memory, zone, number, move.edge, move.branch, repeated=True)
 
     def _add(self, visit: Visit) -> None:
-        if visit.zone is not None:
-            visit = self._with_idling(visit)
         known = self._known.setdefault((visit.location, visit.memory), [])
         if visit.zone is None:
             if known:
                 return
         elif any(one is not None and one.includes(visit.zone) for one in known):
-            return
+            return  # what is known has all the time that may pass in it, so it includes that of this one, too
         else:
+            visit = self._with_idling(visit)
+            assert visit.zone is not None, "time passes where there are clocks"
             known[:] = [one for one in known if one is not None and not visit.zone.includes(one)]
         known.append(visit.zone)
         self.visits.append(visit)
@@ -235,14 +249,13 @@ class Search:
         assert visit.zone is not None
         if visit.location >= len(self.graph.edges):
             return visit
-        for move in self._moves(visit.location, visit.memory):
+        for move in self._moves(visit.location, visit.memory).idle:
             edge, branch = move.edge, move.branch
-            if edge.idle and branch.memory is visit.memory and not (branch.restarts or branch.violated):
-                later = self._at(visit.zone.later(), visit.location, frozenset())
-                if later is not None and PROMISE in later.clocks and branch.most is not None:
-                    later = later.limited(PROMISE, None, at_most(branch.most + self.rounding))
-                if later is not None:
-                    return replace(visit, zone=later, idle=(edge, branch))
+            later = self._at(visit.zone.later(), visit.location, frozenset())
+            if later is not None and PROMISE in later.clocks and branch.most is not None:
+                later = later.limited(PROMISE, None, at_most(branch.most + self.rounding))
+            if later is not None and later.includes(visit.zone):
+                return replace(visit, zone=later, idle=(edge, branch))
         return visit
 
     def _at(self, zone: Zone, location: int, due: frozenset[int]) -> Zone | None:
@@ -262,23 +275,10 @@ class Search:
         return (one for one in self.graph.locations[location].timers if not one.due)
 
     def _clocks(self, location: int, memory: Memory) -> tuple[Clock, ...]:
-        clocks = {one.clock for one in self._running(location)}
-        if memory is Memory.WAITING:
-            clocks.add(PROMISE)
-        return tuple(sorted(clocks))
-
-    def _branches(self, memory: Memory, edge: Edge) -> Sequence[Branch]:
-        active = self._scope is None or self._scope in self._configuration(edge.point.leaves)
-        return self._automaton.branches(memory, edge, active=active)
-
-    def _truth(self, condition: Expression, edge: Edge) -> Truth:
-        key = (id(condition), edge.point.leaves, edge.point.values)
-        found = self._truths.get(key)
+        found = self._clocks_of.get((location, memory))
         if found is None:
-            evaluator = self.graph.evaluator.at(edge.point.values, self._configuration(edge.point.leaves))
-            found = self._truths[key] = evaluator.truth(condition)
+            clocks = {one.clock for one in self._running(location)}
+            if memory is Memory.WAITING:
+                clocks.add(PROMISE)
+            found = self._clocks_of[location, memory] = tuple(sorted(clocks))
         return found
-
-    def _configuration(self, leaves: tuple[int, ...]) -> frozenset[int]:
-        machine: Machine = self.graph.machine
-        return machine.configuration(leaves).active

@@ -1,4 +1,4 @@
-"""What fires at a point within a step: what a selector can pick, each with the signals for which it does."""
+"""The transitions that can fire at a point within a step, each with the signals that select it."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from hsm.testing.proofs.points import Point
 from hsm.testing.proofs.values import NO, YES, Truth, Value
 
 MOST_PATHS = 200
-"""Of a guard with more paths, none is followed on its own."""
+"""The paths of a guard with more paths are not distinguished."""
 
 Choice = tuple[Picked | None, Diagram]
-"""What is picked, None for nothing, and the signals."""
+"""The selected transitions, None for nothing, and the signals."""
 
 
 Path = tuple[int, int, Diagram]
@@ -33,7 +33,7 @@ class Selections:
 
     Attributes:
         untold: transitions whose guards have more paths than are followed.
-        failures: guards that may fail in a machine that handles faults, which is not followed: in words.
+        failures: guards that may fail in a machine that handles faults, which is not supported: in words.
         handling: states with transitions that handle faults.
         diagrams: the sets of signals.
     """
@@ -56,7 +56,7 @@ class Selections:
         self.untold = {index for index, one in enumerate(decisions) if one.count > MOST_PATHS}
 
     def choices(self, selector: Selector, point: Point, due: frozenset[int] | None = None) -> list[Choice]:
-        """What a selector can pick; the signals that are in no choice make a guard fail.
+        """The possible results of a selector; the signals in no choice make a guard fail.
 
         Args:
             selector: of the active states.
@@ -114,7 +114,7 @@ class Selections:
     def _walked(
         self, tree: Tree, conditions: Sequence[Truth], ways: list[tuple[int, bool, Diagram]]
     ) -> list[tuple[int, bool, Diagram]]:
-        """How paths that come to a tree go on: the path, whether the tree is true on it, the signals."""
+        """How paths through a tree continue: the path, whether the tree is true on it, the signals."""
         both = self.diagrams.both
         match tree:
             case Condition(number):

@@ -1,8 +1,8 @@
-"""One step of a machine from all that is known before it: every way it can go, with the signals for which it goes so.
+"""One symbolic step of a machine: every possible course, with the signals that lead to it.
 
 The order of things within a step is that of the engine (``hsm.engine.execution``): outcomes, events from outside,
-time-outs that are due, conditions, each followed by what it raises, until nothing fires. What a microstep does is
-planned by the engine's own planner. Ways that come to the same point are one way, for all their signals together.
+time-outs that are due, conditions, each followed by what it raises, until nothing fires. The engine's own planner plans
+the microsteps. Courses that reach the same point are merged, with the union of their signals.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from hsm.testing.proofs.zones import ROUNDING
 from hsm.testing.scenarios.script import FAULT
 
 MOST_POINTS = 4_000
-"""At most this many points are looked at within one step at most."""
+"""At most this many points are visited within one step."""
 
 Ways = dict[int, dict[int, Diagram]]
 """From one place to others, by their numbers, each with the signals."""
@@ -34,7 +34,7 @@ Ways = dict[int, dict[int, Diagram]]
 
 @dataclass(frozen=True, slots=True)
 class _Way:
-    """One way to go on from a place.
+    """One way to continue from a place.
 
     Attributes:
         target: number of the place that it leads to.
@@ -53,13 +53,13 @@ class _Way:
 
 @dataclass(frozen=True, slots=True)
 class _Failing:
-    """A way on which something fails.
+    """A course on which something fails.
 
     Attributes:
         among: the signals.
         label: what is heard.
         states: those that a fault may be handled in or around.
-        obstacle: why the proof does not go on where it is handled.
+        obstacle: why the proof does not follow the handler.
     """
 
     among: Diagram
@@ -70,7 +70,7 @@ class _Failing:
 
 @dataclass(slots=True)
 class _Expansion:
-    """Where a place leads to, whatever the signals are."""
+    """The successors of a place, for all signals."""
 
     ways: list[_Way] = field(default_factory=list)
     failing: list[_Failing] = field(default_factory=list)
@@ -85,7 +85,7 @@ class Stepper:
         selections: what fires.
         microsteps: does it.
         events: names that may come from outside.
-        settled: replaces values that would grow without end.
+        settled: replaces values that would grow without bound.
 
     Attributes:
         faults: steps that cannot be done.
@@ -143,7 +143,7 @@ class Stepper:
         Args:
             point: where the step begins; its time-outs that are due are marked.
             among: the signals that are possible.
-            parents: takes down how each place was reached.
+            parents: records how each place was reached.
         """
         if point.outcome is not None:
             return []
@@ -154,7 +154,7 @@ class Stepper:
     def _run(
         self, begin: Mapping[Place, Diagram], parents: dict[Place, tuple[Place, Label]] | None = None
     ) -> list[tuple[Point, Diagram]]:
-        """Follow all ways from some places to their ends."""
+        """Follow all courses from some places to their ends."""
         either, without = self._diagrams.either, self._diagrams.without
         pending = {self._number(place): among for place, among in begin.items()}
         seen: dict[int, Diagram] = {}
@@ -190,7 +190,7 @@ class Stepper:
         return number
 
     def _spinning(self, ways: Ways) -> Iterator[tuple[int, Diagram]]:
-        """Places from which what follows by itself comes round to where it was, with the signals for which it does."""
+        """Places on endless cycles of reactions, with the signals that lead to them."""
         around = _on_cycles(ways)
         both, either = self._diagrams.both, self._diagrams.either
         alive = dict.fromkeys(around, TRUE)
@@ -208,7 +208,7 @@ class Stepper:
         return ((place, among) for place, among in alive.items() if among != FALSE)
 
     def _onward(self, number: int, among: Diagram) -> Iterator[tuple[int, Diagram, Label]]:
-        """What a place leads to with some signals; values that would grow without end are replaced."""
+        """The successors of a place for some signals; values that would grow without bound are replaced."""
         both = self._diagrams.both
         expansion = self._expansion(number)
         for paths in expansion.paths:
@@ -229,7 +229,7 @@ class Stepper:
                 yield way.target, further, way.label
 
     def _expansion(self, number: int) -> _Expansion:
-        """What a place leads to, computed once for all signals."""
+        """The successors of a place, computed once for all signals."""
         found = self._expansions.get(number)
         if found is None:
             found = self._expansions[number] = _Expansion()
@@ -241,7 +241,7 @@ class Stepper:
         return found
 
     def _fail(self, place: Place, failing: _Failing, among: Diagram) -> None:
-        """Take down that a step fails with some signals."""
+        """Record that a step fails with some signals."""
         further = self._diagrams.both(among, failing.among)
         if further != FALSE:
             self.faults.append(FailingStep(place, further, failing.label))
@@ -253,7 +253,7 @@ class Stepper:
         return _Way(self._number(place), among, label, plan)
 
     def _all_ways(self, place: Place, found: _Expansion) -> Iterator[_Way]:
-        """What a place leads to: first what follows by itself, then what comes next."""
+        """The successors of a place: first reactions without input, then the next part of the step."""
         stage, point, queue = place
         if point.outcome is not None:
             yield self._way((ENDED, point, ()), TRUE)
@@ -273,7 +273,7 @@ class Stepper:
         yield from self._next(found, stage, point, rest)
 
     def _next(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
-        """What comes next in a step, once nothing follows by itself."""
+        """The next part of a step, once there is no further reaction."""
         match stage.part:
             case Part.ARRIVALS:
                 yield from self._arrivals(found, stage, point, among)
@@ -313,7 +313,7 @@ class Stepper:
             yield self._way((Stage(Part.TIME_OUTS, due=due), point, ()), among)
 
     def _reports(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
-        """What the activities report, one after the other; what they were doing was begun before this step."""
+        """The reports of the activities, in order; the activities began before this step."""
         if not stage.reports:
             yield self._way((Stage(Part.OUTSIDE), point, ()), among)
             return
@@ -321,7 +321,7 @@ class Stepper:
         following = Stage(Part.REPORTS, tuple(others), stage.left - {state})
         yield self._way((following, point, ()), among)
         declared = self._machine.model.states[state]
-        assert declared.activity is not None, "only states with an activity are asked"
+        assert declared.activity is not None, "only states with an activity have outcomes"
         configuration = self._machine.configuration(point.leaves)
         runs = state in configuration.active and state not in stage.left
         ended = replace(point, over=point.over | {state}) if runs else point
@@ -407,7 +407,7 @@ class Stepper:
         due: frozenset[int] | None = None,
         label: Label = None,
     ) -> Iterator[tuple[Picked | None, Diagram]]:
-        """What a selector can pick, None for nothing, each with the signals for which it does."""
+        """The possible results of a selector, None for nothing, each with its signals."""
         found.paths.append(self._selections.paths(selector, point, due))
         for picked, condition in self._selections.choices(selector, point, due):
             further = self._diagrams.both(among, condition)
@@ -417,7 +417,7 @@ class Stepper:
         found.failing.append(_Failing(among, label, (), ""))
 
     def _fired(self, found: _Expansion, place: Place, picked: Picked, among: Diagram, label: Label = None) -> _Way:
-        """What a selector picked is done: where it leads, and the signals for which nothing in it fails."""
+        """Take the selected transitions: the result, and the signals for which nothing fails."""
         stage, point, queue = place
         configuration = self._machine.configuration(point.leaves)
         plan = self._machine.planner.plan(configuration, picked, dict(point.history))
@@ -429,7 +429,7 @@ class Stepper:
         return self._way((stage, following, (*queue, *raised)), further, label, plan)
 
     def _failing(self, plan: Plan, among: Diagram, label: Label) -> _Failing:
-        """A microstep fails: that ends the run, unless the machine handles it, which is not followed."""
+        """A microstep fails: that ends the run, unless the machine handles it, which is not supported."""
         transitions = [self._machine.model.transitions[index] for index in plan.transitions]
         place = transitions[0].place if transitions else None
         states = (*(one.source for one in transitions), *plan.exited, *plan.entered)
@@ -438,7 +438,7 @@ class Stepper:
 
 
 def _due(point: Point) -> Iterator[frozenset[int]]:
-    """Which time-outs are due: of those that have just begun and may be as short as nothing, some."""
+    """The possible sets of due time-outs: of those that have just begun and may have zero duration, any subset."""
     running = [one for one in point.timers if one.transition >= 0]
     fixed = frozenset(one.transition for one in running if one.due or (one.fresh and one.most <= 1))
     short = [one.transition for one in running if one.fresh and one.least <= ROUNDING and one.transition not in fixed]
@@ -447,7 +447,7 @@ def _due(point: Point) -> Iterator[frozenset[int]]:
 
 
 def _on_cycles(ways: Ways) -> set[int]:
-    """The places from which a way leads back to them, and those between: all others are taken away."""
+    """The places on cycles, and those between them; all others are removed."""
     left = {place: {one for one in onward if one in ways} for place, onward in ways.items()}
     before: dict[int, list[int]] = {}
     for place, onward in left.items():

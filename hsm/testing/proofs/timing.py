@@ -1,4 +1,4 @@
-"""The times of the steps on a way: the least ones that keep all bounds between them."""
+"""The earliest times of the steps on a path that satisfy all bounds between them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 MARGIN = 10
-"""In nanoseconds: so far from a deadline a time is kept, where it may not be on it."""
+"""In nanoseconds: the least distance of a time from a deadline that it must not meet."""
 
 
 @dataclass(slots=True)
@@ -37,7 +37,7 @@ class Schedule:
     def solved(self, grid: int) -> list[int] | None:
         """The earliest times that are multiples of ``grid``; None where there are none.
 
-        Source: Bellman's and Ford's shortest paths, on a system of difference constraints.
+        Source: Bellman-Ford shortest paths, on a system of difference constraints.
         """
         bounds = [(early, late, -(-least // grid)) for early, late, least in self.bounds]
         times = [0] * self.count

@@ -1,4 +1,4 @@
-"""Values of signals for which a step goes a certain way, chosen to be simple and to change little."""
+"""Signal values that lead a step along a path, chosen to be simple and to change little."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Valuations:
 
     Args:
         symbols: of the graph.
-        seed: of what is chosen at random, where choosing in order finds nothing.
+        seed: for random choices, if choosing in order finds nothing.
     """
 
     def __init__(self, symbols: Symbols, seed: int = 0) -> None:
@@ -35,7 +35,7 @@ class Valuations:
         self._random = random.Random(seed)
 
     def choose(self, among: Diagram, variables: Mapping[str, Any], known: Mapping[SignalKey, Any]) -> Assigned | None:
-        """Values of all symbols that matter; None where none were found.
+        """Values of all relevant symbols; None if none were found.
 
         Args:
             among: what they are to be in.
@@ -197,7 +197,7 @@ class Valuations:
 
 
 def readable(least: int, most: int, kind: Type) -> Any:
-    """A value of an interval that stays in it when it is written in a scenario and read again."""
+    """A value of an interval that is still in it after it was written to a scenario and read again."""
     value = within(least, most, kind)
     if isinstance(value, float) and least <= most < NOT_A_NUMBER:
         again = written(value, kind)

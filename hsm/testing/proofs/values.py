@@ -1,9 +1,9 @@
-"""What is known of a value within a step: the value itself, or how it follows from a symbol.
+"""Symbolic values within a step: a known value, or an expression over a symbol.
 
 A symbol represents the value of a signal in this step, for a variable of which only a region is known, or for the
 result of arithmetic that is not followed. A value that follows from one symbol by a chain of operations with constants
-is piecewise monotone in it, in floats as in real numbers; so where it is below a constant is found by bisection over
-the floats, with the very operations of the engine.
+is piecewise monotone in it, in floats as in real numbers; so the place where it crosses a constant is found by
+bisection over the floats, with the operations of the engine.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class ConstantOperation:
 
 @dataclass(frozen=True, slots=True)
 class Derived:
-    """What follows from one symbol.
+    """A value computed from one symbol.
 
     Attributes:
         symbol: its number.
@@ -118,7 +118,7 @@ class OneOf:
 Value = Exact | Derived | Truth | OneOf
 
 UNKNOWN = Truth(FALSE, FALSE)
-"""What cannot be evaluated."""
+"""A value that cannot be evaluated."""
 
 YES = Truth(TRUE, FALSE)
 NO = Truth(FALSE, TRUE)
@@ -168,7 +168,7 @@ class Symbols:
         return found
 
     def followed_roughly(self) -> list[str]:
-        """The arithmetic whose results are taken to be anything, in words."""
+        """The arithmetic whose results are abstracted, in words."""
         found: dict[str, None] = {}
         for symbol in self._symbols:
             if symbol.what == "arithmetic" and isinstance(symbol.key, tuple):
@@ -176,7 +176,7 @@ class Symbols:
         return list(found)
 
     def within(self, number: int) -> frozenset[int]:
-        """A symbol with all that it is made of: those in arithmetic, those in the arguments of a signal."""
+        """A symbol with all symbols inside it: in arithmetic, and in the arguments of a signal."""
         found = self._inner.get(number)
         if found is None:
             found = self._inner[number] = frozenset((number, *self._symbols_in(self._symbols[number].key)))
@@ -410,8 +410,8 @@ class Arithmetic:
 
 
 class TooMany(Exception):  # noqa: N818 - how a proof ends early
-    """More ways to go than are followed; with coarser regions there may be fewer."""
+    """More paths than the limit; with coarser regions there may be fewer."""
 
 
 class Undecided(Exception):  # noqa: N818 - an answer, not an error
-    """Something that proofs do not follow; the message says what is in the way."""
+    """A feature that proofs do not support; the message names it."""

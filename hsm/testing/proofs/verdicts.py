@@ -1,4 +1,4 @@
-"""What is known of a property, and under which assumptions."""
+"""The verdict about a property, and its assumptions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.scenarios import Scenario
 
 NO_FAULT = "no step fails"
-"""Checked of every machine: no guard fails, no transitions follow one another without end."""
+"""Checked of every machine: no guard fails, no endless sequence of transitions."""
 
 
 class Status(Enum):
@@ -39,7 +39,7 @@ class Method(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Assumptions:
-    """What a proof takes for granted.
+    """The assumptions of a proof.
 
     Attributes:
         longest_tick: at most that many seconds pass between two steps.
@@ -74,7 +74,7 @@ class Assumptions:
         return found
 
     def lines(self, model: Model) -> list[str]:
-        """All that is assumed of a machine, for a person."""
+        """All assumptions about a machine, as text."""
         types = {one.name: one.type for one in model.parameters}
         given = ", ".join(
             f"any {name}" if value is FREE else f"{name} = {shown_text(value, types[name])}"
@@ -84,9 +84,10 @@ class Assumptions:
         counted = [f"fewer than 2^32 changes of {', '.join(counting)}: no overflow"] if counting else []
         return [
             f"a step comes at any time, at most {self.longest_tick:g} s after the last; the first with the start",
-            "each step: any signals, any outcomes of what runs, any sequence of events, raised ones among them",
+            "each step: any signals, any outcomes of running activities, any sequence of events, including raised ones",
             f"signals may {'' if self.not_a_number else 'not '}be NaN; arithmetic on floats as the processor has it",
-            "no signal and no action fails; an activity may where the machine handles it, but not while it is stopped",
+            "no signal and no action fails, nor what it is given; an activity may where the machine handles it, "
+            "but not while it is stopped",
             f"parameters: {given}" if given else "no parameters",
             "a run from its start, neither restored nor reloaded; stamps below 2^32 s",
             *counted,
@@ -95,17 +96,18 @@ class Assumptions:
 
 @dataclass(frozen=True, slots=True)
 class PropertyVerdict:
-    """What is known of one property.
+    """The verdict about one property.
 
     Attributes:
         name: the property's name, or ``NO_FAULT``.
         text: the property.
         status: the verdict.
         method: how it was proved; None where it was not.
-        reason: what is in the way of a decision; empty where nothing does.
+        reason: what prevents a decision; empty if nothing does.
         counterexample: a shortest run to a violation, which was replayed on the engine; None where there is none.
         depth: in no run of that many steps it is violated.
-        states: how many places between two steps were looked at.
+        states: how many places between two steps were looked at; with times, those that no property can distinguish
+            count once.
     """
 
     name: str

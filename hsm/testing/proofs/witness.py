@@ -1,7 +1,7 @@
-"""From a way through a graph to a run of the engine: times, signals, outcomes and events, written down as a scenario.
+"""From a path through a graph to a run of the engine: times, signals, outcomes and events, written as a scenario.
 
-The run is made on the engine with the properties watched. What the graph says is only a plan for it: a violation is one
-only when the engine's own monitor reports it.
+The run is made on the engine with the properties watched. The path is only a plan: a violation counts only when the
+engine's own monitor reports it.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ class PlannedStep:
         time: in nanoseconds since the start.
         edge: the step of the graph.
         among: the signals that are possible.
-        end: what the step comes to, within the graph.
-        label: an outcome or event that is heard there.
+        end: the result of the step, within the graph.
+        label: an outcome or event that is handled there.
     """
 
     time: int
@@ -57,7 +57,7 @@ class PlannedStep:
 
 
 class Replayer:
-    """Makes runs of a machine out of ways through its graph.
+    """Makes runs of a machine from paths through its graph.
 
     Args:
         graph: the graph.
@@ -167,9 +167,11 @@ class Replayer:
                 branch = Branch(visit.memory, FALSE) if visit.repeated else visit.branch
                 self._bound(schedule, since, moment, (way[number - 1].location, visit.edge, branch))
             since.update(dict.fromkeys(visit.edge.fresh, (moment, 0)))
-            for timer in visit.edge.beats:
-                begun, offset = since.get(timer.clock, (moment, 0))
-                since[timer.clock] = begun, offset + timer.least
+            if visit.edge.beats:
+                lasted = {one.transition: one.least for one in self._graph.locations[visit.edge.source].timers}
+                for timer in visit.edge.beats:
+                    begun, offset = since.get(timer.clock, (moment, 0))
+                    since[timer.clock] = begun, offset + lasted[timer.transition]
             if visit.branch.restarts or not number:
                 since[PROMISE] = moment, 0
             idle = None
@@ -213,7 +215,7 @@ class Replayer:
         return None
 
     def _again(self, scenario: Scenario, name: str) -> bool:
-        """Whether a scenario, run as anybody would run it, violates a property."""
+        """Whether a scenario, run in the normal way, violates a property."""
         watch = property_watch(self._machine.model.properties)
         seen: list[str] = []
 
@@ -259,7 +261,7 @@ class Replayer:
         if not seen:
             return None
         shown = _joined(steps, self._tick / _NANOSECONDS)
-        # What is made of others would follow from the changed ones; a value of its own is said.
+        # A derived parameter would follow the changed ones; so its value is written out.
         usual = settled(self._machine.model, {})
         plain = {one: value for one, value in parameters.items() if usual[one] != value}
         follows = settled(self._machine.model, plain)
@@ -269,7 +271,7 @@ class Replayer:
         return Scenario(title if period == TICK else f"{title} (tick {period:g} s)", changed, given, shown)
 
     def _taken(self, tick: PlannedStep, driver: Driver, recorder: ScenarioRecorder, valuations: Valuations) -> bool:
-        """Let one step happen; whether there is one as it was planned."""
+        """Execute one step; return whether it went as planned."""
         chosen = valuations.choose(tick.among, driver.variables, _known(driver))
         if chosen is None:
             return False
@@ -328,7 +330,7 @@ def _spoken(
 
 
 def _joined(steps: Sequence[Stimulus | Expectation], tick: float) -> tuple[Stimulus | Expectation, ...]:
-    """The steps without empty expectations, and with what happens a tick apart written as a scenario has it."""
+    """The steps without empty expectations, and with the waits of a scenario."""
     kept: list[Stimulus | Expectation] = []
     for step in steps:
         if isinstance(step, Expectation):

@@ -10,6 +10,7 @@ automata: semantics, algorithms and tools" (2004).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import ge
 
 Clock = int
 """The state whose entry a clock counts from, ``PROMISE``, or that of one time-out alone (``own_clock``)."""
@@ -18,14 +19,11 @@ PROMISE = -1
 """The clock of a property."""
 
 ROUNDING = 1_200
-"""In nanoseconds: so far from a deadline it is open on which side of it a time falls.
+"""In nanoseconds: within this distance of a deadline, both sides are possible.
 
 The engine takes a deadline as reached up to two spacings of floats early (``hsm.engine.clock``), and the deadline of a
 property is rounded to one: with stamps below 2^32 seconds, which are 477 ns apart, that comes to 1,193 ns.
 """
-
-_NOW = -2
-"""A clock that is of use for a moment only."""
 
 _FREE = 1 << 80
 """No bound."""
@@ -74,7 +72,7 @@ class Zone:
 
     def includes(self, other: Zone) -> bool:
         """Whether another set of the same clocks lies in this one."""
-        return all(theirs <= mine for mine, theirs in zip(self.bounds, other.bounds, strict=True))
+        return all(map(ge, self.bounds, other.bounds))
 
     def later(self) -> Zone:
         """After any time."""
@@ -86,10 +84,12 @@ class Zone:
 
     def later_by(self, most: int) -> Zone:
         """After some time, at most this many nanoseconds."""
-        extended = self._with(_NOW).later()
-        limited = extended.limited(_NOW, None, at_most(most))
-        assert limited is not None, "no time at all is some time"
-        return limited.only(self.clocks)
+        size = len(self.clocks) + 1
+        bounds = list(self.bounds)
+        for row in range(size, size * size, size):
+            if bounds[row] < _FREE:
+                bounds[row] += 2 * most
+        return Zone(self.clocks, tuple(bounds))
 
     def limited(self, clock: Clock, least: int | None, most: int | None) -> Zone | None:
         """Where a clock is at least this much (as a bound on its negative), and at most; None where it never is."""
@@ -121,14 +121,14 @@ class Zone:
                     bounds[other * size + at] += 2 * by
         return Zone(self.clocks, tuple(bounds))
 
-    def anywhere(self, clock: Clock, below: int) -> Zone:
-        """One clock set to any time below a number of nanoseconds."""
+    def anywhere(self, clock: Clock, least: int, below: int) -> Zone:
+        """One clock set to any time from a number of nanoseconds on and below another; the first is not above zero."""
         zone = self.only(tuple(one for one in self.clocks if one != clock))._with(clock)
         size = len(zone.clocks) + 1
         at, bounds = size - 1, list(zone.bounds)
         for other in range(size - 1):
-            if bounds[at * size + other] < _FREE:
-                bounds[at * size + other] = _sum(less(below), bounds[other])
+            bounds[at * size + other] = _sum(less(below), bounds[other])
+            bounds[other * size + at] = _sum(at_most(-least), bounds[other * size])
         return Zone(zone.clocks, tuple(bounds)).only(tuple(sorted(zone.clocks)))
 
     def only(self, clocks: tuple[Clock, ...]) -> Zone:

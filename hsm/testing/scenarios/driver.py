@@ -1,4 +1,4 @@
-"""Drives a scripted machine, step by step, on a clock that moves only on command."""
+"""Drives a scripted machine, step by step, with a manual clock."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hsm.model.expressions import Expression, SignalValue
 from hsm.testing.scenarios.script import Performed, Script, ScriptedFault, scripted_machine
 
 TICK = 0.1
-"""Seconds from one step to the next where nothing else is said."""
+"""The default time from one step to the next, in seconds."""
 
 
 class Driver:
@@ -25,8 +25,8 @@ class Driver:
         machine: the machine with its stand-ins.
         supervisor: its run.
         tick: seconds from one step to the next.
-        last: what the last step did.
-        doing: what the activities of the active states are asked to do, by the state's full name.
+        last: the record of the last step.
+        doing: the activities of the active states with their arguments, by the state's full name.
         calls: the actions called in the last ``step`` or ``wait``.
         raised: the events that the machine raised meanwhile.
         sent: the events that it sent to other machines meanwhile.
@@ -86,7 +86,7 @@ class Driver:
         self._signals.update(signals)
 
     def assign(self, variable: str, value: Any) -> None:
-        """Give a variable or a parameter another value, as no machine and no scenario can: for a person who tries.
+        """Give a variable or a parameter another value, which no machine or scenario can do: for interactive use.
 
         Raises:
             SnapshotError: the run cannot be changed.
@@ -96,7 +96,7 @@ class Driver:
         self.supervisor = self.machine.restore(saved)
 
     def fail(self, signals: frozenset[str]) -> None:
-        """Let signals fail from now on; all others can be had."""
+        """Let signals fail from now on; all others have values."""
         self._failing = signals
 
     def step(
@@ -111,7 +111,7 @@ class Driver:
 
         Args:
             signals: signals that change.
-            reports: how activities end, by the full name of their state or by their own name; the machine hears of it
+            reports: how activities end, by the full name of their state or by their own name; the machine receives it
                 in this step.
             events: events from outside.
             after: seconds since the last step; by default one tick.
@@ -158,6 +158,23 @@ class Driver:
             return (name,)
         return tuple(state for state, performed in self.doing.items() if performed.name == name)
 
+    def stimulated(self, reports: Mapping[str, str]) -> Script:
+        """What a step would be given in which activities end so, by the full names of their states; nothing is done."""
+        script = self._script()
+        script.reports = reports
+        return script
+
+    def microsteps(self) -> list[tuple[Macrostep, Mapping[str, Any]]]:
+        """The last step as far as each of its microsteps, with the variables after that one."""
+        fired = [one for one in self.last.selections if one.plan is not None]
+        names = self.machine.generator.variables
+        between = [
+            {name: value for name, value in zip(names, one.values, strict=True) if value is not None}
+            for one in fired[1:]
+        ]
+        after = [*between, dict(self.variables)] if fired else []
+        return [(self.last.begun(count), values) for count, values in enumerate(after, 1)]
+
     def _report(self, reports: Mapping[str, str]) -> None:
         named: dict[str, str] = {}
         for name, outcome in reports.items():
@@ -166,9 +183,7 @@ class Driver:
                 known = ", ".join(f"`{one.name}`" for one in self.doing.values()) or "nothing"
                 raise LookupError(f"`{name}` does not run; what runs: {known}")
             named.update(dict.fromkeys(states, outcome))
-        script = self._script()
-        script.reports = named
-        self.supervisor.act(script)
+        self.supervisor.act(self.stimulated(named))
 
     def _script(self) -> Script:
         return Script(dict(self._signals), failing=self._failing)

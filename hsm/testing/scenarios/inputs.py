@@ -1,4 +1,4 @@
-"""What happens to a machine in one step, as an exploration chooses it and a scenario replays it."""
+"""The inputs of one step, as an exploration chooses them and a scenario replays them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NO_WAIT = Wait()
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """What happens in one step.
+    """The inputs of one step.
 
     Attributes:
         wait: how long after the step before.

@@ -1,10 +1,11 @@
-"""The lines of a .maze-test file: what is there, before any name has a meaning.
+"""The lines of a .maze-test file, before names are resolved.
 
 The file is read line by line, so that one invalid line hides no other.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
@@ -24,6 +25,7 @@ _WORDS = {
     "_NL": "the end of the line", "NAME": "a name", "NUMBER": "a number", "EQUALS": "`=`", "COMMA": "`,`",
     "REPORTS": "`reports`", "FAILS": "`fails`", "WITHIN": "`within`", "LPAR": "`(`", "RPAR": "`)`",
 }  # fmt: skip
+_BREAKS = re.compile(r"\n+")
 _BEGINNINGS = ("test", "tick", "scenario", "given", "when", "after", "expect")
 
 
@@ -118,14 +120,15 @@ def _parser() -> Lark:
 
 
 def read_lines(text: str, report: Report) -> Iterator[ScenarioLine]:
-    """The lines that can be read; of the others is said what is wrong. A comma at the end joins the next line."""
-    pending, begin = "", 0
+    """The valid lines; the others are reported. A comma at the end joins the next line."""
+    pending, begin, last = "", 0, 0
     for number, raw in enumerate(text.split("\n"), 1):
         content = raw.partition("#")[0].rstrip()
         if not content.strip():
             continue
         begin = begin if pending else number
-        pending += ("\n" * (number - begin) if pending else "") + content
+        pending += ("\n" * (number - last) if pending else "") + content
+        last = number
         if content.endswith(","):
             continue
         line = _line(pending, begin, report)
@@ -140,8 +143,9 @@ def _line(text: str, number: int, report: Report) -> ScenarioLine | None:
     end = number + text.count("\n")
     place = Place(report.file, number, column, end, len(last) + 1)
     try:
-        # Lines that are joined are one line to the parser; line breaks before it give its tokens their places.
-        joined = " " * (column - 1) + text.lstrip().replace("\n", " ")
+        # Breaks between joined lines are marked, so that the parser skips them; line breaks before the line give
+        # its tokens their places.
+        joined = " " * (column - 1) + _BREAKS.sub("\f\\g<0>", text.lstrip())
         found: Any = _parser().parse("\n" * (number - 1) + joined + "\n")
     except UnexpectedInput as error:
         _explain(error, text, place, report)

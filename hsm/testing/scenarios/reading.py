@@ -1,4 +1,4 @@
-"""From the text of a .maze-test file to scenarios, or to everything that is wrong with it."""
+"""From the text of a .maze-test file to scenarios, or to all its diagnostics."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 
 from lark import Token
 
-from hsm.dsl.loading import read_text
 from hsm.dsl.reporting.report import Report
 from hsm.dsl.semantics.typing import Scope
 from hsm.dsl.semantics.values import Declared
 from hsm.dsl.syntax import ast
 from hsm.dsl.syntax.ast import first_token, last_token, place_of
+from hsm.dsl.syntax.sources import read_text
 from hsm.engine.occurrences import event_text
 from hsm.model.chart import Emit, Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
@@ -51,7 +51,7 @@ from hsm.testing.scenarios.script import FAULT, SignalKey
 from hsm.testing.scenarios.unusual import unusual_value
 
 SUFFIX = ".maze-test"
-"""What the name of a file with scenarios ends with."""
+"""The suffix of scenario files."""
 
 _DURATION = Quantity(time=1)
 
@@ -71,7 +71,7 @@ def read_suite(path: str | Path, model: Model, library: Library) -> Suite:
         library: what the machine was checked against.
 
     Raises:
-        MachineError: the file cannot be read, or there is something wrong with it; with all diagnostics.
+        MachineError: the file cannot be read, or is invalid; the error has all diagnostics.
     """
     return parse_suite(read_text(path), model, library, str(path))
 
@@ -88,7 +88,7 @@ def tested_machine(path: str | Path) -> Path:
             return Path(path).with_name(f"{line.parts[0]}.maze-machine")
         break
     if not report.found:
-        report.add("E0401", Place(str(path), 1, 1, 1, 2), "the first line is to be `test`, with the machine's name")
+        report.add("E0401", Place(str(path), 1, 1, 1, 2), "the first line must be `test`, with the machine's name")
     raise MachineError(report.found)
 
 
@@ -96,7 +96,7 @@ def parse_suite(text: str, model: Model, library: Library, file: str = "<text>")
     """The scenarios in a text.
 
     Raises:
-        MachineError: there is something wrong with it; with all diagnostics.
+        MachineError: it is invalid; the error has all diagnostics.
     """
     report = Report(file)
     reader = _Reader(model, library, report)
@@ -107,7 +107,7 @@ def parse_suite(text: str, model: Model, library: Library, file: str = "<text>")
 
 
 def parse_expectation(text: str, model: Model, library: Library, file: str = "<text>") -> Expectation:
-    """What somebody waits for, in the words of an ``expect`` line: ``in_door``, ``turns == 2``, ``doing drive``.
+    """A condition to wait for, in the syntax of an ``expect`` line: ``in_door``, ``turns == 2``, ``doing drive``.
 
     Raises:
         MachineError: it cannot be read, or names what the machine does not know.
@@ -158,7 +158,7 @@ def parse_signal(text: str, model: Model, library: Library, file: str = "<text>"
 
 @dataclass(slots=True)
 class _Reader:
-    """Gives the names in a file their meaning."""
+    """Resolves the names in a file."""
 
     model: Model
     library: Library
@@ -193,7 +193,7 @@ class _Reader:
         """The whole file."""
         if not lines or lines[0].kind != "heading":
             place = lines[0].place if lines else Place(self.report.file, 1, 1, 1, 2)
-            self.report.add("E0401", place, "the first line is to be `test`, with the machine's name")
+            self.report.add("E0401", place, "the first line must be `test`, with the machine's name")
         elif str(lines[0].parts[0]).rpartition(".")[2] != self.model.name:
             name = lines[0].parts[0]
             message = f"these scenarios are about machine `{name}`, and this is `{self.model.name}`"
@@ -209,7 +209,7 @@ class _Reader:
                 case "scenario":
                     name = str(line.parts[0]).strip()
                     if name in titles:
-                        self.report.add("E0209", line.place, f"scenario `{name}` is there twice")
+                        self.report.add("E0209", line.place, f"scenario `{name}` is declared twice")
                     titles.add(name)
                     scenarios.append(Scenario(name, place=line.place))
                 case _ if not scenarios:
@@ -224,7 +224,7 @@ class _Reader:
     def _extended(self, scenario: Scenario, line: ScenarioLine) -> Scenario:
         if line.kind == "given":
             if scenario.steps:
-                self.report.add("E0402", line.place, "`given` goes before what happens", "use `when`")
+                self.report.add("E0402", line.place, "`given` must come before the steps", "use `when`")
             parameters, signals = dict(scenario.parameters), dict(scenario.given)
             for setting in line.parts:
                 self._set(setting, signals, parameters)
@@ -279,18 +279,20 @@ class _Reader:
     def _value(self, setting: Setting, declared: Parameter | SignalDeclaration, place: Place) -> Literal | None:
         if setting.value is None:
             if declared.type != BOOLEAN:
-                self.report.add("E0301", place, f"`{declared.name}` is no condition", f"write `{declared.name} = ...`")
+                self.report.add(
+                    "E0301", place, f"`{declared.name}` is not a condition", f"write `{declared.name} = ...`"
+                )
                 return None
             return Literal(not setting.negated, BOOLEAN)
         if setting.negated:
-            self.report.add("E0101", place, "`not` does not go with a value")
+            self.report.add("E0101", place, "`not` cannot be combined with a value")
         if isinstance(declared, SignalDeclaration):
             unusual = unusual_value(setting.value, declared.type, self.scope)
             if unusual is not None:
                 return unusual
         value = self.scope.value(setting.value, declared.type)
         if value is not None and not isinstance(value, Literal):
-            self.report.add("E0303", self._span(setting.value), "a value in a scenario is constant")
+            self.report.add("E0303", self._span(setting.value), "a value in a scenario must be constant")
             return None
         return value
 
@@ -300,7 +302,7 @@ class _Reader:
             return None
         values = [one.value for one in arguments if isinstance(one, Literal)]
         if len(values) < len(arguments):
-            self.report.add("E0303", self._span(call), "an argument in a scenario is constant")
+            self.report.add("E0303", self._span(call), "an argument in a scenario must be constant")
             return None
         return signal.name, tuple(values)
 
@@ -324,7 +326,7 @@ class _Reader:
             reports[str(name)] = FAULT if outcome is None else str(outcome)
 
     def _event(self, sent: Token | ast.CallSyntax) -> list[str]:
-        """The event that is sent, as a text with what it carries; none where something is wrong with it."""
+        """The event that is sent, as a text with its data; None if it is invalid."""
         event = name_of(sent)
         heard = {one for t in self.model.transitions if isinstance(t.trigger, On) for one in t.trigger.names}
         patterns = [one.removesuffix("*") for one in heard if one.endswith("*")]
@@ -345,7 +347,7 @@ class _Reader:
             return []
         known = {one.name: value.value for one, value in zip(fields, values, strict=True) if isinstance(value, Literal)}
         if len(known) < len(fields):
-            self.report.add("E0303", self._span(call), "what an event carries in a scenario is constant")
+            self.report.add("E0303", self._span(call), "the data of an event in a scenario must be constant")
             return []
         return [event_text(self.model, Occurrence(str(event), known))]
 
@@ -421,8 +423,8 @@ class _Reader:
         raised = {one.event for one in actions_of(self.model) if isinstance(one, kinds)}
         name = name_of(part.what)
         if isinstance(part.what, ast.CallSyntax):
-            message = f"`{word} {name}` takes the event's name alone, without the data that it carries"
-            self.report.add("E0213", self._span(part.what), message, "expect a variable that it was given to")
+            message = f"`{word} {name}` takes only the event's name, without data"
+            self.report.add("E0213", self._span(part.what), message, "expect a variable that has received the data")
             return None
         if str(name) not in raised:
             hint = self.report.guess(name, raised).text
@@ -433,7 +435,7 @@ class _Reader:
         return ExpectationClause(Raises(str(name), part.negated, sent), text)
 
     def _given_arguments(self, call: ast.CallSyntax, parameters: tuple[Parameter, ...]) -> dict[int, Any] | None:
-        """The arguments that are given, by position; what is left out may be anything."""
+        """The given arguments, by position; the others may have any value."""
         positions = {one.name: index for index, one in enumerate(parameters)}
         found: dict[int, Any] = {}
         for position, argument in enumerate(call.arguments):
@@ -449,18 +451,18 @@ class _Reader:
             value = unusual_value(node, kind, self.scope) or self.scope.value(node, kind)
             if not isinstance(value, Literal):
                 if value is not None:
-                    self.report.add("E0303", self._span(node), "a value in a scenario is constant")
+                    self.report.add("E0303", self._span(node), "a value in a scenario must be constant")
                 return None
             found[index] = value.value
         return found
 
     def _seconds(self, node: ast.Expression) -> float | None:
-        """A time in seconds; None, reported, where it is none."""
+        """A time in seconds; if it is invalid, report it and return None."""
         value = self.scope.value(node, _DURATION)
         if value is None:
             return None
         if not isinstance(value, Literal) or value.value < 0:
-            self.report.add("E0303", self._span(node), "a duration in a scenario is constant and not negative")
+            self.report.add("E0303", self._span(node), "a duration in a scenario must be constant and not negative")
             return None
         return float(value.value)
 

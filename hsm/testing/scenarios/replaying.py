@@ -1,4 +1,4 @@
-"""From the inputs that an exploration found to a scenario that a person can read and anybody can run."""
+"""From the inputs of an exploration to a readable scenario."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Replay:
     """A run reported as a scenario.
 
     Attributes:
-        scenario: what happens and what is to be seen.
+        scenario: the inputs and the expectations.
         fault: why the run could not go on, or None.
     """
 
@@ -42,9 +42,9 @@ def replay(
     watch: Callable[[Driver], None] = lambda _: None,
     stop: Sequence[object] = (),
 ) -> Replay:
-    """Run the machine through some inputs and take down what is seen.
+    """Run the machine through some inputs and record the results.
 
-    What takes no time in an exploration takes a tick here; waiting for a deadline is waiting until that deadline.
+    A step that takes no time in an exploration takes a tick here; waits for a deadline end at that deadline.
 
     Args:
         name: title of the scenario.
@@ -69,17 +69,17 @@ def replay(
     except MachineFault as error:
         fault = str(error)
     except _Diverged:
-        fault = "the run goes another way where each step takes its time"
+        fault = "the run has another result if each step takes a tick"
     return Replay(Scenario(name, given=given, steps=tuple(steps)), fault)
 
 
 class _Diverged(Exception):  # noqa: N818 - not an error
-    """What happened in the exploration cannot happen here: a time-out came first."""
+    """The step of the exploration is not possible here: a time-out came first."""
 
 
 @dataclass(slots=True)
 class ScenarioRecorder:
-    """Takes a run down as a scenario while it goes on.
+    """Records a run as a scenario while it runs.
 
     Attributes:
         machine: the machine, scripted.
@@ -98,7 +98,7 @@ class ScenarioRecorder:
     doing: dict[str, Any] = field(default_factory=dict)
 
     def act(self, one: Input) -> None:
-        """Let one input happen, and say what is seen."""
+        """Execute one input, and record the expectations."""
         if any(state not in self.driver.doing for state, _ in one.reports):
             raise _Diverged
         reports = {self.subject(state): outcome for state, outcome in one.reports}
@@ -119,7 +119,7 @@ class ScenarioRecorder:
         self.expect()
 
     def _waiting(self, one: Input) -> float:
-        """How long to wait in this run for what the exploration waited for."""
+        """How long this run must wait for the same deadline as the exploration."""
         if one.wait.seconds == 0:
             return self.driver.tick
         left = [item.remaining for item in self.driver.last.considered if item.verdict is Verdict.NOT_DUE]
@@ -129,12 +129,12 @@ class ScenarioRecorder:
         return round(soonest, 9)
 
     def subject(self, state: str) -> str:
-        """How an activity that ends is named: by its own name where only one of that name runs."""
+        """The name of an activity that ends: its own name if only one of that name runs."""
         name = self.driver.doing[state].name
         return name if self.driver.running(name) == (state,) else state
 
     def expect(self) -> None:
-        """Take down what is to be seen now, as far as it is new."""
+        """Record new expectations."""
         model = self.machine.model
         claims: list[ExpectationClause] = []
         leaves = [

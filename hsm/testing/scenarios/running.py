@@ -1,4 +1,4 @@
-"""Runs scenarios on a machine; what came of them is a value."""
+"""Runs scenarios on a machine; the results are values."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Failure:
         configuration: the active states, in document order.
         variables: variables by name, as text.
         doing: what runs.
-        considered: each transition that the last step looked at, with the reason why it fired or did not.
+        considered: each transition that the last step considered, with the reason why it fired or did not.
     """
 
     message: str
@@ -61,18 +61,18 @@ class Failure:
         if variables:
             told.append(f"    with {variables}")
         if self.considered:
-            told.append("    the transitions that were looked at:")
+            told.append("    the transitions that were considered:")
             told.extend(f"        {one}" for one in self.considered)
         return told
 
 
 @dataclass(frozen=True, slots=True)
 class ScenarioResult:
-    """What came of a scenario.
+    """The result of a scenario.
 
     Attributes:
         scenario: which one.
-        failure: the first thing that was not as expected, or None.
+        failure: the first failed expectation, or None.
         coverage: what it exercised of the machine.
     """
 
@@ -82,12 +82,12 @@ class ScenarioResult:
 
     @property
     def passed(self) -> bool:
-        """Whether all was as expected."""
+        """Whether all expectations were met."""
         return self.failure is None
 
 
 RunWatch = Callable[[Driver], str | None]
-"""Looks at a run after each step; says what is wrong, or None."""
+"""Checks a run after each step; returns a message, or None."""
 
 
 class _Unmet(Exception):  # noqa: N818 - how a scenario ends early
@@ -114,7 +114,7 @@ def run_suite(
 def run_scenario(
     scenario: Scenario, machine: Machine | Model, tick: float, watches: Iterable[RunWatch] = ()
 ) -> ScenarioResult:
-    """Run one scenario to its end or to the first thing that is not as expected."""
+    """Run one scenario to its end or to the first failed expectation."""
     run = _Run(scenario, tick, tuple(watches))
     failure = None
     try:
@@ -202,7 +202,7 @@ class _Run:
 
 
 def await_claims(driver: Driver, expected: Expectation) -> list[ExpectationClause]:
-    """Let a run go on until what is expected holds or its time is over; the claims that do not hold then.
+    """Let a run continue until what is expected holds or its time is over; the claims that do not hold then.
 
     Raises:
         MachineFault: the machine failed meanwhile.
@@ -216,7 +216,7 @@ def await_claims(driver: Driver, expected: Expectation) -> list[ExpectationClaus
 
 
 def unmet_claims(driver: Driver, claims: Iterable[ExpectationClause]) -> list[ExpectationClause]:
-    """Which claims do not hold where a run is."""
+    """The claims that do not hold now."""
     return [one for one in claims if not _met(driver, one)]
 
 
@@ -234,7 +234,7 @@ def _met(driver: Driver, claim: ExpectationClause) -> bool:
 
 
 def _considered(driver: Driver) -> tuple[str, ...]:
-    """Why each transition that the last step looked at fired or did not."""
+    """Why each transition that the last step considered fired or did not."""
     return tuple(
         f"{_line(one.transition)}{trigger_text(one.transition.trigger, one.transition.guard)}: {one.reason}"
         for one in driver.last.considered

@@ -60,7 +60,7 @@ class Performs:
     negated: bool = False
 
     def matches(self, performed: Performed) -> bool:
-        """Whether something that runs or was called is what is meant."""
+        """Whether a running activity or a called action matches."""
         given = (self.arguments or {}).items()
         return performed.name == self.name and all(close(performed.arguments[index], value) for index, value in given)
 
@@ -147,7 +147,7 @@ class Suite:
 
 
 def close(one: Any, other: Any) -> bool:
-    """Whether two values are the same except for the last digits of what was computed and what was written."""
+    """Whether two values are equal except for rounding."""
     if isinstance(one, float) or isinstance(other, float):
         both_nan = one != one and other != other  # noqa: PLR0124 - only NaN differs from itself
         return both_nan or math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)

@@ -16,37 +16,37 @@ from hsm.model.rewriting import Rewriter
 from hsm.model.types import Boolean, Enumeration, Integer
 
 FAULT = "fault"
-"""In place of an outcome: the activity raises an exception."""
+"""A pseudo-outcome: the activity raises an exception."""
 
 SignalKey = tuple[str, tuple[Any, ...]]
 """A signal's name and the values of its arguments."""
 
 
 class ScriptedFault(Exception):  # noqa: N818 - a fault is the language's word
-    """What a signal or an activity raises that is to fail."""
+    """The exception of a signal or an activity that should fail."""
 
 
 @dataclass(frozen=True, slots=True)
 class Performed:
-    """Something that a machine asked for: a running activity or an action that was called, with its arguments."""
+    """A running activity or a called action, with its arguments."""
 
     name: str
     arguments: tuple[Any, ...] = ()
 
 
 class ScriptedFacts(Protocol):
-    """What the stand-ins of a scripted machine are given in place of a robot's facts."""
+    """The facts of a scripted machine, which replace a robot's facts."""
 
     def read(self, signal: SignalDeclaration, arguments: tuple[Any, ...]) -> Any:
         """The value of a signal."""
         ...
 
     def call(self, action: ActionDeclaration, arguments: tuple[Any, ...]) -> None:
-        """Take down that an action was called."""
+        """Record that an action was called."""
         ...
 
     def report(self, state: str) -> str | None:
-        """How the activity of a state ends now: an outcome, ``FAULT``, or None where it goes on."""
+        """How the activity of a state ends now: an outcome, ``FAULT``, or None where it continues."""
         ...
 
 
@@ -58,7 +58,7 @@ class Script:
         signals: values by name, or by name and arguments, which goes first; of others the default of their type.
         reports: how the activities of some states end, by the state's full name.
         calls: the actions called so far.
-        failing: names of signals that cannot be had.
+        failing: names of signals that fail.
     """
 
     signals: Mapping[str | SignalKey, Any] = field(default_factory=dict)
@@ -77,7 +77,7 @@ class Script:
         return default_of(signal)
 
     def call(self, action: ActionDeclaration, arguments: tuple[Any, ...]) -> None:
-        """Take down that an action was called."""
+        """Record that an action was called."""
         self.calls.append(Performed(action.name, arguments))
 
     def report(self, state: str) -> str | None:
@@ -86,14 +86,14 @@ class Script:
 
 
 class StandIn:
-    """In place of an activity: does nothing but say what it was asked to do, until it is to end."""
+    """Replaces an activity: only records its arguments until it should end."""
 
     def __init__(self, state: str, activity: ActivityDeclaration, *arguments: Any) -> None:
         self._state = state
         self._performed = Performed(activity.name, arguments)
 
     def tick(self, facts: ScriptedFacts) -> Performed | Outcome:
-        """What is asked for, or how it ended."""
+        """Its arguments, or its outcome."""
         outcome = facts.report(self._state)
         if outcome == FAULT:
             raise ScriptedFault(f"activity `{self._performed.name}` is to fail")
@@ -101,7 +101,7 @@ class StandIn:
 
 
 def default_of(signal: SignalDeclaration) -> Any:
-    """The value of a signal that nobody gave one: false, zero, the first member of its enumeration."""
+    """The default value of a signal: false, zero, or the first member of its enumeration."""
     match signal.type:
         case Boolean():
             return False

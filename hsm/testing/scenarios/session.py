@@ -1,7 +1,8 @@
-"""A machine without its robot, driven line by line by a person: every line that is accepted is a line of a scenario."""
+"""A machine without its robot, driven interactively: every accepted line is a line of a scenario."""
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,21 +11,25 @@ from typing import Any
 
 from hsm.engine.machine import Machine
 from hsm.engine.snapshots import SnapshotError
+from hsm.interchange.reports import transition_text
 from hsm.model.diagnostics import MachineError
 from hsm.model.faults import MachineFault
 from hsm.model.registry import Library
 from hsm.model.types import Type
 from hsm.model.unparse import trigger_text, value_text
 from hsm.testing.scenarios.driver import TICK, Driver
+from hsm.testing.scenarios.prospects import Prospect, prospects
 from hsm.testing.scenarios.reading import parse_assignment, parse_expectation, parse_suite
 from hsm.testing.scenarios.running import await_claims, performed_text, unmet_claims
 from hsm.testing.scenarios.scenarios import Expectation, Scenario, Stimulus
 from hsm.testing.scenarios.script import scripted_machine
 
 _LINES = ("given", "when", "after", "expect")
-"""What the lines of a scenario begin with."""
+"""The words that begin the lines of a scenario."""
 _SET = "set"
-"""What a line begins with that gives a variable a value, which no scenario can."""
+"""The word that begins a line that sets a variable, which no scenario can do."""
+_LINE = re.compile(r"line\s+(\d{1,7})")
+"""A break at the transitions of a line."""
 _SAME = 1e-9
 """Times that are so near to each other are the same, s."""
 _TICK = f"after {TICK} s"
@@ -32,12 +37,12 @@ _TICK = f"after {TICK} s"
 
 
 class SessionError(Exception):
-    """A line that cannot be done; the message says why."""
+    """A line that cannot be executed; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Where a run is, and what has happened since the moment before.
+    """The state of a run, and the events since the previous moment.
 
     Attributes:
         time: seconds since the start.
@@ -62,7 +67,7 @@ class Moment:
 
 @dataclass(slots=True)
 class _Seen:
-    """What has happened since a line was given."""
+    """The results of a line."""
 
     taken: list[str] = field(default_factory=list)
     called: list[str] = field(default_factory=list)
@@ -74,12 +79,12 @@ class _Break(Exception):  # noqa: N818 - how a wait ends early
 
 
 class Session:
-    """One run of a machine, driven by the lines of a scenario; it can go back.
+    """One run of a machine, driven by the lines of a scenario, with undo.
 
     Attributes:
         machine: the machine's name.
         lines: the lines that were accepted, in order.
-        driver: the run itself, to be looked at.
+        driver: the run itself.
     """
 
     def __init__(
@@ -109,7 +114,7 @@ class Session:
         self._types: dict[str, Type] = {one.name: one.type for one in self._model.parameters}
         self._types.update((one.name, one.type) for one in self._model.variables)
         self.lines: list[str] = []
-        self._break: tuple[str, Expectation] | None = None
+        self._break: Callable[[Driver], bool] | None = None
         self._seen = _Seen()
         self._watching = watch
         self._ends: list[float] = []  # when each line was done
@@ -131,7 +136,7 @@ class Session:
         )
 
     def do(self, line: str) -> Moment:
-        """Do one line of a scenario.
+        """Execute one line of a scenario.
 
         Args:
             line: such as ``when door.near, not space.front``, ``when rotate reports done``, ``after 2 s``,
@@ -156,7 +161,7 @@ class Session:
         return self._done(text)
 
     def check(self, line: str) -> None:
-        """Read a line and do nothing.
+        """Parse a line without executing it.
 
         Raises:
             SessionError: it cannot be read.
@@ -169,7 +174,7 @@ class Session:
         return self._done(self._perform(Stimulus(TICK), _TICK))
 
     def back(self, count: int = 1) -> Moment:
-        """Take lines back: the run is played again without them.
+        """Undo lines: the run is repeated without them.
 
         Raises:
             SessionError: there are not that many.
@@ -180,7 +185,7 @@ class Session:
         return self.moment
 
     def back_to(self, time: float) -> Moment:
-        """Take back all that was done after a time.
+        """Undo everything after a time.
 
         Args:
             time: seconds since the start.
@@ -193,18 +198,34 @@ class Session:
         return self.do(f"after {rest:.10g} s") if rest > _SAME else self.moment
 
     def stop_when(self, condition: str | None) -> None:
-        """Have a wait stop where something comes to hold.
+        """Stop waits when a condition holds.
 
         Args:
-            condition: what an ``expect`` line may say, such as ``in_door`` or ``turns == 2``; None to take it back.
+            condition: what an ``expect`` line may say, such as ``in_door`` or ``turns == 2``; or ``line 12`` for the
+                transitions that are written there; None to take it back.
 
         Raises:
-            SessionError: it cannot be read.
+            SessionError: it cannot be read, or there is no transition in that line.
         """
         if condition is None:
             self._break = None
-            return
-        self._break = (condition, self.condition(condition))
+        elif (found := _LINE.fullmatch(condition)) is not None:
+            self._break = self._takes(int(found[1]))
+        else:
+            expected = self.condition(condition)
+            self._break = lambda driver: not unmet_claims(driver, expected.claims)
+
+    def _takes(self, line: int) -> Callable[[Driver], bool]:
+        """Whether a step has taken a transition of a line of the machine's own file."""
+        file = next(iter(self._model.files), None)
+        there = {
+            one.index
+            for one in self._model.transitions
+            if one.place is not None and one.place.line == line and file in (None, one.place.file)
+        }
+        if not there:
+            raise SessionError(f"there is no transition in line {line}")
+        return lambda driver: any(one.index in there for one in driver.last.transitions)
 
     def condition(self, text: str) -> Expectation:
         """What an ``expect`` line says.
@@ -218,7 +239,7 @@ class Session:
             raise _unreadable(error) from None
 
     def why(self, state: str | None = None) -> list[str]:
-        """What became of the transitions that the last step looked at.
+        """The verdicts about the transitions that the last step considered.
 
         Args:
             state: only those of this state, by its own name or its full one.
@@ -236,12 +257,36 @@ class Session:
             one for one in self.driver.last.considered if state is None or states[one.transition.source].name in full
         ]
         if not looked:
-            return ["the last step looked at none of them: the state was not active, or its triggers did not come"]
+            return ["the last step considered none of them: the state was not active, or no trigger occurred"]
         return [
             f"line {one.transition.place.line if one.transition.place else '-'}: "
             f"{trigger_text(one.transition.trigger, one.transition.guard)}: {one.reason}"
             for one in looked
         ]
+
+    def prospects(self) -> list[Prospect]:
+        """For each transition of the active states: what makes it fire next, or why nothing does.
+
+        Raises:
+            SessionError: it cannot be tried.
+        """
+        try:
+            return prospects(self.driver)
+        except SnapshotError as error:
+            raise SessionError(str(error)) from None
+
+    def microsteps(self) -> list[Moment]:
+        """The run after each microstep of the last step."""
+        seen, moments = self._seen, list[Moment]()
+        for step, variables in self.driver.microsteps():
+            taken = step.microsteps[-1].transitions
+            states = sorted(step.configuration, key=self.driver.machine.indices.__getitem__)
+            texts = {name: value_text(value, self._types.get(name)) for name, value in variables.items()}
+            lines = tuple(transition_text(self._model, one) for one in taken)
+            moments.append(replace(self.moment, states=tuple(states), variables=texts, taken=lines, doing=()))
+        if moments:
+            moments[-1] = replace(self.moment, taken=moments[-1].taken, called=tuple(seen.called))
+        return moments
 
     def scenario(self, name: str) -> str:
         """The session as a scenario: what was done and, at the end, where that led.
@@ -274,7 +319,7 @@ class Session:
             raise SessionError(str(error)) from None
 
     def _replay(self, lines: Sequence[str]) -> None:
-        """Begin again and do lines; where one fails, all is as before."""
+        """Restart and execute lines; if one fails, restore the previous state."""
         before = (self.driver, self.lines, self._ends, self._break, self._seen)
         scenario = self._read([one for one in lines if _word(one) != _SET])
         steps = iter(scenario.steps)
@@ -296,8 +341,8 @@ class Session:
     def _read(self, lines: Sequence[str]) -> Scenario:
         for line in lines:
             if _word(line) not in _LINES:
-                raise SessionError(f"a line begins with {', '.join(_LINES)}; `help` lists what else there is")
-        # A scenario must expect something; what is added here is dropped again.
+                raise SessionError(f"a line begins with {', '.join(_LINES)}; `help` lists the other commands")
+        # A scenario needs an expectation; the one added here is dropped again.
         last = f"expect {self._model.states[1].name}"
         text = f"test {self._model.name}\nscenario session\n" + "".join(f"    {line}\n" for line in (*lines, last))
         try:
@@ -319,7 +364,7 @@ class Session:
             raise SessionError(str(error)) from None
 
     def _perform(self, step: Stimulus | Expectation, text: str) -> str:
-        """Do a step; the line that says what was done, which is shorter where a wait was stopped."""
+        """Execute a step; return the line for it, which is shorter if a wait was stopped."""
         driver = self.driver
         if driver.outcome is not None and isinstance(step, Stimulus):
             raise SessionError(f"the machine has ended, as {driver.outcome}; `back` takes lines back")
@@ -344,15 +389,11 @@ class Session:
 
     def _watch(self, driver: Driver) -> None:
         """After each step: remember what was done, and stop a wait at the break."""
-        states = driver.machine.model.states
-        for one in driver.last.transitions:
-            targets = ", ".join(states[target].name for target in one.targets)
-            line = f" (line {one.place.line})" if one.place else ""
-            self._seen.taken.append(f"{states[one.source].name}{f' -> {targets}' if targets else ''}{line}")
+        self._seen.taken += [transition_text(self._model, one) for one in driver.last.transitions]
         self._seen.called += [one.name for one in driver.calls]
         self._seen.raised += driver.raised
         self._watching(driver)
-        if self._break is not None and driver.time > 0 and not unmet_claims(driver, self._break[1].claims):
+        if self._break is not None and driver.time > 0 and self._break(driver):
             raise _Break
 
 

@@ -1,4 +1,4 @@
-"""A machine with the files of scenarios that are about it."""
+"""A machine with its scenario files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class TestedMachine:
 
 
 def load_machine(path: str | Path, library: Library) -> Machine:
-    """A machine alone: the scenarios beside it may be of a time before it was changed.
+    """A machine without its scenarios, which may be older than its changes.
 
     Args:
         path: the machine's file, or a file of scenarios, which names it.

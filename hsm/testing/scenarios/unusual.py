@@ -1,4 +1,4 @@
-"""What a sensor may give and no number of the language can be: NaN and the infinities."""
+"""Sensor values that the language has no numbers for: NaN and the infinities."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from hsm.testing.scenarios.driver import Driver
 
 
 def property_watch(properties: Sequence[Property]) -> Callable[[Driver], list[str]]:
-    """A function to be called after each step of one run; it gives the names of the properties that step violates."""
+    """A function to call after each step of one run; it returns the names of the violated properties."""
     memories: list[Memory] = [begin(one, 0.0) for one in properties]
 
     def watch(driver: Driver) -> list[str]:

@@ -132,7 +132,7 @@ class Writer:
 
 
 def _wrapped(head: str, parts: Sequence[str], joint: str = "") -> list[str]:
-    """A line of parts with commas; a long one goes on below, further in."""
+    """A line of parts with commas; a long one continues on the next line, indented."""
     lines = [f"    {head}{joint if parts else ''}"]
     for index, part in enumerate(parts):
         text = f" {part}{',' if index < len(parts) - 1 else ''}"

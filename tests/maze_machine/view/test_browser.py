@@ -2,19 +2,28 @@
 
 import re
 import shutil
+import socket
 from contextlib import contextmanager
 from functools import partial
+from queue import Queue
+from threading import Thread
 
 import pytest
 
+import hsm
+from maze_machine.catalogue.library import robot_names
 from maze_machine.catalogue.profile import load_profile
+from maze_machine.commands.view import view_remote
 from maze_machine.drive.mission import Ending, drive, prepare
+from maze_machine.remote.opened import OpenRun
 from maze_machine.remote.operated import OperatedRun
-from maze_machine.report.pages import ShownRun, run_head
+from maze_machine.report.pages import ShownRun, network_head, run_head
+from maze_machine.report.tried import TriedMachine, tried_head
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from maze_machine.view.drawings import Drawings
-from maze_machine.view.live import LivePage
+from maze_machine.view.live import Feed, LivePage
 from maze_machine.view.page import head, replay_page
+from transport.connect import listening
 from transport.description import RobotDescription
 from transport.world import LockstepRobot
 
@@ -25,6 +34,14 @@ CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here: Debian's package `chromium` brings it")
 LIMIT = 20_000
 SECONDS = 30.0
+SERIOUS = ("serious", "critical")
+
+
+@pytest.fixture
+def free_endpoint():
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{one.getsockname()[1]}"
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +98,7 @@ def recorded(driven, tmp_path_factory):
 
 @contextmanager
 def live(driven, *, count=40):
-    """A page of a run that goes on: its ticks so far, and what its operators have asked for."""
+    """A page of a run that is still running: its ticks so far, and what its operators have asked for."""
     mission, world, frames, _ = driven
     drawings, operated = Drawings(mission.machine), OperatedRun(mission, pausable=True)
     asked = []
@@ -201,7 +218,7 @@ def test_stop_is_always_there_and_is_confirmed_only_when_the_base_stands(opened,
         stop.click()
         page.wait_for_function("document.getElementById('status').textContent.startsWith('Stopping')")
         assert asked == [b'{"kind":"end"}']
-        served.end(Ending(None, "an operator ended the run", 40, 4.0, 1.0, {}).as_json())
+        served.end(Ending(None, "an operator ended the run", 40, 4.0, 1.0, 0.01, {}).as_json())
         page.wait_for_function("document.getElementById('status').textContent.includes('The base has stopped.')")
         assert stop.is_hidden()
 
@@ -250,6 +267,103 @@ def test_it_fits_every_window_and_its_labels_can_be_read(opened, recorded, width
     assert smallest >= 11
 
 
+def test_a_machine_elsewhere_is_shown_with_what_perception_found(opened, free_endpoint, monkeypatch):
+    mission = prepare("pledge", load_profile(), time_limit=SECONDS)
+    world = SimulatedWorld(find_maze("final_2015"), mission.profile.robot)
+    operated, robot, pages = OperatedRun(mission, pausable=True), LockstepRobot(world), Queue()
+    operated.answer(b'{"kind": "advance", "ticks": 20}')
+    monkeypatch.setattr("maze_machine.commands.opened_run.announce", pages.put)
+    monkeypatch.setattr("maze_machine.commands.opened_run.GRACE", 0.5)
+    told = network_head(run_head(mission, world), Drawings(mission.machine))
+    with listening(free_endpoint) as bus, OpenRun(bus, mission, operated, told) as elsewhere:
+        watchers = [elsewhere, operated]
+        work = Thread(target=lambda: elsewhere.end(drive(mission, robot, robot, watchers, operator=operated)))
+        viewing = Thread(target=lambda: view_remote(free_endpoint, "pico", None, "127.0.0.1", 0))
+        work.start()
+        viewing.start()
+        page = opened(pages.get(timeout=LIMIT / 1000).address)
+        page.wait_for_function("store.frames.length > 0 && store.last.tick === 19 && store.last.sights.minimap")
+        assert lit(page)
+        page.get_by_role("button", name="Stop the run").click()
+        page.wait_for_function("element('status').textContent.includes('The base has stopped')")
+        page.close()
+        work.join(LIMIT / 1000)
+        viewing.join(LIMIT / 1000)
+        assert not work.is_alive()
+        assert not viewing.is_alive()
+
+
+@contextmanager
+def tried(text):
+    """A page on which a machine is tried."""
+    library, feed = robot_names(), Feed()
+    machine = hsm.loads(text, library)
+    session = TriedMachine(machine, library, {}, feed.publish)
+    with LivePage(tried_head(machine, {}), operate=session.answer, drawn=Drawings(machine).drawn, feed=feed) as page:
+        yield page
+
+
+TRIED = """machine walk
+
+event go
+
+var turns : int = 0
+
+initial idle
+
+state idle
+    do stop()
+    on go            -> moving
+
+state moving
+    do drive(speed = 0.2 m/s)
+    when space.left  -> turning    / turns += 1
+
+state turning
+    do rotate(90 deg)
+    when turns == 1  -> waiting
+    on done          -> moving
+
+state waiting
+    after 3 s        -> idle
+"""
+
+
+def test_a_machine_is_tried_on_the_page(opened, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with tried(TRIED) as server:
+        page = opened(server.address)
+
+        def shows(state):
+            page.wait_for_function(f"store.frames[app.at].doing === {state!r}")
+
+        page.get_by_role("button", name="when event go").click()
+        shows("moving")
+        page.get_by_label("space.left").check()
+        assert page.locator("#pending").inner_text() == "space.left"
+        page.get_by_role("button", name="Microstep").click()
+        shows("turning")
+        assert "microstep 1 of 2" in page.locator("#now").inner_text()
+        page.get_by_role("button", name="Microstep").click()
+        shows("waiting")
+        page.get_by_label("stop a wait at").fill("idle")
+        page.locator("#break-form").get_by_role("button").click()
+        page.get_by_label("line", exact=True).fill("after 10 s")
+        page.keyboard.press("Enter")
+        shows("idle")
+        assert page.locator("#lines code").all_inner_texts() == ["when event go", "when space.left", "after 3 s"]
+        page.locator("#save-form").get_by_role("button").click()
+        page.wait_for_function("element('told').textContent.startsWith('saved')")
+        assert "scenario what was tried" in (tmp_path / "walk.maze-test").read_text(encoding="utf-8")
+        page.locator("#lines li").first.get_by_role("button").click()
+        shows("moving")
+        page.get_by_label("line", exact=True).fill("when nonsense")
+        page.keyboard.press("Enter")
+        page.wait_for_function("element('told').className === 'bad'")
+        assert "no signal `nonsense`" in page.locator("#told").inner_text()
+        assert [one["id"] for one in axe.Axe().run(page).response["violations"] if one["impact"] in SERIOUS] == []
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(opened, recorded, driven, scheme):
     page = opened(f"{recorded}#t=20", color_scheme=scheme)
@@ -261,11 +375,7 @@ def test_axe_finds_nothing_serious(opened, recorded, driven, scheme):
 
 def serious(page):
     found = axe.Axe().run(page).response["violations"]
-    return [
-        (one["id"], [node["html"][:200] for node in one["nodes"]][:3])
-        for one in found
-        if one["impact"] in ("serious", "critical")
-    ]
+    return [(one["id"], [node["html"][:200] for node in one["nodes"]][:3]) for one in found if one["impact"] in SERIOUS]
 
 
 def test_everything_can_be_reached_by_keyboard(opened, driven):

@@ -1,5 +1,6 @@
 // Tries the extension from within the extension host. The file that MAZE_MACHINE_VERDICT names gets, after each step, a
-// JSON object: step -> "ok" or what went wrong, and `done` at the end. MAZE_MACHINE_STEPS names the steps to take.
+// JSON object: step -> "ok" or what went wrong, and `done` at the end. MAZE_MACHINE_STEPS names the steps to take. Where a
+// step needs a person, it is "shown" until there is a file with the step's name beside the verdict.
 "use strict";
 
 const { writeFileSync, existsSync } = require("node:fs");
@@ -8,6 +9,9 @@ const assert = require("node:assert/strict");
 const vscode = require("vscode");
 
 const PATIENCE = Number(process.env.MAZE_MACHINE_PATIENCE ?? 60_000);
+const file = process.env.MAZE_MACHINE_VERDICT;
+const verdict = { version: vscode.version };
+const write = () => writeFileSync(file, JSON.stringify(verdict, null, 2));
 const root = () => vscode.workspace.workspaceFolders[0].uri;
 const at = (name) => vscode.Uri.joinPath(root(), name);
 
@@ -19,6 +23,13 @@ async function until(condition, what, patience = PATIENCE) {
     if (Date.now() > end) throw new Error(`${what} did not come`);
     await new Promise((resolve) => setTimeout(resolve, 50));
   }
+}
+
+/** Wait until a person has looked at a step and done what it is about. */
+async function seen(step) {
+  verdict[step] = "shown";
+  write();
+  await until(() => existsSync(`${file}.${step}`), `a person who sees to \`${step}\``, 120_000);
 }
 
 const running = (api) => until(() => api.server.client, "the server");
@@ -64,6 +75,28 @@ function hearTests(api) {
   return heard;
 }
 
+/** The exit code of the command that checks a machine. */
+async function checked(name) {
+  const ended = new Promise((resolve) => {
+    const heard = vscode.tasks.onDidEndTaskProcess((event) => {
+      heard.dispose();
+      resolve(event.exitCode);
+    });
+  });
+  await vscode.commands.executeCommand("maze-machine.check", at(name).fsPath);
+  return ended;
+}
+
+/** What debug adapters say, and a wait for their first stop. */
+function stops() {
+  const said = [];
+  const tracker = vscode.debug.registerDebugAdapterTrackerFactory("maze-machine", {
+    createDebugAdapterTracker: () => ({ onDidSendMessage: (message) => said.push(message) }),
+  });
+  const first = () => until(() => said.some((one) => one.event === "stopped"), "a stop");
+  return { said, first, dispose: () => tracker.dispose() };
+}
+
 const steps = {
   async server(api) {
     await running(api);
@@ -98,6 +131,48 @@ const steps = {
     assert.ok(found.items.some((one) => one.label === "drive" || one.label.label === "drive"));
     const hover = await vscode.commands.executeCommand("vscode.executeHoverProvider", document.uri, new vscode.Position(line, 8));
     assert.match(hover[0].contents[0].value, /drive/);
+  },
+
+  async scenarios() {
+    const editor = await open("patrol.maze-test");
+    await replace(editor, "expect turn, turns == 1", "expect tirn, turns == 1");
+    await until(() => codes("patrol.maze-test").length, "diagnostics of scenarios");
+    const found = await vscode.commands.executeCommand(
+      "vscode.executeCompletionItemProvider",
+      editor.document.uri,
+      new vscode.Position(lineOf(editor.document, "expect tirn"), "    expect t".length),
+    );
+    assert.ok(found.items.some((one) => (one.label.label ?? one.label) === "turn"));
+    await vscode.commands.executeCommand("workbench.action.files.revert");
+    await until(() => !codes("patrol.maze-test").length, "no diagnostics");
+  },
+
+  async settings() {
+    const { document } = await open("patrol.maze-machine");
+    const everything = new vscode.Range(0, 0, document.lineCount, 0);
+    const hints = () => vscode.commands.executeCommand("vscode.executeInlayHintProvider", document.uri, everything);
+    const lenses = () => vscode.commands.executeCommand("vscode.executeCodeLensProvider", document.uri);
+    const counted = async () => (await lenses()).some((one) => one.command?.title.startsWith("entered"));
+    const editor = await open("patrol.maze-machine");
+    await replace(editor, "var turns", "var unused : angle = 90 deg\nvar turns");
+    await until(async () => (await hints()).length, "hints");
+    await until(counted, "coverage above the states");
+    const settings = vscode.workspace.getConfiguration("maze-machine");
+    const { Workspace } = vscode.ConfigurationTarget;
+    await settings.update("inlayHints", false, Workspace);
+    await settings.update("coverage", false, Workspace);
+    await until(async () => !(await hints()).length, "no hints");
+    await until(async () => !(await counted()), "no coverage");
+    await settings.update("inlayHints", undefined, Workspace);
+    await settings.update("coverage", undefined, Workspace);
+    // A warning that is not wanted.
+    await until(() => codes("patrol.maze-machine").length, "a warning");
+    const [unwanted] = codes("patrol.maze-machine");
+    assert.ok(/^[WN]/.test(unwanted), String(unwanted));
+    await settings.update("ignore", [unwanted], Workspace);
+    await until(() => !codes("patrol.maze-machine").includes(unwanted), "no warning");
+    await settings.update("ignore", undefined, Workspace);
+    await vscode.commands.executeCommand("workbench.action.files.revert");
   },
 
   async indentation() {
@@ -216,14 +291,11 @@ const steps = {
     const line = lineOf(document, "state walk");
     const where = new vscode.Location(document.uri, new vscode.Position(line, 0));
     vscode.debug.addBreakpoints([new vscode.SourceBreakpoint(where)]);
-    const said = [];
-    const tracker = vscode.debug.registerDebugAdapterTrackerFactory("maze-machine", {
-      createDebugAdapterTracker: () => ({ onDidSendMessage: (message) => said.push(message) }),
-    });
+    const { said, first, dispose } = stops();
     try {
       const configuration = { type: "maze-machine", request: "launch", name: "t", program: document.uri.fsPath };
       assert.ok(await vscode.debug.startDebugging(undefined, configuration));
-      await until(() => said.some((one) => one.event === "stopped"), "a stop");
+      await first();
       const stack = await until(() => said.find((one) => one.command === "stackTrace"), "the stack");
       assert.ok(stack.success && stack.body.stackFrames.length > 0, JSON.stringify(stack));
       const verified = said.find((one) => one.command === "setBreakpoints");
@@ -231,7 +303,7 @@ const steps = {
     } finally {
       await vscode.debug.stopDebugging();
       vscode.debug.removeBreakpoints(vscode.debug.breakpoints);
-      tracker.dispose();
+      dispose();
     }
   },
 
@@ -240,14 +312,7 @@ const steps = {
     for (const name of ["check", "run", "test", "simulate", "diagram", "sample", "install", "choosePath", "watch", "logLevel"]) {
       assert.ok(all.includes(`maze-machine.${name}`), name);
     }
-    const ended = new Promise((resolve) => {
-      const heard = vscode.tasks.onDidEndTaskProcess((event) => {
-        heard.dispose();
-        resolve(event.exitCode);
-      });
-    });
-    await vscode.commands.executeCommand("maze-machine.check", at("patrol.maze-machine").fsPath);
-    assert.equal(await ended, 0);
+    assert.equal(await checked("patrol.maze-machine"), 0);
     await vscode.commands.executeCommand("maze-machine.sample", at("copy"));
     assert.ok(existsSync(at("copy/patrol.maze-test").fsPath));
   },
@@ -284,6 +349,70 @@ const steps = {
     await until(() => shown.drawn.selected === "s2", "the state under the cursor");
   },
 
+  // What a person does.
+
+  async fence() {
+    await open("notes.md");
+    await seen("fence");
+  },
+
+  async rename(api) {
+    const editor = await open("patrol.maze-machine");
+    const shown = await diagram(api, "patrol.maze-machine");
+    const line = lineOf(editor.document, "state turn");
+    const again = await open("patrol.maze-machine");
+    again.selection = new vscode.Selection(line, 6, line, 6);
+    await until(() => shown.drawn.selected === "s2", "the state under the cursor");
+    await seen("rename");
+    await until(() => editor.document.getText().includes("state pivot"), "the new name");
+    assert.match(editor.document.getText(), /on blocked -> pivot/);
+    const scenarios = await vscode.workspace.openTextDocument(at("patrol.maze-test"));
+    assert.match(scenarios.getText(), /expect pivot/);
+    await vscode.workspace.saveAll();
+  },
+
+  async export(api) {
+    await open("patrol.maze-machine");
+    await diagram(api, "patrol.maze-machine");
+    await seen("export");
+    await until(() => existsSync(at("patrol.svg").fsPath), "the picture in a file");
+  },
+
+  async gutter(api) {
+    await api.tests.discover();
+    const heard = hearTests(api);
+    await open("patrol.maze-test");
+    await seen("gutter");
+    await until(() => heard.ended, "the end of the run");
+    assert.equal(heard.passed.length, 1, JSON.stringify(heard));
+  },
+
+  async tree() {
+    await vscode.commands.executeCommand("maze-machine.machines.focus");
+    await seen("tree");
+    await until(() => {
+      const editor = vscode.window.activeTextEditor;
+      return editor?.document.getText(editor.selection) === "tired";
+    }, "the state that was chosen");
+  },
+
+  async walkthrough() {
+    await vscode.commands.executeCommand("workbench.action.openWalkthrough", "maze-machine.maze-machine#start", false);
+    await seen("walkthrough");
+    await until(() => vscode.window.activeTextEditor?.document.uri.fsPath.endsWith("patrol.maze-machine"), "the sample");
+  },
+
+  // The interpreter that the Python extension has selected, here one that is made for this.
+
+  async interpreter(api) {
+    await running(api);
+    assert.equal(api.server.program.from, "the selected interpreter");
+    const before = api.server.program.path;
+    await vscode.commands.executeCommand("python.selectAnother");
+    await until(() => api.server.client && api.server.program.path !== before, "a server of the other interpreter");
+    assert.equal(api.server.program.from, "the selected interpreter");
+  },
+
   // In a workspace that is not trusted.
 
   async untrusted(api) {
@@ -307,6 +436,19 @@ const steps = {
     await until(() => api.server.client && existsSync(at("ran").fsPath), "the workspace's own library");
     await open("own.maze-machine");
     await until(() => !codes("own.maze-machine").includes("E0202"), "the diagnostics of its own library");
+    // What else runs the workspace's code asks no second time.
+    const heard = hearTests(api);
+    await api.tests.discover();
+    await vscode.commands.executeCommand("testing.runAll");
+    await until(() => heard.ended, "the end of the run");
+    assert.deepEqual(heard.passed, ["one"], JSON.stringify(heard.failed));
+    assert.equal(await checked("own.maze-machine"), 0);
+    const stopped = stops();
+    const program = at("own.maze-machine").fsPath;
+    assert.ok(await vscode.debug.startDebugging(undefined, { type: "maze-machine", request: "launch", name: "t", program }));
+    await stopped.first();
+    await vscode.debug.stopDebugging();
+    stopped.dispose();
   },
 
   async nothing(api) {
@@ -316,10 +458,7 @@ const steps = {
 };
 
 exports.activate = async () => {
-  const file = process.env.MAZE_MACHINE_VERDICT;
   if (!file) return;
-  const verdict = { version: vscode.version };
-  const write = () => writeFileSync(file, JSON.stringify(verdict, null, 2));
   write();
   try {
     const api = await vscode.extensions.getExtension("maze-machine.maze-machine").activate();

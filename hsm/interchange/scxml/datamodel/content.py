@@ -26,12 +26,12 @@ _SYSTEM = ("_event", "_sessionid", "_name", "_ioprocessors", "_x")
 
 
 class CommunicationError(DataError):
-    """Something that cannot be reached: SCXML's ``error.communication``."""
+    """An unreachable target: SCXML's ``error.communication``."""
 
 
 @dataclass(slots=True)
 class BlockContext:
-    """What a block runs in.
+    """The context of a block.
 
     Attributes:
         memo: holds the data, under ``STORE``.
@@ -79,7 +79,7 @@ class Builder:
     """Makes steps from elements.
 
     Attributes:
-        refuse: takes an element, what it has that is not supported, and a way out.
+        refuse: reports an element, its unsupported feature, and a suggestion.
         prefix: of the identifiers that are made.
     """
 
@@ -88,14 +88,14 @@ class Builder:
     _made: int = field(default=0)
 
     def expression(self, element: Element, text: str) -> Evaluate:
-        """The function of an expression; one that is none at all fails when it is evaluated."""
+        """The function of an expression; an invalid expression fails when it is evaluated."""
         try:
             return compile_expression(text)
         except UnsupportedError as error:
             self.refuse(element, f"`{text.strip()[:60]}` is not supported: {error}", "compute it from simpler data")
             reason = str(error)
         except InvalidExpressionError as error:
-            reason = f"`{text.strip()[:60]}` is no expression: {error}"
+            reason = f"`{text.strip()[:60]}` is not an expression: {error}"
 
         def fail(_: Environment) -> Any:
             raise DataError(reason)
@@ -224,7 +224,7 @@ class Builder:
                 raise DataError("`foreach` goes over a list")
             for name in (item, index):
                 if name is not None and (_NAME.fullmatch(name) is None or name in _SYSTEM):
-                    raise DataError(f"`{name}` is no name for data")
+                    raise DataError(f"`{name}` is not a name for data")
             for name in (item, index):
                 if name is not None and name not in session.store.values:
                     session.set(name, None)
@@ -238,7 +238,7 @@ class Builder:
         return each
 
     def payload(self, element: Element, *, content: bool = True) -> Callable[[BlockContext], Any]:
-        """What the parameters, the name list and, where that counts, the content of an element carry."""
+        """The values of the parameters, the name list and, where allowed, the content of an element."""
         inner = next(iter(element.of("content")), None)
         if content and inner is not None:
             value = self.value(inner)
@@ -294,7 +294,7 @@ class Builder:
                 seconds = _seconds(delay(session))
                 data = payload(session)
                 if not isinstance(name, str) or not name:
-                    raise DataError("an event that is sent has a name")
+                    raise DataError("an event that is sent needs a name")
                 _check_processor(processor)
                 own = session.store.session or session.system["_sessionid"]
                 route = _route(where, own, session.store.reachable)
@@ -344,7 +344,7 @@ def _seconds(value: Any) -> float:
         return 0.0
     found = _DELAY.fullmatch(value) if isinstance(value, str) else None
     if found is None:
-        raise DataError(f"`{value}` is no delay")
+        raise DataError(f"`{value}` is not a delay")
     return float(found[1]) * _SECONDS[found[2]]
 
 
@@ -361,4 +361,4 @@ def _route(target: Any, session: str, reachable: Collection[str]) -> str | None:
         return str(target)
     if isinstance(target, str) and target.startswith("#_"):
         raise CommunicationError(f"`{target}` cannot be reached")
-    raise DataError(f"`{target}` is no target")
+    raise DataError(f"`{target}` is not a target")

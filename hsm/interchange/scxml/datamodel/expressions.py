@@ -21,7 +21,7 @@ class DataError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """What an expression may see.
+    """The names that an expression can use.
 
     Attributes:
         store: the data.
@@ -75,7 +75,7 @@ def compile_expression(text: str) -> Evaluate:
     parser = _Parser(tokens_of(text))
     made = parser.choice(0)
     if parser.left:
-        raise InvalidExpressionError(f"`{parser.left[0].value}`is not allowed there")
+        raise InvalidExpressionError(f"`{parser.left[0].value}` is not allowed there")
     return made
 
 
@@ -188,7 +188,7 @@ class _Parser:
                 self._expect("]")
                 value = _member(value, key)
             elif self._is("("):
-                raise UnsupportedError("a call of something that is no function of the subset")
+                raise UnsupportedError("a call of something that is not a function of the subset")
             else:
                 return value
 
@@ -241,6 +241,9 @@ class _Parser:
     def _named(self, name: str, depth: int) -> Evaluate:
         if name in _CONSTANTS:
             return lambda _: _CONSTANTS[name]
+        if name == "Math":
+            self._expect(".")
+            name = f"Math.{self.left.pop(0).value}" if self.left else name
         if name in _WORDS:
             raise InvalidExpressionError(f"`{name}` is not a value")
         if not self._take("("):
@@ -320,7 +323,7 @@ def _bounded(value: Any) -> Any:
 def _number(value: Any) -> int | float:
     if isinstance(value, int | float):
         return value
-    raise DataError(f"{value!r:.40} is no number")
+    raise DataError(f"{value!r:.40} is not a number")
 
 
 def _text(value: Any) -> str:
@@ -330,7 +333,7 @@ def _text(value: Any) -> str:
         return str(value)
     if isinstance(value, list):
         return ",".join(map(_text, value))
-    raise DataError(f"{value!r:.40} is no text")
+    raise DataError(f"{value!r:.40} is not text")
 
 
 def _typeof(operand: Evaluate) -> Evaluate:
@@ -406,6 +409,10 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "int": lambda value: int(_number(value)),
     "Number": _number,
     "abs": lambda value: abs(_number(value)),
+    "Math.abs": lambda value: abs(_number(value)),
+    "Math.floor": lambda value: math.floor(_number(value)),
+    **dict.fromkeys(("min", "Math.min"), lambda *values: min(map(_number, values))),
+    **dict.fromkeys(("max", "Math.max"), lambda *values: max(map(_number, values))),
     "bool": truth,
     "Boolean": truth,
 }

@@ -16,7 +16,7 @@ from hsm.model.registry import SignalDeclaration
 from hsm.model.types import BOOLEAN
 
 DATA_MODELS = {"ecmascript": PROCESSOR, "python": "scxml"}
-"""The names under which the subset of expressions goes, and what ``_event.origintype`` is in each.
+"""The names of data models with this subset, and the value of ``_event.origintype`` in each.
 
 The standard leaves that to its ECMAScript model; the public Python editions of its tests use the short name.
 """
@@ -30,7 +30,7 @@ class Load(Protocol):
     """Reads charts that are invoked."""
 
     def element(self, element: Element) -> Model | None:
-        """A chart within the chart; None, with diagnostics, where there is something wrong with it."""
+        """A chart within the chart; None, with diagnostics, if it is invalid."""
         ...
 
     def file(self, element: Element) -> Model | None:
@@ -41,7 +41,7 @@ class Load(Protocol):
         """A chart that is made while the machine runs.
 
         Raises:
-            DataError: there is something wrong with it.
+            DataError: it is invalid.
         """
         ...
 
@@ -49,20 +49,20 @@ class Load(Protocol):
         """The chart in a file that is named while the machine runs.
 
         Raises:
-            DataError: there is something wrong with it.
+            DataError: it is invalid.
         """
         ...
 
 
 @dataclass(slots=True)
 class DataModel:
-    """Turns what needs data into conditions and actions.
+    """Compiles the parts of a chart that use data into conditions and actions.
 
     Attributes:
         name: of the chart.
         processor: what ``_event.origintype`` is.
         states: the index of each state, by name.
-        refuse: takes an element, what it has that is not supported, and a way out.
+        refuse: reports an element, its unsupported feature, and a suggestion.
     """
 
     name: str

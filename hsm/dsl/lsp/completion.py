@@ -1,0 +1,111 @@
+"""What could be written at a place of a file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from hsm.dsl.loading import importable
+from hsm.dsl.lsp import vocabulary
+from hsm.dsl.lsp.describe import type_text
+from hsm.dsl.lsp.document import Document
+from hsm.dsl.lsp.entries import Entry, SymbolKind, fitting
+from hsm.dsl.lsp.hovering import OPEN_CALL
+from hsm.dsl.syntax.lexer import STATEMENTS
+from hsm.model.types import Enumeration
+
+_SNIPPETS = {
+    "state": "state ${1:name}\n    ${0}",
+    "parallel": "parallel ${1:name}\n    state ${2:one}\n    state ${3:two}",
+    "param": "param ${1:name} : ${2:type} = ${0:value}",
+    "var": "var ${1:name} : ${2:type} = ${0:value}",
+    "property": "property ${1:name} : never ${0:condition}",
+    "on": "on ${1:done} -> ${0:state}",
+    "when": "when ${1:condition} -> ${0:state}",
+    "after": "after ${1:1 s} -> ${0:state}",
+}
+
+
+def typed(document: Document, line: int, column: int) -> str:
+    """The part of a name that is before a position."""
+    found = re.search(r"[A-Za-z_][\w.]*$", document.before(line, column))
+    return found.group() if found else ""
+
+
+def completions(document: Document, line: int, column: int) -> list[Entry]:
+    """Completions at a position: everything that contains the letters typed so far, in this order."""
+    text = document.before(line, column)
+    if "#" in text:
+        return []
+    begun = typed(document, line, column)
+    return fitting(begun, _possible(document, text.removesuffix(begun)))
+
+
+def _possible(document: Document, before: str) -> Iterator[Entry]:
+    """Completions after the beginning of a line."""
+    words = before.split()
+    if not words:
+        yield from (Entry(word, SymbolKind.KEYWORD, snippet=_SNIPPETS.get(word, "")) for word in sorted(STATEMENTS))
+        return
+    first, last = words[0], words[-1]
+    called = OPEN_CALL.search(before)
+    if called is not None and first != "event":
+        yield from _inside_call(document, called[1], called[2])
+    elif first == "initial" or re.search(r"[-=]>([^/]*,)?\s*$", before):
+        yield from vocabulary.states(document)
+    elif first == "do" and len(words) == 1:
+        yield from vocabulary.activities(document)
+    elif first == "import":
+        names = dict.fromkeys(importable(Path(document.file), document.library))
+        yield from (Entry(name, SymbolKind.MACHINE) for name in names)
+    elif first in ("param", "var", "event") and last == ":":
+        yield from vocabulary.types(document)
+    elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and "=" not in words:
+        return
+    elif first == "state":
+        yield from (vocabulary.instance(document, name) for name in document.table.imports)
+    elif re.search(r"\d\s*$", before):
+        yield from vocabulary.units()
+    elif (
+        last in ("raise", "cancel", "send")
+        or first == "defer"
+        or (first == "on" and re.fullmatch(r"\s*on\s+([\w.]+\s*,\s*)*", before))
+    ):
+        yield from vocabulary.events(document)
+    elif re.search(r"/\s*$|/.*,\s*$", before):
+        yield from (Entry(word, SymbolKind.KEYWORD) for word in ("raise", "send", "cancel"))
+        yield from (*vocabulary.actions(document), *vocabulary.variables(document))
+    else:
+        yield from _carried(document, words[1] if first == "on" and len(words) > 1 else "")
+        yield from vocabulary.values(document)
+
+
+def _carried(document: Document, event: str) -> Iterator[Entry]:
+    """What an event carries, as a transition that waits for it alone may read it."""
+    for one in document.fields(event):
+        yield Entry(f"{event}.{one.name}", SymbolKind.VARIABLE, type_text(one.type))
+
+
+def _inside_call(document: Document, called: str, written: str) -> Iterator[Entry]:
+    """Completions inside the brackets of a call: its arguments by name, and values of the expected type."""
+    if called == "in":
+        yield from vocabulary.states(document)
+        return
+    parameters = document.parameters_of(called)
+    last = written.rpartition(",")[2]
+    label = re.fullmatch(r"\s*([A-Za-z_]\w*)\s*=\s*", last)
+    if label is None and not last.strip():
+        given = set(re.findall(r"([A-Za-z_]\w*)\s*=(?!=)", written))
+        for one in parameters:
+            if one.name not in given:
+                yield Entry(f"{one.name} = ", SymbolKind.ARGUMENT, type_text(one.type))
+    position = written.count(",")
+    due = next((one for one in parameters if label is not None and one.name == label[1]), None)
+    if label is None and position < len(parameters):
+        due = parameters[position]
+    if due is None or not isinstance(due.type, Enumeration):
+        yield from (one for one in vocabulary.values(document) if due is None or one.kind is not SymbolKind.VALUE)
+        return
+    yield from (Entry(member, SymbolKind.VALUE, str(due.type)) for member in due.type.members)
+    yield from (one for one in vocabulary.variables(document) if one.detail.partition(" ")[0] == str(due.type))

@@ -1,0 +1,160 @@
+"""What may happen next in a run: for each transition of an active state, what would make it fire, or why it does not.
+
+Nothing is guessed: each event, outcome and time-out is tried on a copy of the run, by the engine itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from hsm.engine.explanation import Considered, Verdict
+from hsm.engine.occurrences import event_text
+from hsm.engine.snapshots import SnapshotError
+from hsm.model.chart import Defer, Held, Model, On, Timed, Transition
+from hsm.model.faults import MachineFault
+from hsm.model.messages import Occurrence
+from hsm.model.registry import EventField
+from hsm.model.types import Boolean, Enumeration, Integer
+from hsm.model.unparse import expression_text, trigger_text
+from hsm.testing.scenarios.driver import Driver
+
+
+@dataclass(frozen=True, slots=True)
+class Prospect:
+    """A transition of an active state and what becomes of it next.
+
+    Attributes:
+        transition: the transition.
+        enabled: whether it fires when ``line`` is done.
+        line: the line of a scenario that was tried; empty where only a signal or a variable can change it.
+        reason: why it does not fire; where it does, what it waits for.
+    """
+
+    transition: Transition
+    enabled: bool
+    line: str
+    reason: str
+
+    def __str__(self) -> str:
+        trigger = trigger_text(self.transition.trigger, self.transition.guard)
+        where = f"line {self.transition.place.line}: " if self.transition.place else ""
+        told = f"fires at `{self.line}`" if self.enabled else self.reason
+        return f"{where}{trigger}: {told}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Trial:
+    """A line that may be done next, and what it would do."""
+
+    line: str
+    considered: Mapping[int, Considered]
+
+
+def prospects(driver: Driver) -> list[Prospect]:
+    """What may happen next, state by state, the innermost first.
+
+    Raises:
+        SnapshotError: the run cannot be copied.
+    """
+    if driver.outcome is not None:
+        return []
+    model, indices = driver.machine.model, driver.machine.indices
+    active = sorted((indices[name] for name in driver.configuration), reverse=True)
+    trials: dict[str, _Trial] = {}
+    found: list[Prospect] = []
+    for state in (*active, 0):
+        for index in model.states[state].transitions:
+            transition = model.transitions[index]
+            if not isinstance(transition.trigger, Defer):
+                found.append(_prospect(driver, transition, trials))
+    return found
+
+
+def _prospect(driver: Driver, transition: Transition, trials: dict[str, _Trial]) -> Prospect:
+    """What becomes of one transition: the first of its lines that makes it fire, else why the last one does not."""
+    last, line = next((one for one in reversed(driver.last.considered) if one.transition is transition), None), ""
+    for line, events, reports, wait in _lines(driver, transition, last):
+        if line not in trials:
+            trials[line] = _tried(driver, line, events, reports, wait)
+        tried = trials[line].considered.get(transition.index)
+        if tried is not None:
+            if tried.verdict is Verdict.TAKEN:
+                return Prospect(transition, enabled=True, line=line, reason="")
+            last = tried
+    reason = last.reason if last is not None else _idle(transition)
+    return Prospect(transition, enabled=False, line=line, reason=reason)
+
+
+def _idle(transition: Transition) -> str:
+    """Why nobody looked at a transition."""
+    match transition.trigger:
+        case Held(condition):
+            return f"`{expression_text(condition)}` does not hold"
+        case _:
+            return "nothing that is active now makes it fire"
+
+
+_Line = tuple[str, Sequence[str], Mapping[str, str], float]
+
+
+def _lines(driver: Driver, transition: Transition, last: Considered | None) -> Iterator[_Line]:
+    """What may make a transition fire: lines, with their events, outcomes of activities and waits in seconds."""
+    model, trigger = driver.machine.model, transition.trigger
+    if isinstance(trigger, Timed):
+        if last is not None and last.remaining is not None:
+            yield f"after {last.remaining:.6g} s", (), {}, last.remaining
+        return
+    if not isinstance(trigger, On):
+        yield f"after {driver.tick:.6g} s", (), {}, driver.tick
+        return
+    for name in trigger.names:
+        for event in _events(model, name):
+            yield f"when event {event}", (event,), {}, driver.tick
+        for state, performed in driver.doing.items():
+            call = model.states[driver.machine.indices[state]].activity
+            if call is not None and name in call.activity.outcomes and _within(model, transition.source, state, driver):
+                yield f"when {performed.name} reports {name}", (), {state: name}, driver.tick
+
+
+def _within(model: Model, source: int, state: str, driver: Driver) -> bool:
+    return source <= driver.machine.indices[state] <= max(model.states[source].last, source)
+
+
+def _events(model: Model, name: str) -> Iterator[str]:
+    """The declared events of a name, or of a pattern such as ``door.*``, with what they carry by default."""
+    declared = model.events or frozenset()
+    names = sorted(one for one in declared if name.endswith("*") and one.startswith(name[:-1]))
+    for one in names or ([name] if name in declared else []):
+        fields = model.data_of(one)
+        data = {} if fields is None else {part.name: _plain(part) for part in fields.fields}
+        yield event_text(model, Occurrence(one, data)) if data else one
+
+
+def _plain(field: EventField) -> Any:
+    match field.type:
+        case Boolean():
+            return False
+        case Integer():
+            return 0
+        case Enumeration(members=members):
+            return field.enumeration(members[0]) if field.enumeration is not None else members[0]
+        case _:
+            return 0.0
+
+
+def _tried(driver: Driver, line: str, events: Sequence[str], reports: Mapping[str, str], wait: float) -> _Trial:
+    """Do a line on a copy of the run."""
+    fork = driver.machine.restore(driver.supervisor.snapshot())
+    script = driver.stimulated(reports)
+    fork.act(script)
+    try:
+        step = fork.step(fork.time + wait, events, script)
+    except (MachineFault, SnapshotError):
+        return _Trial(line, {})
+    considered: dict[int, Considered] = {}
+    for one in step.considered:
+        if one.transition.index not in considered or one.verdict is Verdict.TAKEN:
+            considered[one.transition.index] = one
+    return _Trial(line, considered)

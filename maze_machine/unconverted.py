@@ -1,0 +1,54 @@
+"""Values of a command line that need no conversion: a text for a text, a default for anything.
+
+Typer converts all values with pydantic, whose import takes longer than a small command does. Whatever is of its
+parameter's type already stays as it is, and so does what is left out; the first other value brings pydantic in. This
+leans on a private part of typer: where a parameter has none of that name, nothing is changed and typer converts all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import EnumMeta
+from typing import Any, get_args, get_origin
+
+_PRIVATE = "_runtime_param"
+
+
+def spare_conversions(parameters: Iterable[Any]) -> None:
+    """Keep values that have their parameter's type from being converted.
+
+    Args:
+        parameters: those of a command, as typer has them.
+    """
+    for parameter in parameters:
+        if getattr(parameter, _PRIVATE, ...) is None:
+            setattr(parameter, _PRIVATE, _AsItIs(parameter.type_descriptor.annotation))
+
+
+@dataclass(frozen=True, slots=True)
+class _AsItIs:
+    """What typer converts one parameter's values with.
+
+    Attributes:
+        annotation: the type that the parameter has.
+    """
+
+    annotation: Any
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """The value as it is, or as typer converts it."""
+        if value is None:
+            return () if param.multiple or param.nargs == -1 else None
+        if self._is_of_type(value):
+            return value
+        if isinstance(self.annotation, EnumMeta) and value in self.annotation.__members__.values():
+            return self.annotation(value)
+        setattr(param, _PRIVATE, None)
+        return param.get_runtime_param().coerce(value, param=param, ctx=ctx)
+
+    def _is_of_type(self, value: Any) -> bool:
+        if get_origin(self.annotation) is list:
+            texts = get_args(self.annotation) == (str,)
+            return texts and isinstance(value, list | tuple) and all(isinstance(one, str) for one in value)
+        return type(value) is self.annotation

@@ -327,7 +327,7 @@ def drawn_fault(kind: str, maze: Maze, number: int) -> Fault:
 
 @dataclass(frozen=True, slots=True)
 class FaultResult:
-    """What became of a run with a fault; the fields as the module describes them."""
+    """The result of a run with a fault; the fields as the module describes them."""
 
     maze: str
     fault: str

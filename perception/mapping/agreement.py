@@ -36,7 +36,7 @@ class Agreement:
     elsewhere: float
 
     def fits(self, settings: PlaceSettings, share: float) -> bool:
-        """Whether the scan may have been taken there: at least a share lies on walls, and next to nothing elsewhere."""
+        """Whether the scan may have been taken there: at least a share lies on walls, and almost nothing elsewhere."""
         seen = self.hits >= settings.least_hits and self.share >= share
         return seen and self.contradicted <= settings.contradicted and self.hidden <= settings.hidden
 

@@ -138,7 +138,7 @@ class Mapper:
         return sure is not None
 
     def go_on(self, cloud: Cloud, at: int, match: Match | None) -> None:
-        """Go on with the map from where a scan fits.
+        """Continue the map from where a scan fits.
 
         Args:
             cloud: the scan, in the robot's frame.

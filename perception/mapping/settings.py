@@ -146,7 +146,7 @@ class TrackSettings(Settings):
     gate: Positive = 16.0
     """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
     most_step: Annotated[Positive, Grows(speed=1)] = 0.2
-    """A step of odometry from tick to tick longer than this, m, is no movement: it is not known how far it was."""
+    """A step of odometry from tick to tick longer than this, m, is not a movement: it is not known how far it was."""
     most_turn: Positive = 0.4
     """Nor is one that turns by more, rad."""
     new: Share = 0.15
@@ -292,7 +292,7 @@ class PlaceSettings(Settings):
     keyframes: Count = 12
     """A scan is matched with this many keyframes, the nearest ones."""
     looks: Count = 6
-    """A place is believed after this many scans that fit,"""
+    """A place is accepted after this many scans that fit,"""
     way: Positive = 4.0
     """after this much way, m,"""
     no_rival: Positive = 0.3

@@ -155,7 +155,7 @@ class Surveyor:
         return self.confidence.believes(found, agreement)
 
     def _seek(self, sweep: ScanPoints) -> None:
-        """Look for the lost robot all over the map, and go on from where it is found."""
+        """Look for the lost robot all over the map, and continue from where it is found."""
         if self._relocation is None:
             self._relocation = Relocation(self.mapper, self.free_space, self.start, self.settings)
         place = self._relocation.look(sweep)

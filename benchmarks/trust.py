@@ -30,7 +30,7 @@ from hsm.testing.coverage.items import ItemKind
 from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import survey
 from hsm.testing.proofs.proving import check
-from hsm.testing.proofs.verdicts import Status
+from hsm.testing.proofs.verdicts import Method, Status
 from hsm.testing.scenarios.driver import TICK
 from hsm.testing.scenarios.running import run_suite
 from hsm.testing.scenarios.script import Script, scripted
@@ -109,7 +109,7 @@ def one_proof(name):
     verdicts = check(model)
     seconds = process_time() - begin
     count = Counter(one.status for one in verdicts)
-    zones = max(one.states for one in verdicts)
+    zones = max((one.states for one in verdicts if one.method is Method.ZONES), default=0)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"{name:18}{count[Status.PROVED]:8}{count[Status.BOUNDED]:9}{count[Status.VIOLATED]:10}"
           f"{count[Status.UNDECIDED]:11}{zones:7}{verdicts[0].states:8}{seconds:7.1f}{memory:6.0f}",

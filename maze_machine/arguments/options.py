@@ -147,6 +147,10 @@ ViewOption = Annotated[
         "--view", help=("Show the run on a web page, and begin when a browser opens it. A simulation keeps real time.")
     ),
 ]
+TuiOption = Annotated[
+    bool,
+    typer.Option("--tui", help="Show the run in this terminal: states, why, a small plan. Needs the extra `tui`."),
+]
 HostOption = Annotated[
     str,
     typer.Option(

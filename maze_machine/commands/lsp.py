@@ -17,6 +17,7 @@ def lsp(library: LibraryOption = None) -> None:
     Example: `maze-machine lsp`
     """
     import gc
+    import logging
     import os
     import sys
     from contextlib import redirect_stdout
@@ -25,6 +26,7 @@ def lsp(library: LibraryOption = None) -> None:
     gc.disable()  # the protocol's types are many objects that never go: nothing is to be looked through while they come
     try:
         from lsprotocol.types import MessageType, ShowMessageParams
+        from pygls.exceptions import JsonRpcInvalidParams
 
         from hsm.dsl.lsp.server import make_server
         from maze_machine.editor.libraries import EditorLibraries
@@ -39,6 +41,10 @@ def lsp(library: LibraryOption = None) -> None:
     libraries = EditorLibraries(library, warn)
     server = make_server(libraries, version("maze-machine"))
     add_requests(server, libraries, version("maze-machine"))
+    # What an editor shows of the server's own words is to be errors: a request that is refused is answered, no more.
+    protocol = logging.getLogger("pygls.protocol.json_rpc")
+    protocol.setLevel(logging.ERROR)
+    protocol.addFilter(lambda said: not (said.exc_info and isinstance(said.exc_info[1], JsonRpcInvalidParams)))
     gc.freeze()
     gc.enable()
     # A stream of its own: a library that prints must not speak to the editor.

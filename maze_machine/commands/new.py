@@ -25,6 +25,7 @@ def new(
     Example: `maze-machine new vacuum`
     """
     from json import dumps
+    from shlex import quote
 
     from maze_machine.catalogue.template import make_project
     from maze_machine.catalogue.trust import trust
@@ -36,4 +37,5 @@ def new(
         print(dumps([str(path) for path in written]))
         return
     print("\n".join(str(path) for path in written))
-    print(f"\nNow: cd {place} && maze-machine check {name}.maze-machine && maze-machine test {name}.maze-machine")
+    machine = f"{name}.maze-machine"
+    print(f"\nNow: cd {quote(str(place))} && maze-machine check {machine} && maze-machine test {machine}")

@@ -33,6 +33,7 @@ class Openings:
         view: whether it is shown on a page.
         host: where the page is served.
         port: the page's port; 0 for any that is free.
+        watched: whether a person watches: a simulation then keeps real time where nothing else is said.
     """
 
     endpoint: str | None
@@ -40,6 +41,7 @@ class Openings:
     view: bool
     host: str
     port: int
+    watched: bool = False
 
 
 @contextmanager
@@ -54,7 +56,7 @@ def opened_run(
         openings: how it is open to others.
         mission: the run.
         world: where it takes place, if that is in this process.
-        speed: the pace of a simulation as a multiple of real time; None for real time on a page, and none otherwise.
+        speed: the pace of a simulation as a multiple of real time; None for real time where a person watches.
 
     Raises:
         LinkError: the endpoint is taken.
@@ -62,7 +64,7 @@ def opened_run(
     """
     from maze_machine.remote.operated import OperatedRun
 
-    pace = 1.0 if speed is None and openings.view and world is not None else speed
+    pace = 1.0 if speed is None and openings.watched and world is not None else speed
     operated = OperatedRun(mission, pausable=world is not None, speed=pace)
     if openings.endpoint is None and not openings.view:
         yield operated, (operated,)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -34,6 +34,7 @@ from maze_machine.arguments.options import (
     TellOption,
     TimeLimitOption,
     TraceOption,
+    TuiOption,
     ViewOption,
 )
 from maze_machine.errors import ExitStatus, FileError, UsageError
@@ -41,9 +42,10 @@ from maze_machine.errors import ExitStatus, FileError, UsageError
 if TYPE_CHECKING:
     from maze_machine.catalogue.profile import Profile
     from maze_machine.drive.attempts import Attempt, RefereedRobot
-    from maze_machine.drive.mission import Mission
+    from maze_machine.drive.mission import Mission, TickWatcher
     from maze_machine.remote.operated import OperatedRun
     from maze_machine.remote.telling import EventForwarder
+    from maze_machine.report.outputs import Outputs
     from maze_machine.report.result import Result
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import SimulatedWorld
@@ -121,6 +123,7 @@ def run(
     view: ViewOption = False,
     host: HostOption = "127.0.0.1",
     port: PortOption = 0,
+    tui: TuiOption = False,
     picture: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Where to save the picture of the path. Default: in the folder runs/."),
@@ -152,6 +155,8 @@ def run(
 
     Example: `maze-machine run pledge --view --speed 4 --port 8000`
 
+    Example: `maze-machine run pledge --tui`
+
     Example: `maze-machine run pledge --connect tcp/127.0.0.1:7447 --trace trace.jsonl`
 
     Example: `maze-machine run my.maze-machine --event-at 2.5:go`
@@ -167,11 +172,11 @@ def run(
     from maze_machine.arguments.parameters import split_setting
     from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.commands.opened_run import Openings, opened_run
+    from maze_machine.commands.run_terminal import in_terminal, terminal_run
     from maze_machine.drive.attempts import attempts as attempts_of
     from maze_machine.drive.mission import prepare
     from maze_machine.drive.operation import Together, scheduled
-    from maze_machine.report.outputs import Outputs, numbered
-    from maze_machine.report.result import Result
+    from maze_machine.report.outputs import Outputs
     from maze_machine.simulated.choices import MazeWords
 
     words = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects)
@@ -186,12 +191,13 @@ def run(
         rules = [*(simulate or ()), *(["rules.practice=true"] if practice else [])]
         world = embedded(maze or maze_near(machine), words, profile, seed or 0, rules, fault or ())
     script = scheduled(event_at or (), mission.machine)
-    outputs, most = Outputs(trace, record, dated), 2 if practice else attempts
+    outputs, most = Outputs(trace, record, dated, quiet=tui), 2 if practice else attempts
     check_outputs(
         {"--trace": trace, "--record": record, "--picture": picture},
         [robot or "", maze or "", objects or "", *mission.machine.model.files],
     )
     files, losses = dict[str, Path](), list[str]()
+    screen = terminal_run(view=view) if tui else None
     gc.freeze()  # what is loaded stays: a tick does not wait for a search through it for garbage
     with ExitStack() as stack:
         stack.push(_telling(losses))
@@ -199,32 +205,61 @@ def run(
         if connect is not None and most > 1:
             link = stack.enter_context(closing(in_lockstep(reached(connect, identity, profile, seed))))
 
-        openings = Openings(open_at, identity, view, host, port)
+        openings = Openings(open_at, identity, view, host, port, watched=view or tui)
         forwarders = [stack.enter_context(one) for one in telling(tell or (), identity, mission, losses)]
         operated, opened = stack.enter_context(opened_run(openings, mission, world, speed))
 
         repeated = world or link
-        begin_again = (lambda: False) if repeated is None else repeated.try_again
-        for attempt in attempts_of(
+        looking: list[TickWatcher] = [*opened, *forwarders] if screen is None else [screen, *opened, *forwarders]
+        driven: Iterable[Attempt] = attempts_of(
             mission,
             hold_of(world, link, operated, lambda: reached(str(connect), identity, profile, seed)),
-            lambda number: outputs.of_attempt(number).watchers(mission, machine, world, losses, [*opened, *forwarders]),
+            lambda number: outputs.of_attempt(number).watchers(mission, machine, world, losses, looking),
             most,
-            begin_again,
+            (lambda: False) if repeated is None else repeated.try_again,
             operator=Together(script, operated),
             truth=None if world is None else world.pose,
-        ):
-            number, ending = attempt.number, attempt.ending
-            nth = "" if number == 1 else f" {number}"
-            files |= {kind + nth: file for kind, file in outputs.of_attempt(number).files.items()}
+        )
+        if screen is not None:
+            driven = in_terminal(mission.machine.name, screen, world, operated, driven)
+        for attempt in driven:
             told = [] if repeated is None or most == 1 else repeated.attempts()
-            result = Result(mission.machine.name, mission.parameters, ending, files, link_counts(attempt.robot), told)
+            result = result_of(attempt, mission, outputs, told, files)
             if not no_picture:
-                drawn = numbered(picture or default_picture(mission.machine.name, ending.report), number)
-                if has_picture(drawn, world, attempt, result.line, losses):
-                    files["picture" + nth] = drawn
+                drawn = picture or default_picture(mission.machine.name, attempt.ending.report)
+                files |= picture_of(attempt, drawn, world, result.line, losses)
         say(result, json=json)
     end(result, losses)
+
+
+def result_of(
+    attempt: Attempt,
+    mission: Mission,
+    outputs: Outputs,
+    told: Sequence[Mapping[str, Any]],
+    files: dict[str, Path],
+) -> Result:
+    """The result of an attempt; the files that were written of it are added to those of the run."""
+    from maze_machine.report.result import Result
+
+    written = outputs.of_attempt(attempt.number).files
+    files |= {kind + _nth(attempt): file for kind, file in written.items()}
+    counts = link_counts(attempt.robot)
+    return Result(mission.machine.name, mission.parameters, attempt.ending, files, counts, told)
+
+
+def picture_of(
+    attempt: Attempt, file: Path, world: SimulatedWorld | None, title: str, losses: list[str]
+) -> dict[str, Path]:
+    """The picture of an attempt, by its kind; empty where the disk did not take it."""
+    from maze_machine.report.outputs import numbered
+
+    drawn = numbered(file, attempt.number)
+    return {"picture" + _nth(attempt): drawn} if has_picture(drawn, world, attempt, title, losses) else {}
+
+
+def _nth(attempt: Attempt) -> str:
+    return "" if attempt.number == 1 else f" {attempt.number}"
 
 
 def say(result: Result, *, json: bool) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import time_ns
 
@@ -33,16 +33,18 @@ class Outputs:
         trace: file for the trace.
         recording: file for the recording.
         dated: whether the recording's stamps begin at the current date, instead of the robot's clock.
+        quiet: whether nothing is printed while the run goes on.
     """
 
     trace: Path | None = None
     recording: Path | None = None
     dated: bool = False
+    quiet: bool = False
 
     def of_attempt(self, number: int) -> Outputs:
         """The same for an attempt; each after the first has files of its own, such as ``trace-2.jsonl``."""
         trace, recording = (file and numbered(file, number) for file in (self.trace, self.recording))
-        return Outputs(trace, recording, self.dated)
+        return replace(self, trace=trace, recording=recording)
 
     @property
     def files(self) -> dict[str, Path]:
@@ -86,7 +88,7 @@ class Outputs:
                 recorder = Recorder(self.recording, name, said, setting=setting, patience=patience)
                 stack.callback(_finish, recorder, losses)
                 found.append(Keeper(recorder))
-            console = Console(stderr=True)
+            console = Console(stderr=True, quiet=self.quiet)
             found += [stack.enter_context(ProgressDisplay(console)), Notices(console)]
             found += more
             yield found

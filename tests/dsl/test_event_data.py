@@ -427,6 +427,19 @@ def test_what_a_machine_raises_may_come_from_outside_too():
     assert quiet.violated
 
 
+def test_who_can_send_an_event_is_said_with_what_it_carries():
+    text = "machine m\nevent floor(number : int, up : bool)\nstate a\n    on floor -> b\nfinal b\n"
+    note = next(one for one in check_text(text, LIBRARY).diagnostics if one.code == "N0601")
+    assert "`maze-machine send 'floor(number = ..., up = ...)'`" in note.suggestion
+    assert "`run --event-at '1:floor(number = ..., up = ...)'`" in note.suggestion
+
+
+def test_a_raised_event_that_carries_something_is_declared():
+    text = "machine m\nstate a\n    when true -> b / raise change(3)\nstate b\n    on change -> a\n"
+    found = next(one for one in check_text(text, LIBRARY).diagnostics if one.code == "E0213")
+    assert (found.message, "event change(NAME : TYPE)" in found.suggestion) == ("event `change` carries nothing", True)
+
+
 def test_expressions_tell_what_they_are():
     model = checked(LIFT)
     guard = model.transitions[0].guard

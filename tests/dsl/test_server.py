@@ -88,7 +88,9 @@ async def serving(folder, *, pulls=True, options=None, command=None):
     finally:
         await client.shutdown_async(None)
         client.exit(None)
+        said = await client._server.stderr.read()
         await client.stop()
+    assert said == b""  # requests that are refused or cancelled are no errors of the server
 
 
 def opened(client, path, text):

@@ -4,7 +4,7 @@ import json
 from fractions import Fraction
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hsm
@@ -31,6 +31,7 @@ def codes(text):
     return [one.code for one in check_text(text, LIBRARY, remarks=False).diagnostics]
 
 
+@settings(deadline=None)
 @given(st.decimals(-9999, 9999, allow_nan=False, places=4), st.sampled_from(sorted(UNITS)))
 def test_a_literal_is_the_float_nearest_to_its_exact_value(number, unit):
     digits, kind = f"{abs(number):f}", UNITS[unit]

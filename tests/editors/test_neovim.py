@@ -123,4 +123,4 @@ def test_nvim_dap_debugs_a_machine(tmp_path):
     assert done.returncode == 0, done.stderr
     shown = json.loads(done.stdout or done.stderr)
     assert (shown["first"], shown["line"]) == ("idle", 9)
-    assert {"Variables", "Signals"} <= set(shown["scopes"])
+    assert {"Variables", "Activity"} <= set(shown["scopes"])

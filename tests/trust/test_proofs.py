@@ -328,6 +328,13 @@ TRUE_CLAIMS = {
         state b
             every t if n < 4 / n += 1, t = 0.5 s if t == 1.5 s else t + 0.5 s
     """,
+    "an event for other machines": """
+        property p : always n <= 1
+        event go, told
+        var n : int = 0
+        state a
+            on go if n < 1 / n += 1, send told
+    """,
     "one number or another": """
         property p : always n <= 3
         var n : int = 0

@@ -26,11 +26,20 @@ _WORDS = {
     "raised event": "event `{}` is raised, but it is not declared and no transition uses it",
     "outside event": "nothing in this file raises event `{}`",
 }
-_SENDERS = "an operator (`maze-machine send {0}`), a script (`run --event-at 1:{0}`) or a scenario can send it"
+_SENDERS = "an operator (`maze-machine send {0}`), a script (`run --event-at {1}`) or a scenario can send it"
 
 
 def check(subject: AnalysisInput) -> Iterator[Diagnostic]:
     """One diagnostic for each unused import, parameter, variable and event, and each event that comes from outside."""
     for one in subject.unused:
-        senders = _SENDERS.format(one.name) if one.kind == "outside event" else None
+        senders = _senders(subject, one.name) if one.kind == "outside event" else None
         yield finding(_CODES[one.kind], one.place, _WORDS[one.kind].format(one.name), senders)
+
+
+def _senders(subject: AnalysisInput, event: str) -> str:
+    """Who can send an event, as it is typed: what it carries is in parentheses, which a shell needs quotes for."""
+    data = subject.model.data_of(event)
+    if data is None:
+        return _SENDERS.format(event, f"1:{event}")
+    written = f"{event}({', '.join(f'{one.name} = ...' for one in data.fields)})"
+    return _SENDERS.format(f"'{written}'", f"'1:{written}'")

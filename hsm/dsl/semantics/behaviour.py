@@ -269,6 +269,10 @@ class Behaviour:
     def _data(self, line: ast.RaiseSyntax | ast.SendSyntax) -> tuple[Expression, ...] | None:
         """What an event carries that is raised or sent; None where it is invalid."""
         data = self.declarations.data.get(str(line.event))
+        if data is None and line.data.arguments:
+            hint = f"declare at the top of the file what it carries: `event {line.event}(NAME : TYPE)`"
+            self.context.add("E0213", line.event, f"event `{line.event}` carries nothing", hint)
+            return None
         fields = [Parameter(one.name, one.type) for one in (data.fields if data is not None else ())]
         return self.context.scope.arguments(line.data, fields, f"event `{line.event}`")
 

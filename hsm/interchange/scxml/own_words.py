@@ -10,6 +10,9 @@ from hsm.model.expressions import EventValue, Expression
 from hsm.model.rewriting import rewrite_expression
 from hsm.model.unparse import expression_text
 
+OWN_DATA_MODEL = "maze-machine"
+"""What a chart says whose expressions are in this language: it is for people and other tools, and not read back."""
+
 _IN = re.compile(r"\bin\(([\w.-]+)\)")
 
 

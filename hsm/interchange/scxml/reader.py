@@ -15,6 +15,7 @@ from hsm.interchange.scxml.datamodel.content import CommunicationError
 from hsm.interchange.scxml.datamodel.expressions import DataError
 from hsm.interchange.scxml.datamodel.model import CHARTS, DATA_MODELS, DataModel
 from hsm.interchange.scxml.elements import Element, parse
+from hsm.interchange.scxml.own_words import OWN_DATA_MODEL
 from hsm.interchange.scxml.vocabulary import breaches
 from hsm.model.chart import (
     Action,
@@ -182,6 +183,10 @@ class _Reader:
     def read(self, top: Element) -> Model:
         if top.tag != "scxml":
             self.find("E0902", f"the document is a <{top.tag}>, not an <scxml>", top.place)
+            return Model("", ())
+        if top.attributes.get("datamodel") == OWN_DATA_MODEL:
+            message = "the data model `maze-machine` is not supported: a chart has no robot to ask"
+            self.find("E0904", message, top.place, "use the machine's own file, or write the chart in `ecmascript`")
             return Model("", ())
         self._number(top)
         self.data = self._data_model(top)
@@ -408,7 +413,7 @@ class _Reader:
                 self.find("E0905", reason, element.place, hint)
 
             return DataModel(self.drafts[0].name, DATA_MODELS[name], self.indices, refuse)
-        if name not in ("null", "maze-machine"):
+        if name != "null":
             known = ", ".join(("null", *DATA_MODELS))
             self.find("E0904", f"the data model `{name}` is not supported", top.place, f"those are: {known}")
         return None

@@ -17,7 +17,7 @@ from xml.sax.saxutils import escape
 
 from hsm.interchange.scxml.ecmascript import EcmaScript, has_words_for
 from hsm.interchange.scxml.elements import NAMESPACE
-from hsm.interchange.scxml.own_words import OwnWords, renamed
+from hsm.interchange.scxml.own_words import OWN_DATA_MODEL, OwnWords, renamed
 from hsm.model.chart import (
     Action,
     After,
@@ -109,7 +109,7 @@ class _Writer:
         data = bool(model.variables or model.parameters or model.event_data)
         if has_words_for(model):
             return cls(model, EcmaScript.of(model), "ecmascript" if data else "null")
-        return cls(model, OwnWords(), "maze-machine" if data else "null")
+        return cls(model, OwnWords(), OWN_DATA_MODEL)
 
     def document(self) -> ElementTree.Element:
         """The whole document."""

@@ -10,7 +10,7 @@ from hsm.engine.codegen import Block, Occasion
 from hsm.engine.configuration import Plan
 from hsm.engine.limits import within_limits
 from hsm.engine.machine import Machine
-from hsm.model.chart import Action, After, Assign, Call, Cancel, Every, Held, Model, Raise, Send
+from hsm.model.chart import Action, After, Assign, Call, Cancel, Emit, Every, Held, Model, Raise, Send
 from hsm.model.events import Event, StateEvent
 from hsm.model.expressions import Binary, Expression, Literal, VariableValue
 from hsm.model.rewriting import actions_of
@@ -145,8 +145,8 @@ class Microsteps:
                 slot = self._evaluator.slots[variable]
                 values[slot] = self._evaluator.at(values, active).value(expression)
                 return self._held(values[slot], variable, self._types[slot])
-            case Call():
-                pass
+            case Call() | Emit(receivers=()):
+                pass  # neither a robot's action nor an event for machines elsewhere changes this one
             case Raise(event):
                 raised.append(event)
             case Send(_, delay) if delay > 0:

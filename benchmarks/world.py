@@ -2,6 +2,7 @@
 
     python benchmarks/world.py logs [--json] FILE...      laser logs in CARMEN's format, plain or compressed by gzip
     python benchmarks/world.py simulator [--json] [--mazes NAME...] [--limit S]      tremaux in the simulator
+    python benchmarks/world.py faults [--json] [--mazes NAME...] [--count N]      explorer, disturbed
 
 `logs` reads the increments of raw odometry and the scans, nothing else, with one set of thresholds, and compares the
 trajectory with the corrected poses that the log holds. Those come from a mapper, too: they are a reference, not the
@@ -28,6 +29,15 @@ know its future: no alignment afterwards.
     loops, false    closed; and of them those more than 0.3 m from the truth
     nees            squared deviation of the last pose over its covariance, per degree of freedom
     tick            processor time of perception with its map, mean, ms; `worst` the worst, ms
+
+`faults` lets something go wrong in the middle of a run of explorer, drawn from the run's number: odometry jumps by up
+to 1 m and 90 degrees, the laser is blind for 5 s, or the robot is carried to another place. A line has the fields
+
+    answered        time from the fault until the place is known within 3 cm or `place.lost` is true, s
+    wrong           longest time for which the place was said to be known and was wrong by more than 0.2 m, s
+    found           time from `place.lost` until the place is known again, s; empty where that was not
+    off             deviation of the position at the end, m, where the place is known
+    outcome         how the machine ended, or who ended the run
 """
 
 from __future__ import annotations
@@ -54,9 +64,12 @@ from maze_machine.drive.tick import Tick
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from perception import Perception
 from perception.mapping import Mapper, MappingSettings, cloud_of
+from perception.mapping.confidence import Knowledge
 from perception.mapping.frames import between, compose
 from perception.sweep import ScanPoints
+from sim.faults import Carried, Fault, LaserBlinded, OdometryJump
 from sim.generate import Recipe, generate
+from sim.geometry import distances
 from sim.maze import Maze
 from sim.settings import OdometryNoise, SimulatorSettings
 from tests.perception import carmen
@@ -286,6 +299,117 @@ def simulator(mazes: Iterable[str], limit: float, *, as_json: bool) -> None:
             )
 
 
+FAULTS = ("odometry_jump", "laser_blinded", "carried")
+"""What goes wrong, one after the other."""
+AFTER = 45.0
+"""A run goes on for this long after its fault, s."""
+CLEAR = 0.45
+"""A robot is put down no nearer to a wall than this, m."""
+RIGHT, WRONG = 0.03, 0.2
+"""A place is right up to here, and wrong from there on, m."""
+
+
+def drawn_fault(kind: str, maze: Maze, number: int) -> Fault:
+    """A fault of a kind, drawn from a number."""
+    rng = np.random.default_rng(number)
+    at = round(float(rng.uniform(12.0, 25.0)), 1)
+    if kind == "laser_blinded":
+        return LaserBlinded(at=at, lasts=5.0)
+    if kind == "odometry_jump":
+        way, direction, turn = rng.uniform((0.0, -math.pi, -math.pi / 2), (1.0, math.pi, math.pi / 2)).tolist()
+        return OdometryJump(at=at, by=(way * math.cos(direction), way * math.sin(direction), turn))
+    low, high = maze.walls.reshape(-1, 2).min(axis=0), maze.walls.reshape(-1, 2).max(axis=0)
+    while True:
+        x, y = rng.uniform(low, high).tolist()
+        if float(distances(np.array([[x, y]]), maze.barriers).min()) > CLEAR:
+            return Carried(at=at, to=(x, y, float(rng.uniform(-math.pi, math.pi))))
+
+
+@dataclass(frozen=True, slots=True)
+class FaultResult:
+    """The result of a run with a fault; the fields as the module describes them."""
+
+    maze: str
+    fault: str
+    number: int
+    answered: float
+    wrong: float
+    found: float | None
+    off: float | None
+    outcome: str
+
+
+@dataclass(slots=True)
+class Witness:
+    """Compares where the robot takes itself to be with the truth, from a fault on."""
+
+    world: SimulatedWorld
+    began: float
+    answered: float = math.inf
+    wrong: float = 0.0
+    lost: float | None = None
+    found: float | None = None
+    off: float | None = None
+    _wrong_since: float | None = None
+    _first: tuple[Pose, Pose] | None = None
+
+    def __call__(self, tick: Tick) -> None:
+        """Look at a tick."""
+        assert tick.facts is not None
+        model, here = tick.facts.world, self.world.pose(tick.index)
+        if model.surveyor is None:
+            return
+        # The machine begins the map in the first tick, where its frame is fixed.
+        self._first = self._first or (here, model.pose)
+        off = between(between(self._first[0], here), between(self._first[1], model.pose))
+        apart, now = math.hypot(off.x, off.y), tick.time
+        known, lost = model.place_known, model.surveyor.knowledge is Knowledge.LOST
+        self.off = apart if known else None
+        wrong = known and apart > WRONG
+        self._wrong_since = (now if self._wrong_since is None else self._wrong_since) if wrong else None
+        if self._wrong_since is not None:
+            self.wrong = max(self.wrong, now - self._wrong_since)
+        if now < self.began:
+            return
+        if math.isinf(self.answered) and (lost or (known and apart <= RIGHT and now > self.began)):
+            self.answered = now - self.began
+        if lost and self.lost is None:
+            self.lost = now
+        if known and self.lost is not None and self.found is None:
+            self.found = now - self.lost
+
+
+def fault_result(name: str, number: int) -> FaultResult:
+    """Drive explorer, disturb its place, and compare."""
+    profile, maze, kind = load_profile(), maze_of(name), FAULTS[number % len(FAULTS)]
+    fault = drawn_fault(kind, maze, number)
+    world = SimulatedWorld(maze, profile.robot, number, SimulatorSettings(faults=(fault,)))
+    witness = Witness(world, fault.at)
+    robot = LockstepRobot(world)
+    mission = prepare("explorer", profile, time_limit=fault.at + AFTER)
+    ending = drive(mission, robot, robot, [witness])
+    outcome = ending.outcome or ending.reason
+    return FaultResult(name, kind, number, witness.answered, witness.wrong, witness.found, witness.off, outcome)
+
+
+def faults(mazes: Sequence[str], count: int, *, as_json: bool) -> None:
+    """Print a line for each fault, and how many were answered late or left a wrong place known."""
+    late = wrong = 0
+    for number in range(count):
+        result = fault_result(mazes[number // len(FAULTS) % len(mazes)], number)
+        late, wrong = late + (result.answered > 2.0), wrong + (result.wrong > 2.0)
+        if as_json:
+            print(json.dumps(asdict(result)), flush=True)
+            continue
+        found, off = (f"{value:6.2f}" if value is not None else "     -" for value in (result.found, result.off))
+        times = f"{result.answered:6.1f} {result.wrong:6.1f} {found} {off}"
+        print(f"{result.number:4} {result.maze:12} {result.fault:14} {times}  {result.outcome}", flush=True)
+    if not as_json:
+        print(
+            f"{count} faults: {late} answered after more than 2 s, {wrong} with a wrong place known for more than 2 s"
+        )
+
+
 def main() -> int:
     """Do what is asked for; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -297,7 +421,14 @@ def main() -> int:
     of_runs.add_argument("--mazes", nargs="+", default=MAZES, metavar="NAME", help="shipped, contest, or skewedSEED")
     of_runs.add_argument("--limit", type=float, default=420.0, metavar="S", help="length of a run, s")
     of_runs.add_argument("--json", action="store_true", dest="as_json", help="a line of JSON each")
+    of_faults = what.add_parser("faults", help="what becomes of the place where something goes wrong")
+    of_faults.add_argument("--mazes", nargs="+", default=MAZES, metavar="NAME", help="shipped, contest, or skewedSEED")
+    of_faults.add_argument("--count", type=int, default=200, metavar="N", help="number of runs")
+    of_faults.add_argument("--json", action="store_true", dest="as_json", help="a line of JSON each")
     arguments = parser.parse_args()
+    if arguments.what == "faults":
+        faults(arguments.mazes, arguments.count, as_json=arguments.as_json)
+        return 0
     if arguments.what == "simulator":
         simulator(arguments.mazes, arguments.limit, as_json=arguments.as_json)
         return 0

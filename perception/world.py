@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from perception.compass import Compass
 from perception.door import Door
 from perception.exit import NO_LANE, Lane, body_along, next_lane
+from perception.mapping.confidence import Knowledge
 from perception.mapping.surveyor import Surveyor
 from perception.marks import Marks
 from perception.odometry import Displacement, corrected, is_restart, moved, step_between
@@ -138,7 +139,7 @@ class WorldModel:
 
     def align(self, compass: Compass) -> None:
         """Correct the heading by the compass; the first known compass gives the frame its axes."""
-        if not compass.known or self.surveyor:
+        if not compass.known or (self.surveyor and self.surveyor.knowledge is not Knowledge.LOST):
             return
         if self._aligned:
             heading = corrected(self.pose.heading, compass, self.settings.compass.world_angle, self.settings.odometry)
@@ -158,14 +159,18 @@ class WorldModel:
 
     @property
     def place_known(self) -> bool:
-        """Whether the last scan fits the map, or odometry has not led far since one did; false without a map."""
-        return self.surveyor is not None and self.surveyor.sure
+        """Whether what is seen fits the map where the robot takes itself to be; false without a map."""
+        return self.surveyor is not None and self.surveyor.knowledge is Knowledge.KNOWN
 
     def survey(self, sweep: ScanPoints) -> None:
-        """Add the scan to the map, if there is one."""
+        """Take in what the scan shows of the surroundings, if there is a map.
+
+        A lost robot's pose is dead reckoning from where it was last known, until it is found.
+        """
         if self.surveyor:
             self.surveyor.see(sweep)
-            self.pose = self.surveyor.pose
+            if self.surveyor.knowledge is not Knowledge.LOST:
+                self.pose = self.surveyor.pose
 
     def follow_lane(self, sweep: ScanPoints, footprint: tuple[Point, ...]) -> None:
         """Update the robot's lane with the scan."""

@@ -62,6 +62,7 @@ SIGNALS: tuple[Callable[..., Any], ...] = (
     places.map_known,
     places.map_doors,
     places.place_known,
+    places.place_lost,
     places.place_deviation,
 )
 """What it may ask, beside perception's signals."""

@@ -67,6 +67,11 @@ class Mapper:
         """The robot in the map's frame, which is that of the first scan."""
         return compose(self.graph.poses[-1], self.offset) if self.graph.poses else self.offset
 
+    @property
+    def fits(self) -> bool:
+        """Whether the last scan fitted what was seen before; the first one does."""
+        return self.match is not None or len(self.clouds) == 1
+
     def move(self, step: Pose | None) -> None:
         """Follow odometry.
 
@@ -86,14 +91,23 @@ class Mapper:
             cloud: the scan's points, in the robot's frame.
             measured: whether odometry has measured the way since the last scan.
         """
+        self.take(cloud, self.fit(cloud, measured=measured))
+
+    def take(self, cloud: Cloud, match: Match | None) -> None:
+        """Put the robot to where a scan fits, and keep the scan where the robot has got on.
+
+        Args:
+            cloud: the scan's points, in the robot's frame.
+            match: where it fits; None where it does not, and odometry alone is followed.
+        """
         if not self.clouds:
             self._keep(cloud)
             return
-        self.match = self._matched(cloud, measured=measured)
-        if self.match is not None:
-            self.correction = between(self.offset, self.match.pose)
-            self.offset = self.match.pose
-            self.covariance = self.match.information.inverse()
+        self.match = match
+        if match is not None:
+            self.correction = between(self.offset, match.pose)
+            self.offset = match.pose
+            self.covariance = match.information.inverse()
             self._since.append(cloud.seen_from(self.offset))
         settings = self.settings.track
         way = norm(self.offset.x, self.offset.y)
@@ -111,7 +125,7 @@ class Mapper:
             Whether the scan fits; if not, the robot is assumed to be where the keyframe was made, with a large
             uncertainty.
         """
-        track, poses = self.settings.track, self.graph.poses
+        track = self.settings.track
         near = range(max(0, at - track.neighbours), min(at + track.neighbours + 1, len(self.clouds)))
         reference = self.loops.reference(at, near)
         found = None
@@ -119,14 +133,26 @@ class Mapper:
             window = Window(track.blind_across, math.pi)
             start = search(cloud, BlurredWalls.of(reference.cloud, self.settings.search), Pose(), window).pose
             found = matched(cloud, reference, start, None, self.settings.match)
-        self.match = found if found is not None and found.share >= track.sure else None
-        seen = self.match.pose if self.match else Pose()
+        sure = found if found is not None and found.share >= track.sure else None
+        self.go_on(cloud, at, sure)
+        return sure is not None
+
+    def go_on(self, cloud: Cloud, at: int, match: Match | None) -> None:
+        """Continue the map from where a scan fits.
+
+        Args:
+            cloud: the scan, in the robot's frame.
+            at: the keyframe from which the robot is seen.
+            match: where the scan fits, seen from there; None to take the robot to be just there, unsure of it.
+        """
+        poses = self.graph.poses
+        self.match = match
+        seen = match.pose if match else Pose()
         self.offset = between(poses[-1], compose(poses[at], seen))
         self.covariance = UNKNOWN_STEP
         self._keep(cloud)
-        if self.match is not None:
-            self.loops.close(Link(at, len(self.clouds) - 1, seen, self.match.seen))
-        return self.match is not None
+        if match is not None:
+            self.loops.close(Link(at, len(self.clouds) - 1, seen, match.seen))
 
     def work(self, pieces: int) -> None:
         """Do this many pieces of the work of finding and closing loops, if there are as many."""
@@ -161,8 +187,15 @@ class Mapper:
             self._reference = self.loops.reference(last, recent)
         return self._reference
 
-    def _matched(self, cloud: Cloud, *, measured: bool) -> Match | None:
-        """Where the scan fits the last keyframes, or None."""
+    def fit(self, cloud: Cloud, *, measured: bool = True) -> Match | None:
+        """Where a scan fits the last keyframes, seen from the last one; None where it does not, or there are none.
+
+        Args:
+            cloud: the scan's points, in the robot's frame.
+            measured: whether odometry has measured the way since the last scan.
+        """
+        if not self.clouds:
+            return None
         track, reference, guess = self.settings.track, self._reference_of_last(), self.offset
         prior = self.covariance.plus(Symmetric.diagonal(1e-8, 1e-8, 1e-8)).inverse() if measured else None
         found = matched(cloud, reference, guess, prior, self.settings.match)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from transport.section import Positive, Settings
+from transport.section import Grows, Positive, Settings
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
@@ -145,8 +145,10 @@ class TrackSettings(Settings):
     """A match with a smaller share is accepted only where it agrees with odometry: much may be new in sight."""
     gate: Positive = 16.0
     """It agrees if it deviates from odometry by at most this, squared, in standard deviations."""
-    lost: Positive = 0.15
-    """Where no scan fits, the robot no longer knows where it is once its place deviates by this much, m."""
+    most_step: Annotated[Positive, Grows(speed=1)] = 0.2
+    """A step of odometry from tick to tick longer than this, m, is not a movement: it is not known how far it was."""
+    most_turn: Positive = 0.4
+    """Nor is one that turns by more, rad."""
     new: Share = 0.15
     """And with a share that is smaller still no match is accepted; odometry alone is followed."""
     across: Positive = 0.6
@@ -242,6 +244,61 @@ class PlanSettings(Settings):
     """A frontier has at least this many cells: no robot fits through a smaller one."""
 
 
+class PlaceSettings(Settings):
+    """Whether the robot knows where it is on the map, and finding it again where it does not."""
+
+    hits: Count = 300
+    """About this many hits of a scan are laid on the grid."""
+    least_hits: Count = 20
+    """With fewer a scan says nothing."""
+    direction: Positive = math.radians(5)
+    """Hits within this angle are one direction, rad."""
+    widest: Positive = math.radians(120)
+    """A sector up to this wide may look otherwise than the map does, rad: a door has shut, or something has come."""
+    agreeing: Share = 0.6
+    """Share of the hits that lie on walls of the grid where the place is known: some of what is in sight may be new."""
+    contradicted: Share = 0.03
+    """And at most this share lie where it is free."""
+    hidden: Share = 0.1
+    """And at most this share where nothing is known, behind a wall."""
+    found: Share = 0.8
+    """Share of the hits that lie on walls of the grid where a lost robot may be."""
+    unchanged: Share = 0.65
+    """Or this share of the scan lies on the walls of the last keyframes,"""
+    elsewhere: Share = 0.97
+    """and without that one sector this share of the directions agrees with the grid."""
+    convincing: Count = 3
+    """After a doubt, this many scans that fit one after the other make the place known."""
+    patience: Count = 14
+    """After this many that do not fit the robot is lost."""
+    blind: Positive = 0.15
+    """Without scans the place is doubtful once it deviates by this much, m."""
+    headings: Count = 144
+    """The circle is divided into this many headings that are tried."""
+    likely: Share = 0.7
+    """Of these at least this share of the best one's fit of the walls' directions."""
+    most_headings: Count = 48
+    """And at most this many."""
+    points: Count = 60
+    """Points of the scan that are tried on each cell."""
+    pieces: Count = 2
+    """This many pieces of the search are done in a tick."""
+    blocks: Count = 120
+    """The best blocks of cells are looked at cell by cell."""
+    candidates: Count = 16
+    """The best places are matched in full."""
+    hypotheses: Count = 8
+    """Of these at most this many are followed."""
+    keyframes: Count = 12
+    """A scan is matched with this many keyframes, the nearest ones."""
+    looks: Count = 6
+    """A place is accepted after this many scans that fit,"""
+    way: Positive = 4.0
+    """after this much way, m,"""
+    no_rival: Positive = 0.3
+    """and when no other place farther than this from it, m, fits as well."""
+
+
 class MappingSettings(Settings):
     """The map."""
 
@@ -261,5 +318,7 @@ class MappingSettings(Settings):
     """The pose graph."""
     free_space: FreeSpaceSettings = FreeSpaceSettings()
     """The grid."""
+    place: PlaceSettings = PlaceSettings()
+    """Whether the place on the map is known."""
     plan: PlanSettings = PlanSettings()
     """Ways over it."""

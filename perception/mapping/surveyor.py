@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from perception.mapping.agreement import agreement_of
 from perception.mapping.cloud import cloud_of
+from perception.mapping.confidence import Confidence, Knowledge
 from perception.mapping.frames import compose
 from perception.mapping.free_space import FreeSpace
 from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
+from perception.mapping.matching import Match
 from perception.mapping.planning import ShortestWays, plan_from
+from perception.mapping.relocating import Relocation
 from perception.mapping.settings import MappingSettings
 from perception.sweep import ScanPoints
 from transport.arithmetic import norm
@@ -29,22 +33,26 @@ class Surveyor:
         start: where the map begins, in the world model's frame.
         mapper: the map.
         free_space: where the robot can drive.
-        drawing: whether this tick's scan has been drawn into it.
+        confidence: whether it knows where the robot is; while it does not, nothing enters the map.
+        drawing: whether this tick's scan has been drawn into the grid.
     """
 
     settings: MappingSettings
     start: Pose
     mapper: Mapper = field(init=False)
     free_space: FreeSpace = field(init=False)
+    confidence: Confidence = field(init=False)
     drawing: bool = False
     _ticks: int = 0
     _measured: bool = True
     _rough: float = 0.0
     _resumes: bool = False
+    _relocation: Relocation | None = None
 
     def __post_init__(self) -> None:
         self.mapper = Mapper(self.settings)
         self.free_space = FreeSpace(self.settings.free_space)
+        self.confidence = Confidence(self.settings.place)
 
     @property
     def pose(self) -> Pose:
@@ -66,19 +74,14 @@ class Surveyor:
         return plan_from(self.free_space, (pose.x, pose.y), radius, self.settings.plan)
 
     @property
-    def fits(self) -> bool:
-        """Whether the last scan fitted what was seen before; the first one does."""
-        return self.mapper.match is not None or len(self.mapper.clouds) == 1
+    def knowledge(self) -> Knowledge:
+        """Whether the place is known, doubtful or lost."""
+        return self.confidence.knowledge
 
     @property
     def deviation(self) -> float:
         """Standard deviation of the place along its worse axis, as seen from the last keyframe, m."""
         return math.sqrt(max(self.covariance.xx, self.covariance.yy, 0.0))
-
-    @property
-    def sure(self) -> bool:
-        """Whether the robot knows where it is: the last scan fitted, or odometry has not led far since one did."""
-        return bool(self.mapper.clouds) and (self.fits or self.deviation < self.settings.track.lost)
 
     def from_the_start(self) -> Surveyor:
         """A surveyor with the same map for a robot that is back where the map began."""
@@ -88,7 +91,12 @@ class Surveyor:
 
     def move(self, step: Pose | None) -> None:
         """Follow odometry by one tick; None where the step is not known."""
+        track = self.settings.track
+        if step is not None and (norm(step.x, step.y) > track.most_step or abs(step.heading) > track.most_turn):
+            step = None
         self.mapper.move(step)
+        if self._relocation is not None:
+            self._relocation.move(step)
         self._measured = self._measured and step is not None
 
     def see(self, sweep: ScanPoints) -> None:
@@ -96,24 +104,62 @@ class Surveyor:
 
         Where the last matches had to correct odometry much, each scan is looked at, else every second one.
         """
+        known = self.knowledge is Knowledge.KNOWN
         if self._resumes:
             self._resumes = False
-            self.mapper.resume(cloud_of(sweep, self.settings.cloud), 0)
-        elif self._ticks % self.settings.track.every == 0 or self._rough > 1 or not self._measured:
+            self.confidence.saw(fits=self.mapper.resume(cloud_of(sweep, self.settings.cloud), 0))
+        elif self.knowledge is Knowledge.LOST:
+            self._seek(sweep)
+        elif self._ticks % self.settings.track.every == 0 or self._rough > 1 or not self._measured or not known:
             self._look(sweep)
-        self.drawing = self._ticks % self.settings.free_space.every == 0 and self.fits
+        turn = self._ticks % self.settings.free_space.every == 0
+        self.drawing = turn and self.knowledge is Knowledge.KNOWN and self.mapper.fits
         if self.drawing:
             self.free_space.see(sweep, self.pose)
         self._ticks += 1
         self.mapper.work(self.settings.loops.pieces)
 
     def _look(self, sweep: ScanPoints) -> None:
+        """Match a scan with what was seen before; where the grid agrees, take it in."""
         cloud = cloud_of(sweep, self.settings.cloud)
-        if not len(cloud):
+        mapper, track = self.mapper, self.settings.track
+        if not mapper.clouds:
+            mapper.take(cloud, None)
             return
-        self.mapper.see(cloud, measured=self._measured)
+        if len(cloud) < self.settings.match.least_points:
+            mapper.match = None
+            self.confidence.saw_nothing(self.deviation)
+            return
+        found = mapper.fit(cloud, measured=self._measured)
+        if not self._agrees(sweep, found):
+            mapper.match, self._rough = None, math.inf
+            self.confidence.saw(fits=False)
+            return
+        self.confidence.saw(fits=True)
+        mapper.take(cloud, found)
+        if found is None:
+            self._rough = math.inf
+            return
         self._measured = True
-        track, by = self.settings.track, self.mapper.correction
+        by = mapper.correction
         rough = max(norm(by.x, by.y) / track.good, abs(by.heading) / track.good_turn)
-        before = FORGETTING * self._rough if math.isfinite(self._rough) else 0.0
-        self._rough = max(rough, before) if self.mapper.match else math.inf
+        self._rough = max(rough, FORGETTING * self._rough if math.isfinite(self._rough) else 0.0)
+
+    def _agrees(self, sweep: ScanPoints, found: Match | None) -> bool:
+        """Whether the grid agrees with where a scan fits the last keyframes, or else with where odometry has led."""
+        if found is None and not self._measured:
+            return False
+        offset = found.pose if found is not None else self.mapper.offset
+        place = compose(self.start, compose(self.mapper.graph.poses[-1], offset))
+        agreement = agreement_of(self.free_space, sweep, place, self.settings.place)
+        return self.confidence.believes(found, agreement)
+
+    def _seek(self, sweep: ScanPoints) -> None:
+        """Look for the lost robot all over the map, and continue from where it is found."""
+        if self._relocation is None:
+            self._relocation = Relocation(self.mapper, self.free_space, self.start, self.settings)
+        place = self._relocation.look(sweep)
+        if place is not None:
+            self.mapper.go_on(cloud_of(sweep, self.settings.cloud), place.keyframe, place.match)
+            self.confidence.found()
+            self._relocation, self._measured, self._rough = None, True, math.inf

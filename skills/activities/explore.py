@@ -51,6 +51,8 @@ class OnMap(Skill):
         """Along the way."""
         if self._headway.lost(facts):
             return BLOCKED
+        if not facts.world.place_known:
+            return Command(Twist())
         twist = along_way(self.steering(facts), self._way, facts.pose, self._speed, to_rest=to_rest)
         return Command(twist)
 

@@ -176,7 +176,7 @@ def test_a_simulation_elsewhere_is_held_and_goes_on_by_a_tick(elsewhere):
     assert until(debugger).text == "moving was entered"
     reasons = {one.label: one.verdict for one in debugger.step.reasons(0)}
     assert reasons["when space.left -> turning"] == "false"
-    with pytest.raises(RunError, match="runs elsewhere"):
+    with pytest.raises(RunError, match="runs in another process"):
         run.change(0, "turns", "2")
 
 

@@ -10,7 +10,8 @@ class MachineItem extends vscode.TreeItem {
   constructor(readonly uri: vscode.Uri) {
     super(path.basename(uri.fsPath, ".maze-machine"), vscode.TreeItemCollapsibleState.Collapsed);
     this.resourceUri = uri;
-    this.description = vscode.workspace.asRelativePath(path.dirname(uri.fsPath));
+    const folder = path.posix.dirname(vscode.workspace.asRelativePath(uri));
+    this.description = folder === "." ? "" : folder;
     this.contextValue = "machine";
     this.iconPath = new vscode.ThemeIcon("type-hierarchy");
     this.command = { title: "Open", command: "vscode.open", arguments: [uri] };

@@ -1,0 +1,76 @@
+"""No misspelt element, attribute or value of SCXML is accepted: each is named, with a suggestion."""
+
+import pytest
+
+from hsm import MachineError
+from hsm.interchange.scxml import read_text
+from hsm.interchange.scxml.vocabulary import RULES
+
+OPAQUE = ("content", "data", "assign")
+
+
+def ways_in():
+    """For each element, the elements that it may lie in, from the outermost."""
+    found = {"scxml": ("scxml",)}
+    pending = ["scxml"]
+    for parent in pending:
+        for child in sorted(RULES[parent].children if parent not in OPAQUE else ()):
+            if child not in found:
+                found[child] = (*found[parent], child)
+                pending.append(child)
+    return found
+
+
+WAYS = ways_in()
+
+
+def misspelt(word):
+    """A letter left out, two letters swapped, one doubled."""
+    middle = len(word) // 2
+    yield word[:middle] + word[middle + 1 :]
+    yield word[: middle - 1] + word[middle] + word[middle - 1] + word[middle + 1 :]
+    yield word[:middle] + word[middle] + word[middle:]
+
+
+def document(way, attributes="", last=None):
+    """A chart with one element, which lies in those that it must lie in."""
+    *around, element = way
+    inner = f"<{last or element} {attributes}/>"
+    for tag in reversed(around):
+        inner = f"<{tag}>{inner}</{tag}>"
+    return inner.replace("<scxml", '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0"', 1)
+
+
+def findings(text):
+    with pytest.raises(MachineError) as caught:
+        read_text(text)
+    return caught.value.diagnostics
+
+
+def test_every_element_of_the_standard_is_reached():
+    assert WAYS.keys() == RULES.keys()
+
+
+@pytest.mark.parametrize(
+    ("element", "attribute"), [(tag, name) for tag, rule in RULES.items() for name in sorted(rule.attributes)]
+)
+def test_a_misspelt_attribute_is_named(element, attribute):
+    known = RULES[element].attributes
+    for wrong in set(misspelt(attribute)) - known:
+        text = document(WAYS[element], f'{wrong}="a"')
+        (one,) = [one for one in findings(text) if f"`{wrong}` of <{element}>" in one.message]
+        assert one.suggestion.startswith("did you mean `" if len(attribute) > 2 else "leave it out")
+
+
+@pytest.mark.parametrize("element", [one for one in RULES if one != "scxml"])
+def test_a_misspelt_element_is_named(element):
+    for wrong in set(misspelt(element)) - RULES.keys():
+        text = document(WAYS[element], last=wrong)
+        assert any(f"<{wrong}>" in one.message for one in findings(text)), wrong
+
+
+@pytest.mark.parametrize("element", RULES)
+def test_an_attribute_without_a_value_is_named(element):
+    for name in sorted(RULES[element].attributes - {"label", "version"}):
+        text = document(WAYS[element], f'{name}=""')
+        assert any(f"`{name}` of <{element}> is empty" in one.message for one in findings(text)), name

@@ -12,6 +12,7 @@ from maze_machine.drive.mission import drive, prepare
 from maze_machine.remote.operated import OperatedRun
 from maze_machine.report.text_plan import text_plan
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport.description import RobotDescription
 from transport.messages import Pose
 from transport.world import LockstepRobot
 
@@ -35,7 +36,7 @@ def terminal():
     from maze_machine.report.terminal import RunTerminal, TerminalRun  # noqa: PLC0415 - an extra
 
     mission = prepare("pledge", load_profile(), time_limit=60.0)
-    world = SimulatedWorld(find_maze("final_2015"), mission.profile.robot)
+    world = SimulatedWorld(find_maze("final_2015", robot=RobotDescription()), mission.profile.robot)
     operated, shown, robot = OperatedRun(mission, pausable=True), TerminalRun(), LockstepRobot(world)
     operated.answer(b'{"kind": "advance", "ticks": 30}')
 

@@ -20,6 +20,7 @@ import numpy as np
 from sim.formats import Choices, Grey, read_maze
 from sim.free_space import DistanceGrid
 from sim.maze import Maze, MazeError, Nothing, Start
+from transport.description import RobotDescription
 from transport.messages import Pose
 
 SUFFIXES = {".maze", ".txt", ".num", ".pgm", ".png", ".bmp", ".yaml"}
@@ -47,7 +48,7 @@ def read(path: Path, choices: Choices) -> Read:
     """Read one file."""
     began = time.perf_counter()
     try:
-        maze = read_maze(path, choices)
+        maze = read_maze(path, choices, radius=RobotDescription().radius)
     except MazeError as error:
         reason = next((words for part, words in KNOWN if part in error.reason), error.reason)
         return Read(path.name, f"refused: {reason}", time.perf_counter() - began)

@@ -18,6 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
+from transport.description import RobotDescription
+
 # Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -66,7 +68,7 @@ def kinds() -> Iterator[Kind]:
 
 def mazes(drawn: int) -> Iterator[Maze]:
     """The mazes to drive in."""
-    yield find_maze("final_2015")
+    yield find_maze("final_2015", robot=RobotDescription())
     for seed in range(drawn):
         yield generate(Recipe(columns=5, rows=4, corridor=1.0, loops=1, doors=seed % 2, skew=1.0), seed)
 

@@ -27,6 +27,8 @@ from statistics import median, quantiles
 
 import numpy as np
 
+from transport.description import RobotDescription
+
 # Before the folder of the benchmarks, where a script has the name of a package.
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -136,7 +138,7 @@ def draw(folder: Path, count: int, first: int, size: float) -> None:
                 maze = corridor(wanted, f"corridor {seed}")
                 width = min(wanted.width, wanted.opening)
             file = folder / kind / f"{seed:04}.maze"
-            way = shortest_way(maze)
+            way = shortest_way(maze, radius=RobotDescription().radius)
             write_maze(maze if size == 1 else scaled(maze, size), file)
             known[str(file)] = {"narrowest": round(size * width, 3), "way": size * way, "wide": size * WIDE}
     (folder / "known.json").write_text(json.dumps(known, indent=1))
@@ -249,7 +251,11 @@ def least(runs: Iterable[Record]) -> float:
 
 def right_hand_and_theory(records: Iterable[Record]) -> None:
     """Whether the right-hand rule leaves the mazes without doors whose first wall is joined to the outer one."""
-    runs = [(find_maze(one["maze"]), one["solved"]) for one in records if one["machine"] == "right_hand"]
+    runs = [
+        (find_maze(one["maze"], robot=RobotDescription()), one["solved"])
+        for one in records
+        if one["machine"] == "right_hand"
+    ]
     for wanted, said in ((True, "joined to the outer one"), (False, "that of an island")):
         solved = [out for maze, out in runs if not maze.doors and first_wall_is_outer(maze) == wanted]
         print(f"\n`right_hand`, no door, the wall ahead is {said}: {sum(solved)} of {len(solved)} mazes left")

@@ -12,7 +12,7 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
 from toy_world import PERIOD, ToyWorld, seen, wander
@@ -151,8 +151,12 @@ def through_router(seed: int, kind: str, chance: random.Random) -> str:
     expected = [turn(plain) for _ in range(LENGTH)]
     at = chance.randrange(5, LENGTH - 5)
     try:
-        with serving_through(endpoint, gone):
-            robot = connect_robot(endpoint, RobotDescription(name="toy"), LinkSettings(step=8.0), seed=seed)
+        description, settings = RobotDescription(name="toy"), LinkSettings(step=8.0)
+        # A link that is not closed keeps threads, and this process, alive.
+        with (
+            serving_through(endpoint, gone),
+            closing(connect_robot(endpoint, description, settings, seed=seed)) as robot,
+        ):
             for index in range(LENGTH):
                 if index == at and kind == "stop":
                     os.kill(routers[0].pid, signal.SIGSTOP)
@@ -162,7 +166,6 @@ def through_router(seed: int, kind: str, chance: random.Random) -> str:
                     if kind == "restart":
                         routers.append(started("-c", ROUTER, endpoint))
                 rows.append(turn(robot))
-            robot.close()
     except LinkError:
         # A router that does not come back ends the run, with what it brought until then.
         return "good" if kind != "stop" and rows == expected[: len(rows)] else "given up"

@@ -16,6 +16,8 @@ import threading
 from collections import deque
 from pathlib import Path
 
+from transport.description import RobotDescription
+
 ROOT = Path(__file__).parents[1]
 sys.path[0:1] = [str(ROOT)]  # not this folder, whose scripts have the names of packages
 
@@ -48,7 +50,7 @@ def used() -> dict[str, float]:
 
 def over_the_link(minutes: float) -> tuple[dict[str, float], dict[str, float]]:
     """Drive to and fro over the loopback; what was used after a tenth of the time and at the end."""
-    profile, maze = load_profile(), find_maze("corridor")
+    profile, maze = load_profile(), find_maze("corridor", robot=RobotDescription())
     with socket.create_server(("127.0.0.1", 0)) as taken:
         endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
     ended = threading.Event()
@@ -77,7 +79,7 @@ def over_the_link(minutes: float) -> tuple[dict[str, float], dict[str, float]]:
 
 def short_runs(count: int) -> tuple[dict[str, float], dict[str, float]]:
     """Run a machine again and again; what was used after a tenth of the runs and at the end."""
-    profile, maze, first = load_profile(), find_maze("corridor"), used()
+    profile, maze, first = load_profile(), find_maze("corridor", robot=RobotDescription()), used()
     for number in range(count):
         mission = prepare("right_hand", profile, time_limit=1.0)
         robot = LockstepRobot(SimulatedWorld(maze, profile.robot, number))

@@ -247,9 +247,9 @@ def maze_of(name: str) -> Maze:
     if name.startswith("skewed"):
         maze = generate(Recipe(columns=12, rows=12, loops=3, skew=6.0, offset=0.1), int(name.removeprefix("skewed")))
     elif (CONTEST / f"{name}.txt").exists():
-        maze = find_maze(str(CONTEST / f"{name}.txt"))
+        maze = find_maze(str(CONTEST / f"{name}.txt"), robot=RobotDescription())
     else:
-        maze = find_maze(name)
+        maze = find_maze(name, robot=RobotDescription())
     return replace(maze, time_limit=math.inf)
 
 

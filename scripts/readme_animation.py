@@ -18,6 +18,7 @@ from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import drive, prepare
 from maze_machine.drive.tick import Tick
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport.description import RobotDescription
 from transport.messages import Pose
 from transport.world import LockstepRobot
 
@@ -85,7 +86,7 @@ def run() -> Sequence[Frame]:
         maze.write_text(MAZE, encoding="utf-8")
         machine.write_text(machine_text(), encoding="utf-8")
         profile = load_profile()
-        world = SimulatedWorld(find_maze(str(maze)), profile.robot, 0)
+        world = SimulatedWorld(find_maze(str(maze), robot=RobotDescription()), profile.robot, 0)
         robot, mission, frames = LockstepRobot(world), prepare(str(machine), profile), []
 
         def keep(tick: Tick) -> None:

@@ -11,6 +11,7 @@ from pydantic import Field
 from sim.maze import Maze, Start
 from sim.solvability import checked
 from transport.arithmetic import tan
+from transport.description import RobotDescription
 from transport.messages import Pose
 from transport.section import Positive, Settings
 
@@ -74,7 +75,8 @@ def corridor(wanted: Corridor, name: str = "corridor") -> Maze:
     ]
     start = Start(Pose(wanted.misplaced, START, math.radians(90.0 + wanted.misaligned)))
     exits = np.array([(*gate[0], *gate[1])])
-    return checked(Maze(name, np.asarray(walls), start, exits, time_limit=TIME_LIMIT))
+    maze = Maze(name, np.asarray(walls), start, exits, time_limit=TIME_LIMIT)
+    return checked(maze, radius=RobotDescription().radius)  # drawn for PICO
 
 
 def random_corridor(seed: int) -> Corridor:

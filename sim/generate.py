@@ -14,6 +14,7 @@ from sim.layout import Layout, NoRoomError
 from sim.maze import Maze, MazeDoor, MazeError, Point, Start, merge_collinear
 from sim.solvability import LARGEST, UnsolvableError, checked
 from transport.arithmetic import tan
+from transport.description import RobotDescription
 from transport.messages import Pose
 from transport.section import Settings
 
@@ -82,7 +83,8 @@ def generate(recipe: Recipe, seed: int) -> Maze:
     reason = ""
     for _ in range(DRAWINGS):
         try:
-            return checked(_built(_laid_out(recipe, generator), recipe, generator, f"maze {seed}"))
+            maze = _built(_laid_out(recipe, generator), recipe, generator, f"maze {seed}")
+            return checked(maze, radius=RobotDescription().radius)  # drawn for PICO
         except (NoRoomError, UnsolvableError) as error:
             reason = str(error)
     raise MazeError(

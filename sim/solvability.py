@@ -12,7 +12,6 @@ from sim.free_space import DistanceGrid, Flags, flood, within
 from sim.geometry import distances
 from sim.maze import Leave, Maze, Point, Reach, Segments
 from transport.arithmetic import distance_between, norm, norms, square
-from transport.description import RobotDescription
 
 COARSE, STEP = 0.05, 0.025
 """Grid steps of the searches for a way, m: the fine one is tried where the coarse one finds none."""
@@ -46,7 +45,7 @@ class ClosedError(UnsolvableError):
     """A maze without exits whose inside and outside are not connected."""
 
 
-def checked(maze: Maze, radius: float | None = None) -> Maze:
+def checked(maze: Maze, *, radius: float) -> Maze:
     """The completed maze, checked to let a robot reach the goal.
 
     Where the robot is to leave, exits are found if the maze has none, and a way leads out; where it is to reach a
@@ -54,12 +53,11 @@ def checked(maze: Maze, radius: float | None = None) -> Maze:
 
     Args:
         maze: as it was drawn.
-        radius: what must fit everywhere: a disc of this radius, m; by default the one that PICO sweeps when it turns.
+        radius: of the disc that the robot sweeps when it turns, which must fit everywhere, m.
 
     Raises:
         UnsolvableError: it has no walls or is too large, there is no room at the start, or there is no way.
     """
-    radius = RobotDescription().radius if radius is None else radius
     if len(maze.barriers) == 0:
         raise UnsolvableError("the maze has no walls", maze.start_point)
     _refuse_large(maze)
@@ -76,7 +74,7 @@ def checked(maze: Maze, radius: float | None = None) -> Maze:
         maze = _turned_outwards(maze)
     elif maze.goal == Leave():
         maze = _with_exits_found(maze)
-    if isinstance(maze.goal, Leave | Reach) and shortest_way(maze, radius) is None:
+    if isinstance(maze.goal, Leave | Reach) and shortest_way(maze, radius=radius) is None:
         raise _no_way(maze, radius)
     return maze
 
@@ -98,17 +96,16 @@ def _refuse_large(maze: Maze) -> None:
         )
 
 
-def shortest_way(maze: Maze, radius: float | None = None) -> float | None:
+def shortest_way(maze: Maze, *, radius: float) -> float | None:
     """Length of the shortest way, in steps along x and y, from the start through an exit or to the goal, doors open.
 
     Args:
         maze: a maze with exits or a place to reach.
-        radius: what must fit everywhere: a disc of this radius, m; by default the one that PICO sweeps when it turns.
+        radius: of the disc that the robot sweeps when it turns, which must fit everywhere, m.
 
     Returns:
         Metres, or None if no way leads there, or there is no place to reach.
     """
-    radius = RobotDescription().radius if radius is None else radius
     way = _way_on_grid(maze, radius, COARSE)
     return way if way is not None else _way_on_grid(maze, radius, STEP)
 
@@ -163,7 +160,7 @@ def _only(like: Flags, cell: tuple[int, int]) -> Flags:
 def _no_way(maze: Maze, radius: float) -> UnsolvableError:
     """Distinguish a way that is too narrow, and where, from no way at all."""
     leaves = maze.goal == Leave()
-    if shortest_way(maze, THIN) is None:
+    if shortest_way(maze, radius=THIN) is None:
         x, y = maze.start_point
         where = "an exit" if leaves else "the goal"
         return UnsolvableError(
@@ -174,7 +171,7 @@ def _no_way(maze: Maze, radius: float) -> UnsolvableError:
     fitting, stuck = THIN, radius
     while stuck - fitting > STEP / 2:
         middle = (fitting + stuck) / 2
-        fitting, stuck = (fitting, middle) if shortest_way(maze, middle) is None else (middle, stuck)
+        fitting, stuck = (fitting, middle) if shortest_way(maze, radius=middle) is None else (middle, stuck)
     x, y = _bottleneck(maze, fitting, stuck)
     return UnsolvableError(
         f"the way {'out' if leaves else 'to the goal'} is only about {2 * fitting:.2f} m wide at ({x:.2f}, {y:.2f}) m; "

@@ -127,6 +127,7 @@ def generate(
 
     from sim.formats import Choices, write_maze
     from sim.generate import Recipe, generate
+    from transport.description import RobotDescription
     from transport.wording import in_words
 
     columns, times, rows = size.partition("x")
@@ -153,7 +154,7 @@ def generate(
         raise UsageError(in_words({**first, "loc": options}), "see maze generate --help") from None
     drawn = generate(recipe, seed)
     write_maze(drawn, output, Choices(metres_a_cell=corridor))
-    print(f"{output}: {_facts(drawn)}")
+    print(f"{output}: {_facts(drawn, RobotDescription().radius)}")
     if picture is not None:
         _save(drawn, picture)
 
@@ -163,12 +164,12 @@ def _option(name: str) -> str:
     return "--size" if name in ("columns", "rows") else f"--{name.replace('_', '-')}"
 
 
-def _facts(maze: Maze, radius: float | None = None) -> str:
+def _facts(maze: Maze, radius: float) -> str:
     from sim.maze import Leave, Reach
     from sim.solvability import shortest_way
 
     left, bottom, right, top = maze.bounds
-    way = shortest_way(maze, radius)
+    way = shortest_way(maze, radius=radius)
     parts = [
         f"{right - left:.2f} x {top - bottom:.2f} m",
         _count(len(maze.walls), "wall"),

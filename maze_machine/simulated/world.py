@@ -30,19 +30,19 @@ def maze_file(name: str) -> Path:
     return find_file("maze", name, shipped_mazes())
 
 
-def find_maze(name: str, choices: Choices = AS_THE_FILE_SAYS, *, robot: RobotDescription | None = None) -> Maze:
+def find_maze(name: str, choices: Choices = AS_THE_FILE_SAYS, *, robot: RobotDescription) -> Maze:
     """Read a maze of any format from a file, or a shipped one by its name.
 
     Args:
         name: a file, or the name of a shipped maze.
         choices: the user's choices: start, exits, goal, scale.
-        robot: the robot that must fit through it; by default PICO.
+        robot: the robot that must fit through it.
 
     Raises:
         FileError: there is neither.
         MazeError: the file is not a maze, or one in which the robot cannot reach the goal.
     """
-    return read_maze(maze_file(name), choices, radius=robot.radius if robot else None)
+    return read_maze(maze_file(name), choices, radius=robot.radius)
 
 
 class SimulatedWorld:

@@ -24,7 +24,7 @@ FORMATS: tuple[Format, ...] = (
 AS_THE_FILE_SAYS = Choices()
 
 
-def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: float | None = None) -> Maze:
+def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: float) -> Maze:
     """Read a maze of any format, complete its exits and make sure that a robot can reach the goal in it.
 
     The content shows the format: an image, a map's description, a micromouse drawing, six numbers a line, or else our
@@ -33,7 +33,7 @@ def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: 
     Args:
         path: a file of any of the `FORMATS`.
         choices: the user's choices.
-        radius: of the disc that the robot sweeps when it turns, m; by default PICO's.
+        radius: of the disc that the robot sweeps when it turns, m.
 
     Raises:
         MazeError: the file cannot be read, is not a maze, or no robot can reach the goal in it.
@@ -46,7 +46,8 @@ def read_maze(path: Path | str, choices: Choices = AS_THE_FILE_SAYS, *, radius: 
     maze = sketch.maze if choices.objects is None else course.furnished(sketch.maze, Source.of(choices.objects))
     maze = chosen(maze, choices)
     try:
-        return _checked_or_closed(maze, radius) if sketch.may_be_closed and not choices.goal else checked(maze, radius)
+        closed = sketch.may_be_closed and not choices.goal
+        return _checked_or_closed(maze, radius) if closed else checked(maze, radius=radius)
     except UnsolvableError as error:
         raise source.error(error.reason, *sketch.locate(error.at), hint=error.hint) from None
 
@@ -61,11 +62,11 @@ def files_of(path: Path) -> tuple[Path, ...]:
     return (path, image) if image != path and image.is_file() else (path,)
 
 
-def _checked_or_closed(maze: Maze, radius: float | None) -> Maze:
+def _checked_or_closed(maze: Maze, radius: float) -> Maze:
     try:
-        return checked(maze, radius)
+        return checked(maze, radius=radius)
     except ClosedError:
-        return checked(replace(maze, goal=Nothing()), radius)
+        return checked(replace(maze, goal=Nothing()), radius=radius)
 
 
 def write_maze(maze: Maze, path: Path | str, choices: Choices = AS_THE_FILE_SAYS) -> None:

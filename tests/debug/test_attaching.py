@@ -28,6 +28,7 @@ from maze_machine.remote.opened import OpenRun
 from maze_machine.remote.operated import OperatedRun
 from maze_machine.report.outputs import Outputs
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport.description import RobotDescription
 from transport.memory_bus import MemoryNetwork
 from transport.world import LockstepRobot
 
@@ -53,7 +54,7 @@ def recorded(tmp_path_factory):
     """A short recorded run and its trace, line by line."""
     folder = tmp_path_factory.mktemp("recorded")
     mission = prepare("pledge", load_profile("pico"), time_limit=8.0)
-    world = SimulatedWorld(find_maze("final_2015"), mission.profile.robot)
+    world = SimulatedWorld(find_maze("final_2015", robot=RobotDescription()), mission.profile.robot)
     robot, outputs = LockstepRobot(world), Outputs(folder / "run.jsonl", folder / "run.mcap")
     with outputs.watchers(mission, "pledge", world, []) as watchers:
         drive(mission, robot, robot, watchers)
@@ -121,7 +122,7 @@ def elsewhere(walk):
         told = model_json(mission.machine.model, mission.parameters)
         opened = OpenRun(network.bus(), mission, operated, told)
         client = RemoteMachine(network.bus(), mission.profile.robot.name)
-        robot = LockstepRobot(SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0))
+        robot = LockstepRobot(SimulatedWorld(find_maze("corridor", robot=RobotDescription()), mission.profile.robot, 0))
 
         opened.__enter__()
         if pausable:

@@ -47,6 +47,7 @@ from maze_machine.remote.messages import OperationError, read_operation
 from sim.formats import read_maze
 from sim.maze import MazeError
 from transport import codec
+from transport.description import RobotDescription
 from transport.envelope import CommandTag, ObservationTag
 from transport.recording import RecordingError, read_recording
 from transport.session import Lease, SessionState, read_answer, respond
@@ -138,7 +139,7 @@ def maze(name: str, content: bytes, folder: Path) -> None:
     path = folder / name
     path.write_bytes(content)
     try:
-        read_maze(path)
+        read_maze(path, radius=RobotDescription().radius)
     except MazeError as error:
         refused = "\n" not in str(error)
         assert refused

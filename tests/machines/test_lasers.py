@@ -8,7 +8,7 @@ from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import drive, prepare
 from maze_machine.simulated.world import SimulatedWorld
 from sim.formats import read_maze
-from transport.description import Laser
+from transport.description import Laser, RobotDescription
 from transport.world import LockstepRobot
 
 BEHIND_A_BEND = """\
@@ -33,7 +33,7 @@ LASERS = {
 def maze(tmp_path_factory):
     file = tmp_path_factory.mktemp("mazes") / "bend.maze"
     file.write_text(BEHIND_A_BEND)
-    return read_maze(file)
+    return read_maze(file, radius=RobotDescription().radius)
 
 
 def driven(maze, laser, **more):
@@ -60,5 +60,5 @@ def test_a_laser_shorter_than_the_hall_takes_no_place_in_it_for_the_outside(tmp_
         "name hall\nlimit 300\nstart 0.8 6 0\nwall 0 5.5  2 5.5  2 0  11 0  11 5.5  13 5.5\n"
         "wall 0 6.5  2 6.5  2 12  11 12  11 6.5  13 6.5\nwall 0 5.5  0 6.5\nexit 13 5.5  13 6.5\n"
     )
-    ending = driven(read_maze(file), Laser(), range_max=4.0)
+    ending = driven(read_maze(file, radius=RobotDescription().radius), Laser(), range_max=4.0)
     assert ending.outcome != "outside", ending.report

@@ -78,7 +78,9 @@ RUNS = [*product(PROFILED, SOLVERS), ("turtlebot4", "random_mouse")]  # the mous
 @pytest.mark.parametrize(("name", "machine"), RUNS)
 def test_a_profiled_robot_solves_the_maze_of_its_size(name, machine):
     profile = load_profile(name)
-    robot = LockstepRobot(SimulatedWorld(replace(find_maze(name), time_limit=math.inf), profile.robot, 0))
+    robot = LockstepRobot(
+        SimulatedWorld(replace(find_maze(name, robot=profile.robot), time_limit=math.inf), profile.robot, 0)
+    )
     report = drive(prepare(machine, profile, time_limit=400.0), robot, robot).report
     assert report["escaped"], report["line"]
     assert not report["contacts"]
@@ -87,4 +89,4 @@ def test_a_profiled_robot_solves_the_maze_of_its_size(name, machine):
 def test_every_profile_of_a_robot_that_is_no_pico_has_its_maze():
     for name in shipped_profiles():
         if not name.startswith("pico"):
-            assert find_maze(name).doors
+            assert find_maze(name, robot=load_profile(name).robot).doors

@@ -9,6 +9,7 @@ from sim.corridors import Corridor, corridor
 from sim.formats import read_maze
 from sim.generate import Recipe, generate
 from sim.shipped import shipped_mazes
+from transport.description import RobotDescription
 
 SIMPLE = """
 ###########
@@ -79,14 +80,14 @@ def test_a_maze_is_left_although_a_way_in_it_is_passed_over(solve):
 
 def test_the_right_hand_circles_about_an_island_for_ever(solve):
     # The first wall that it meets is the block in the loop of the final.
-    run = solve("right_hand", read_maze(shipped_mazes()["final_2015"]), limit=200)
+    run = solve("right_hand", read_maze(shipped_mazes()["final_2015"], radius=RobotDescription().radius), limit=200)
     assert not run.verdict.escaped
     assert run.verdict.contacts == ()
 
 
 @pytest.mark.parametrize("machine", ["explorer", "pledge", "pledge_smooth", "right_hand_loop", "tremaux"])
 def test_the_final_with_its_door_is_won(solve, machine):
-    run = solve(machine, read_maze(shipped_mazes()["final_2015"]), seed=3, limit=420)
+    run = solve(machine, read_maze(shipped_mazes()["final_2015"], radius=RobotDescription().radius), seed=3, limit=420)
     assert run.verdict.escaped, run.verdict
     assert run.verdict.doors_opened == ("front",)
     assert run.verdict.clearance >= 0.1
@@ -94,7 +95,7 @@ def test_the_final_with_its_door_is_won(solve, machine):
 
 
 def test_turning_while_driving_is_faster(solve):
-    final = read_maze(shipped_mazes()["final_2015"])
+    final = read_maze(shipped_mazes()["final_2015"], radius=RobotDescription().radius)
     on_the_spot = solve("pledge", final).verdict.time
     assert solve("pledge_smooth", final).verdict.time < 0.8 * on_the_spot
 

@@ -10,6 +10,7 @@ from maze_machine.drive.attempts import attempts
 from maze_machine.drive.mission import prepare
 from maze_machine.simulated.settings import simulator_settings
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport.description import RobotDescription
 from transport.messages import STOP
 from transport.world import LockstepRobot
 
@@ -43,7 +44,9 @@ def made(tmp_path):
 
     def run(machine="idle", maze="corridor", *, most=2, rules=(), faults=(), seed=0, time_limit=None):
         mission = prepare(str(idle) if machine == "idle" else machine, load_profile(), time_limit=time_limit)
-        world = SimulatedWorld(find_maze(maze), mission.profile.robot, seed, simulator_settings(rules, faults))
+        world = SimulatedWorld(
+            find_maze(maze, robot=RobotDescription()), mission.profile.robot, seed, simulator_settings(rules, faults)
+        )
         ticks = {}
 
         def watchers(number):

@@ -13,6 +13,7 @@ from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import Mission, drive, prepare
 from maze_machine.simulated.settings import simulator_settings
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport.description import RobotDescription
 from transport.messages import STOP
 from transport.world import LockstepRobot
 
@@ -125,7 +126,7 @@ def test_an_activity_goes_on_where_it_was_however_long_the_robot_was_kept_standi
 @pytest.mark.parametrize("name", sorted(set(shipped_machines()) - {"door", "watch"}))
 def test_every_shipped_machine_ends_where_the_sensors_do_not_come_back(name):
     profile = load_profile()
-    maze = find_maze("corridor" if "corridor" in name else "final_2015")
+    maze = find_maze("corridor" if "corridor" in name else "final_2015", robot=RobotDescription())
     robot = LockstepRobot(
         SimulatedWorld(maze, profile.robot, settings=simulator_settings(faults=["laser_silent at=2"]))
     )

@@ -33,6 +33,7 @@ from maze_machine.remote.operated import BACKLOG, OperatedRun
 from maze_machine.remote.telling import EventForwarder
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.connect import dialling, listening
+from transport.description import RobotDescription
 from transport.memory_bus import MemoryNetwork
 from transport.security import Access, Identity, make_certificates
 from transport.world import LockstepRobot
@@ -72,7 +73,7 @@ def running(mission, *, pausable=True):
     with OpenRun(network.bus(), mission, operated, model_json(mission.machine.model, mission.parameters)) as opened:
         client = RemoteMachine(network.bus(), mission.profile.robot.name)
         assert client.operate(Pause()).done == pausable
-        world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
+        world = SimulatedWorld(find_maze("corridor", robot=RobotDescription()), mission.profile.robot, 0)
         robot = LockstepRobot(world)
         work = threading.Thread(
             target=lambda: drive(mission, robot, robot, [seen.append, opened, operated], operator=operated)
@@ -285,7 +286,7 @@ def tell(talker, network, losses):
 
     lines = []
     with EventForwarder(dial, "pico", losses) as teller:
-        world = SimulatedWorld(find_maze("corridor"), talker.profile.robot, 0)
+        world = SimulatedWorld(find_maze("corridor", robot=RobotDescription()), talker.profile.robot, 0)
         robot = LockstepRobot(world)
         drive(talker, robot, robot, [teller, lambda tick: lines.append(tick.line)])
     return [event for line in lines for event in line.get("sent", ())]
@@ -297,7 +298,7 @@ def test_what_a_machine_sends_is_an_event_of_another_robots_machine(mission, tal
     with OpenRun(network.bus(), mission, operated, model_json(mission.machine.model, {})) as opened:
         client = RemoteMachine(network.bus(), "pico")
         client.operate(Pause())
-        world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
+        world = SimulatedWorld(find_maze("corridor", robot=RobotDescription()), mission.profile.robot, 0)
         robot = LockstepRobot(world)
         watchers = [seen.append, opened, operated]
         work = threading.Thread(target=lambda: drive(mission, robot, robot, watchers, operator=operated))
@@ -339,7 +340,7 @@ def test_a_run_that_stands_still_keeps_its_robot_and_another_pace_is_kept(missio
     assert json.loads(operated.answer(b'{"kind":"pause"}'))["done"] is False
     operated.drives(waits=True, keep=kept.set)
     assert json.loads(operated.answer(b'{"kind":"pause"}'))["done"] is True
-    world = SimulatedWorld(find_maze("corridor"), mission.profile.robot, 0)
+    world = SimulatedWorld(find_maze("corridor", robot=RobotDescription()), mission.profile.robot, 0)
     robot = LockstepRobot(world)
     work = threading.Thread(target=lambda: drive(mission, robot, robot, [seen.append, operated], operator=operated))
     work.start()

@@ -19,6 +19,7 @@ from maze_machine.report.outputs import Outputs
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from maze_machine.view.foxglove import layout
 from transport import codec
+from transport.description import RobotDescription
 from transport.recording import read_recording
 from transport.world import LockstepRobot
 
@@ -29,7 +30,7 @@ def recorded(tmp_path_factory):
     folder = tmp_path_factory.mktemp("recorded")
     profile = load_profile(overrides=["skills.motion.slow_gain=1"])
     mission = prepare("pledge", profile, [("cruise", "0.4 m/s")], time_limit=10.0)
-    world = SimulatedWorld(find_maze("final_2015"), profile.robot)
+    world = SimulatedWorld(find_maze("final_2015", robot=RobotDescription()), profile.robot)
     robot, outputs = LockstepRobot(world), Outputs(folder / "run.jsonl", folder / "run.mcap")
     with outputs.watchers(mission, "pledge", world, []) as watchers:
         drive(mission, robot, robot, watchers)

@@ -10,6 +10,7 @@ from maze_machine.drive.mission import drive, prepare
 from maze_machine.drive.tick import shown_ranges
 from maze_machine.drive.tick_json import LINE
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport.description import RobotDescription
 from transport.world import LockstepRobot
 
 jsonschema = pytest.importorskip("jsonschema")
@@ -25,7 +26,7 @@ def schema():
 def run(machine, seconds=5.0, maze="final_2015"):
     """The ticks of a short run."""
     mission = prepare(machine, load_profile(), time_limit=seconds)
-    world = SimulatedWorld(find_maze(maze), mission.profile.robot)
+    world = SimulatedWorld(find_maze(maze, robot=RobotDescription()), mission.profile.robot)
     robot, seen = LockstepRobot(world), []
     drive(mission, robot, robot, [seen.append], truth=world.pose)
     return mission, world, seen
@@ -72,7 +73,7 @@ def test_a_tick_is_described_once_and_says_the_same_later():
     _, _, again = run("pledge", 3.0)
     at_once = []
     mission = prepare("pledge", load_profile(), time_limit=3.0)
-    world = SimulatedWorld(find_maze("final_2015"), mission.profile.robot)
+    world = SimulatedWorld(find_maze("final_2015", robot=RobotDescription()), mission.profile.robot)
     robot = LockstepRobot(world)
     drive(mission, robot, robot, [lambda tick: at_once.append(json.dumps(tick.json))], truth=world.pose)
     assert [json.dumps(tick.json) for tick in again] == at_once

@@ -9,6 +9,7 @@ from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import drive, prepare
 from maze_machine.drive.trace import TraceWriter
 from maze_machine.simulated.world import SimulatedWorld, find_maze
+from transport.description import RobotDescription
 from transport.world import LockstepRobot
 
 
@@ -19,7 +20,7 @@ def traced(tmp_path):
     def run(seed, seconds=12.0):
         profile = load_profile()
         mission = prepare("pledge", profile, time_limit=seconds)
-        robot = LockstepRobot(SimulatedWorld(find_maze("final_2015"), profile.robot, seed))
+        robot = LockstepRobot(SimulatedWorld(find_maze("final_2015", robot=RobotDescription()), profile.robot, seed))
         file = tmp_path / "trace.jsonl"
         with file.open("w", encoding="utf-8") as out:
             drive(mission, robot, robot, [TraceWriter(out, mission)])

@@ -10,6 +10,7 @@ import pytest
 
 from sim.formats import Choices, read_maze
 from sim.maze import MazeError
+from transport.description import RobotDescription
 
 MAZES = Path(__file__).parent / "mazes"
 CORRIDOR = "start 0.5 0.5 0\nwall 2 0  0 0  0 1  2 1\nexit 2 0  2 1\n"
@@ -35,7 +36,10 @@ EXAMPLES = {
 def test_the_way_an_editor_writes_text_does_not_matter(tmp_path, name, written):
     (tmp_path / "plain").write_text(EXAMPLES[name])
     (tmp_path / "other").write_bytes(written(EXAMPLES[name]))
-    plain, other = read_maze(tmp_path / "plain"), read_maze(tmp_path / "other")
+    plain, other = (
+        read_maze(tmp_path / "plain", radius=RobotDescription().radius),
+        read_maze(tmp_path / "other", radius=RobotDescription().radius),
+    )
     assert plain.walls.tolist() == other.walls.tolist()
     assert (plain.start, plain.exits.tolist()) == (other.start, other.exits.tolist())
 
@@ -43,7 +47,7 @@ def test_the_way_an_editor_writes_text_does_not_matter(tmp_path, name, written):
 def test_a_byte_order_mark_does_not_shift_places(tmp_path):
     (tmp_path / "a.maze").write_bytes("start 0.5 0.5 x".encode("utf-8-sig"))
     with pytest.raises(MazeError) as caught:
-        read_maze(tmp_path / "a.maze")
+        read_maze(tmp_path / "a.maze", radius=RobotDescription().radius)
     assert (caught.value.line, caught.value.column) == (1, 15)
 
 
@@ -68,7 +72,10 @@ SMALL = "o---o---o---o\n|       | G |\no   o---o   o\n| S         |\no---o---o--
 def test_micromouse_drawings_in_their_variants(tmp_path, drawn):
     (tmp_path / "small.txt").write_text(SMALL)
     (tmp_path / "other.txt").write_text(drawn)
-    expected, maze = read_maze(tmp_path / "small.txt"), read_maze(tmp_path / "other.txt")
+    expected, maze = (
+        read_maze(tmp_path / "small.txt", radius=RobotDescription().radius),
+        read_maze(tmp_path / "other.txt", radius=RobotDescription().radius),
+    )
     assert maze.walls.tolist() == expected.walls.tolist()
     if "G" in drawn.upper():
         assert maze.start == expected.start
@@ -79,7 +86,7 @@ def test_micromouse_drawings_in_their_variants(tmp_path, drawn):
 def test_a_mark_in_the_middle_is_no_entrance(tmp_path):
     (tmp_path / "a.txt").write_text((MAZES / "cells.txt").read_text().replace("S", " ").replace("G", "S"))
     with pytest.raises(MazeError, match="not at the outer wall") as caught:
-        read_maze(tmp_path / "a.txt")
+        read_maze(tmp_path / "a.txt", radius=RobotDescription().radius)
     assert (caught.value.line, caught.value.column) == (4, 11)
 
 
@@ -110,7 +117,7 @@ def test_an_image_is_judged_by_its_declared_size(tmp_path, content, reason):
     (tmp_path / "a.png").write_bytes(content)
     tracemalloc.start()
     with pytest.raises(MazeError, match=reason) as caught:
-        read_maze(tmp_path / "a.png")
+        read_maze(tmp_path / "a.png", radius=RobotDescription().radius)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 20e6
@@ -123,7 +130,7 @@ def test_noise_is_no_map(tmp_path):
     pixels = b"".join(line[row % 2 :][:columns] for row in range(rows))
     (tmp_path / "a.pgm").write_bytes(b"P5\n%d %d\n255\n" % (columns, rows) + pixels)
     with pytest.raises(MazeError, match="photograph, or noise"):
-        read_maze(tmp_path / "a.pgm")
+        read_maze(tmp_path / "a.pgm", radius=RobotDescription().radius)
 
 
 @pytest.mark.parametrize(
@@ -153,19 +160,19 @@ def test_noise_is_no_map(tmp_path):
 def test_absurd_text_is_refused_in_one_line(tmp_path, content, reason):
     (tmp_path / "a.maze").write_text(content)
     with pytest.raises(MazeError, match=reason) as caught:
-        read_maze(tmp_path / "a.maze")
+        read_maze(tmp_path / "a.maze", radius=RobotDescription().radius)
     assert str(caught.value).isprintable()
     assert len(str(caught.value)) < 600
 
 
 def test_a_name_from_a_file_cannot_write_to_the_terminal(tmp_path):
     (tmp_path / "a.maze").write_text(CORRIDOR + "name \x1b[2J gone\n")
-    assert read_maze(tmp_path / "a.maze").name == "?[2J gone"
+    assert read_maze(tmp_path / "a.maze", radius=RobotDescription().radius).name == "?[2J gone"
 
 
 def test_cells_are_not_larger_than_the_largest_maze(tmp_path):
     with pytest.raises(MazeError, match="check the metres a cell"):
-        read_maze(MAZES / "cells.txt", Choices(metres_a_cell=60.0))
+        read_maze(MAZES / "cells.txt", Choices(metres_a_cell=60.0), radius=RobotDescription().radius)
 
 
 @pytest.mark.parametrize("special", ["/dev/zero", "/dev/null", "/dev/full", "folder", "pipe", "loop"])
@@ -178,4 +185,4 @@ def test_what_is_no_regular_file_is_refused(tmp_path, special):
     if special == "loop":
         path.symlink_to(path)
     with pytest.raises(MazeError, match=r"not a regular file|cannot be read"):
-        read_maze(path)
+        read_maze(path, radius=RobotDescription().radius)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from sim.corridors import START, WIDTHS, Corridor, corridor, random_corridor
 from sim.formats import read_maze, write_maze
 from sim.solvability import UnsolvableError, shortest_way
+from transport.description import RobotDescription
 
 
 @given(seed=st.integers(0, 2**32))
@@ -20,7 +21,7 @@ def test_every_seed_gives_a_corridor_that_can_be_passed_and_always_the_same(seed
     maze = corridor(wanted)
     along = wanted.length + wanted.opening / 2 - START
     across = wanted.width / 2 + wanted.depth
-    way = shortest_way(maze)
+    way = shortest_way(maze, radius=RobotDescription().radius)
     assert abs(way - along - across) < wanted.opening / 2 + abs(wanted.misplaced) + 0.6
 
 
@@ -41,7 +42,7 @@ def test_the_exit_is_where_it_should_be(side, sign):
 def test_a_corridor_survives_being_written(tmp_path):
     maze = corridor(random_corridor(4))
     write_maze(maze, tmp_path / "corridor.maze")
-    again = read_maze(tmp_path / "corridor.maze")
+    again = read_maze(tmp_path / "corridor.maze", radius=RobotDescription().radius)
     assert np.allclose(again.walls, maze.walls, atol=1e-3)
     assert again.time_limit == maze.time_limit
 

@@ -15,6 +15,7 @@ from sim.geometry import distances
 from sim.maze import MazeError, Nothing
 from sim.shipped import shipped_mazes
 from sim.solvability import shortest_way
+from transport.description import RobotDescription
 
 MAZES = Path(__file__).parent / "mazes"
 FOREIGN = Path(__file__).parents[2].parent / "shared" / "data" / "mazes"
@@ -41,20 +42,24 @@ class TestEveryFormat:
         assert next(other for other in FORMATS if other.recognises(source)) is form
 
     def test_its_files_are_solvable_mazes_with_the_robot_inside(self, form, tmp_path):
-        maze = read_maze(example(form))
+        maze = read_maze(example(form), radius=RobotDescription().radius)
         assert maze.name
         assert np.isfinite(maze.walls).all()
-        assert maze.goal == Nothing() or (len(maze.exits) >= 1 and shortest_way(maze) is not None)
+        assert maze.goal == Nothing() or (
+            len(maze.exits) >= 1 and shortest_way(maze, radius=RobotDescription().radius) is not None
+        )
         left, bottom, right, top = maze.bounds
         assert left < maze.start.pose.x < right
         assert bottom < maze.start.pose.y < top
 
     def test_it_is_written_in_every_suffix_and_read_again(self, form, tmp_path):
-        maze = read_maze(example(form))
+        maze = read_maze(example(form), radius=RobotDescription().radius)
         for suffix in form.suffixes if form.write else ():
             write_maze(maze, tmp_path / f"again{suffix}")
-            again = read_maze(tmp_path / f"again{suffix}")
-            assert shortest_way(again) == pytest.approx(shortest_way(maze), rel=0.1)
+            again = read_maze(tmp_path / f"again{suffix}", radius=RobotDescription().radius)
+            assert shortest_way(again, radius=RobotDescription().radius) == pytest.approx(
+                shortest_way(maze, radius=RobotDescription().radius), rel=0.1
+            )
             assert len(again.doors) == len(maze.doors)
 
     def test_half_a_file_is_read_or_refused_with_its_name(self, form, tmp_path):
@@ -63,7 +68,7 @@ class TestEveryFormat:
             path = tmp_path / f"half{whole.suffix}"
             path.write_bytes(whole.read_bytes()[: int(share * whole.stat().st_size)])
             try:
-                read_maze(path)
+                read_maze(path, radius=RobotDescription().radius)
             except MazeError as error:
                 refusal = str(error)
                 assert refusal.startswith(str(path))
@@ -71,9 +76,9 @@ class TestEveryFormat:
 
 @pytest.mark.parametrize("name", sorted(shipped_mazes()))
 def test_shipped_mazes_can_be_solved_and_survive_being_written(name, tmp_path):
-    maze = read_maze(shipped_mazes()[name])
+    maze = read_maze(shipped_mazes()[name], radius=RobotDescription().radius)
     write_maze(maze, tmp_path / "again.maze")
-    again = read_maze(tmp_path / "again.maze")
+    again = read_maze(tmp_path / "again.maze", radius=RobotDescription().radius)
     assert np.array_equal(again.walls, maze.walls)
     assert np.array_equal(again.exits, maze.exits)
     assert (again.doors, again.objects, again.start) == (maze.doors, maze.objects, maze.start)
@@ -88,16 +93,22 @@ def test_the_final_keeps_the_rules_of_doors(final):
 
 
 def test_micromouse_text_is_used_from_the_goal_outwards():
-    maze = read_maze(MAZES / "cells.txt")
+    maze = read_maze(MAZES / "cells.txt", radius=RobotDescription().radius)
     assert (maze.start.pose.x, maze.start.pose.y) == (2.5, 2.5)
     # The way into the entrance comes from the north, so the opening is in the south, facing south.
     assert maze.exits.tolist() == [[1.0, 0.0, 0.0, 0.0]]
     assert as_set(maze.walls) >= {((1.0, 0.0), (4.0, 0.0)), ((0.0, 4.0), (4.0, 4.0)), ((1.0, 3.0), (1.0, 4.0))}
-    assert read_maze(MAZES / "cells.txt", Choices(metres_a_cell=0.5)).walls.tolist() == (maze.walls / 2).tolist()
+    assert (
+        read_maze(MAZES / "cells.txt", Choices(metres_a_cell=0.5), radius=RobotDescription().radius).walls.tolist()
+        == (maze.walls / 2).tolist()
+    )
 
 
 def test_mms_and_micromouse_files_of_one_maze_have_the_same_walls():
-    drawn, numbered = read_maze(MAZES / "cells.txt"), read_maze(MAZES / "cells.num")
+    drawn, numbered = (
+        read_maze(MAZES / "cells.txt", radius=RobotDescription().radius),
+        read_maze(MAZES / "cells.num", radius=RobotDescription().radius),
+    )
     assert as_set(drawn.walls) == as_set(numbered.walls)
     assert (numbered.start.pose.x, numbered.start.pose.y) == (1.5, 2.5)
 
@@ -116,7 +127,10 @@ def test_heightmap_walls_are_the_outlines_of_black_pixels_in_the_documented_fram
 
 
 def test_png_and_pgm_are_the_same_maze_with_straight_and_slanted_doors():
-    png, pgm = read_maze(MAZES / "doors.png"), read_maze(MAZES / "doors.pgm")
+    png, pgm = (
+        read_maze(MAZES / "doors.png", radius=RobotDescription().radius),
+        read_maze(MAZES / "doors.pgm", radius=RobotDescription().radius),
+    )
     assert np.array_equal(png.walls, pgm.walls)
     assert png.doors == pgm.doors
     assert len(png.exits) == 2
@@ -135,28 +149,30 @@ def test_transparent_and_deep_images_are_read_as_what_they_look_like(tmp_path):
     opaque = np.dstack([np.zeros_like(grey)] * 3 + [255 - grey])
     Image.fromarray(opaque, "RGBA").save(tmp_path / "alpha.png")
     Image.fromarray(grey.astype(np.uint16) * 257).save(tmp_path / "deep.png")
-    expected = read_maze(MAZES / "doors.png")
+    expected = read_maze(MAZES / "doors.png", radius=RobotDescription().radius)
     for name in ("alpha.png", "deep.png"):
-        assert np.array_equal(read_maze(tmp_path / name).walls, expected.walls)
+        assert np.array_equal(read_maze(tmp_path / name, radius=RobotDescription().radius).walls, expected.walls)
 
 
 def test_a_heightmap_written_from_a_maze_has_its_walls_within_a_pixel(final, tmp_path):
     write_maze(final, tmp_path / "final.png")
-    image = read_maze(tmp_path / "final.png")
+    image = read_maze(tmp_path / "final.png", radius=RobotDescription().radius)
     # The robot looks up in both; the image's x is the maze's y, its y points the other way.
     points = image.walls.reshape(-1, 2) @ [[0.0, 1.0], [-1.0, 0.0]]
     away = distances(points + np.array([1.5, -0.45]), final.walls).min(axis=1)
     assert away.max() < 2 * 0.025
     assert len(image.doors) == len(image.exits) == 1
     assert image.doors[0].length == pytest.approx(1.0, abs=0.06)
-    assert shortest_way(image) == pytest.approx(shortest_way(final), abs=0.2)
+    assert shortest_way(image, radius=RobotDescription().radius) == pytest.approx(
+        shortest_way(final, radius=RobotDescription().radius), abs=0.2
+    )
 
 
 def test_cells_survive_being_written(tmp_path):
-    maze = read_maze(MAZES / "cells.txt")
+    maze = read_maze(MAZES / "cells.txt", radius=RobotDescription().radius)
     for name in ("again.txt", "again.maze"):
         write_maze(maze, tmp_path / name)
-        assert as_set(read_maze(tmp_path / name).walls) == as_set(maze.walls)
+        assert as_set(read_maze(tmp_path / name, radius=RobotDescription().radius).walls) == as_set(maze.walls)
     cells = micromouse.parse(Source(MAZES / "cells.txt", (MAZES / "cells.txt").read_bytes()))
     again = mms.parse(Source(Path("cells.num"), mms.numbered(cells).encode()))
     assert as_set(exit_maze(again, 1.0).walls) == as_set(exit_maze(cells, 1.0).walls)
@@ -206,7 +222,7 @@ def test_a_bad_maze_file_is_refused_with_place_and_reason(content, place, reason
     path = tmp_path / "bad.maze"
     path.write_text(content)
     with pytest.raises(MazeError, match=reason) as caught:
-        read_maze(path)
+        read_maze(path, radius=RobotDescription().radius)
     if place != (None, None):
         assert (caught.value.line, caught.value.column) == place
     assert str(caught.value).startswith(str(path))
@@ -234,7 +250,7 @@ def test_a_bad_micromouse_maze_is_refused_with_place_and_reason(content, place, 
     path = tmp_path / "bad.txt"
     path.write_text(content)
     with pytest.raises(MazeError, match=reason) as caught:
-        read_maze(path)
+        read_maze(path, radius=RobotDescription().radius)
     assert (caught.value.line, caught.value.column) == place
 
 
@@ -252,7 +268,7 @@ def test_a_bad_mms_maze_is_refused_with_line_and_reason(content, line, reason, t
     path = tmp_path / "bad.num"
     path.write_text(content)
     with pytest.raises(MazeError, match=reason) as caught:
-        read_maze(path)
+        read_maze(path, radius=RobotDescription().radius)
     assert caught.value.line == line
 
 
@@ -270,19 +286,19 @@ def test_a_bad_image_is_refused(tmp_path):
         path = tmp_path / "bad.png"
         path.write_bytes(_png(image))
         with pytest.raises(MazeError, match=reason) as caught:
-            read_maze(path)
+            read_maze(path, radius=RobotDescription().radius)
         assert (caught.value.line, caught.value.column) == place
     path.write_bytes(_png(closed)[:60])
     with pytest.raises(MazeError, match="cannot be decoded"):
-        read_maze(path)
+        read_maze(path, radius=RobotDescription().radius)
 
 
 def test_a_file_that_is_not_there_or_no_text_is_refused(tmp_path):
     with pytest.raises(MazeError, match="cannot be read"):
-        read_maze(tmp_path / "none.maze")
+        read_maze(tmp_path / "none.maze", radius=RobotDescription().radius)
     (tmp_path / "binary.maze").write_bytes(b"start 1 1 0\n\xff\xfe")
     with pytest.raises(MazeError, match="neither an image nor text") as caught:
-        read_maze(tmp_path / "binary.maze")
+        read_maze(tmp_path / "binary.maze", radius=RobotDescription().radius)
     assert caught.value.line == 2
 
 
@@ -325,8 +341,8 @@ def test_every_foreign_maze_is_read_and_can_be_solved():
     paths = sorted(FOREIGN.glob("*/*"))
     assert len(paths) > 40
     for path in paths:
-        maze = read_maze(path)
-        assert shortest_way(maze) is not None
+        maze = read_maze(path, radius=RobotDescription().radius)
+        assert shortest_way(maze, radius=RobotDescription().radius) is not None
         assert len(maze.exits) >= 1
 
 
@@ -334,6 +350,6 @@ def test_an_exit_that_is_not_drawn_is_found_and_faces_outwards(final, tmp_path):
     path = tmp_path / "open.maze"
     lines = text.write(final).decode().splitlines()
     path.write_text("\n".join(line for line in lines if not line.startswith("exit")))
-    (found,) = read_maze(path).exits.tolist()
+    (found,) = read_maze(path, radius=RobotDescription().radius).exits.tolist()
     (drawn,) = final.exits.tolist()
     assert found == pytest.approx(drawn, abs=0.1)

@@ -13,6 +13,7 @@ from PIL import Image
 from sim.formats import Choices, read_maze, write_maze
 from sim.maze import MazeError, Nothing
 from sim.solvability import shortest_way
+from transport.description import RobotDescription
 
 WORDS = ["wall", "start", "exit", "door", "object", "name", "limit", "box", "outline", "path", "speed", "near", "#"]
 number = st.one_of(st.integers(-3, 5), st.sampled_from([0.5, 1e300, -1e-300, 1e9])).map(str)
@@ -24,11 +25,11 @@ cells = st.lists(st.lists(st.integers(0, 2).map(str), min_size=6, max_size=6).ma
 
 def read_or_refuse(path):
     try:
-        maze = read_maze(path)
+        maze = read_maze(path, radius=RobotDescription().radius)
     except MazeError as error:
         refusal = str(error)
     else:
-        assert maze.goal == Nothing() or shortest_way(maze) is not None
+        assert maze.goal == Nothing() or shortest_way(maze, radius=RobotDescription().radius) is not None
         write_maze(maze, path.with_suffix(".again.maze"))
         return
     assert refusal.startswith(str(path))
@@ -89,7 +90,9 @@ def test_any_objects_of_the_course(folder, content):
     path = folder / "config.json"
     path.write_text(json.dumps(content))
     try:
-        read_maze(Path(__file__).parent / "mazes" / "rooms.yaml", Choices(objects=path))
+        read_maze(
+            Path(__file__).parent / "mazes" / "rooms.yaml", Choices(objects=path), radius=RobotDescription().radius
+        )
     except MazeError as error:
         refusal = str(error)
         assert refusal.isprintable()

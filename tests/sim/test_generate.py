@@ -16,6 +16,7 @@ from sim.maze import MazeError
 from sim.picture import save_picture
 from sim.shipped import shipped_mazes
 from sim.solvability import shortest_way
+from transport.description import RobotDescription
 
 RECIPES = [
     Recipe(),
@@ -48,7 +49,7 @@ def test_every_seed_gives_a_solvable_maze_and_always_the_same(recipe, seed):
     again = generate(recipe, seed)
     assert np.array_equal(maze.walls, again.walls)
     assert (maze.doors, maze.start, maze.exits.tolist()) == (again.doors, again.start, again.exits.tolist())
-    assert shortest_way(maze) is not None
+    assert shortest_way(maze, radius=RobotDescription().radius) is not None
     assert len(maze.doors) == recipe.doors
     for door in maze.doors:
         assert 0.5 <= door.length <= 1.5
@@ -66,7 +67,7 @@ def test_doors_must_be_passed(seed):
     recipe = RECIPES[1]
     maze = generate(recipe, seed)
     shut = np.concatenate([maze.walls, [[*door.leaf[0], *door.leaf[1]] for door in maze.doors]])
-    assert shortest_way(replace(maze, walls=shut), 0.1) is None
+    assert shortest_way(replace(maze, walls=shut), radius=0.1) is None
 
 
 @given(seed=st.integers(0, 2**32))
@@ -85,7 +86,10 @@ def test_a_door_ends_a_way_between_two_walls(seed):
 def test_an_open_door_shuts_no_other_way(seed):
     maze = generate(Recipe(columns=6, rows=3, doors=2), seed)
     slid = [[*second, *(2 * np.array(second) - first)] for first, second in (door.leaf for door in maze.doors)]
-    assert shortest_way(replace(maze, walls=np.concatenate([maze.walls, slid]))) is not None
+    assert (
+        shortest_way(replace(maze, walls=np.concatenate([maze.walls, slid])), radius=RobotDescription().radius)
+        is not None
+    )
 
 
 def test_islands_are_blocks_with_a_way_around():
@@ -122,19 +126,21 @@ def test_the_corridors_have_their_width():
 def test_a_generated_maze_survives_being_written(recipe, tmp_path):
     maze = generate(recipe, 5)
     write_maze(maze, tmp_path / "maze.maze")
-    again = read_maze(tmp_path / "maze.maze")
+    again = read_maze(tmp_path / "maze.maze", radius=RobotDescription().radius)
     assert np.array_equal(again.walls, maze.walls)
     assert again.doors == maze.doors
     write_maze(maze, tmp_path / "maze.png")
-    assert len(read_maze(tmp_path / "maze.png").doors) == recipe.doors
+    assert len(read_maze(tmp_path / "maze.png", radius=RobotDescription().radius).doors) == recipe.doors
 
 
 def test_plain_mazes_can_be_written_as_cells(tmp_path):
     for seed in range(10):
         maze = generate(Recipe(), seed)
         write_maze(maze, tmp_path / "maze.txt")
-        again = read_maze(tmp_path / "maze.txt")
-        assert shortest_way(again) == pytest.approx(shortest_way(maze))
+        again = read_maze(tmp_path / "maze.txt", radius=RobotDescription().radius)
+        assert shortest_way(again, radius=RobotDescription().radius) == pytest.approx(
+            shortest_way(maze, radius=RobotDescription().radius)
+        )
 
 
 def test_a_recipe_that_cannot_be_cooked_is_refused_with_a_reason():
@@ -149,7 +155,7 @@ def test_a_recipe_that_cannot_be_cooked_is_refused_with_a_reason():
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
 def test_a_picture_is_drawn(suffix, tmp_path):
     path = tmp_path / f"maze{suffix}"
-    for maze in (generate(RECIPES[1], 2), read_maze(shipped_mazes()["dynamic"])):
+    for maze in (generate(RECIPES[1], 2), read_maze(shipped_mazes()["dynamic"], radius=RobotDescription().radius)):
         save_picture(maze, path)
         assert path.read_bytes().startswith((b"\x89PNG", b"<?xml"))
 

@@ -22,6 +22,7 @@ from sim.robot import SimulatedRobot
 from sim.settings import Rules, SimulatorSettings
 from sim.solvability import shortest_way
 from sim.world import UNKNOWN
+from transport.description import RobotDescription
 from transport.messages import STOP, Command, Pose, Twist
 
 MAZES = Path(__file__).parent / "mazes"
@@ -46,24 +47,32 @@ def room(free=254, wall=0, around=205):
 
 class TestMapsOfMappingTools:
     def test_unknown_cells_are_edges_and_no_doors(self):
-        maze = read_maze(ROOMS)
+        maze = read_maze(ROOMS, radius=RobotDescription().radius)
         assert maze.doors == ()
         assert maze.goal == Nothing()
         # A hole of 0.25 m in the wall at the west, seen from inside.
         assert [sorted(edge) for edge in maze.unknown.tolist()] == [pytest.approx([-0.95, -0.95, -0.5, -0.25])]
 
     def test_the_robot_is_put_down_at_the_maps_origin_or_in_its_middle(self, tmp_path):
-        assert read_maze(ROOMS).start.pose == Pose()
+        assert read_maze(ROOMS, radius=RobotDescription().radius).start.pose == Pose()
         grid = np.full((30, 40), 254, dtype=np.uint8)
         grid[0] = 0
-        pose = read_maze(described(tmp_path, grid, origin=[10, 20, 0])).start.pose
+        pose = read_maze(described(tmp_path, grid, origin=[10, 20, 0]), radius=RobotDescription().radius).start.pose
         assert (pose.x, pose.y, pose.heading) == pytest.approx((12.0, 21.5, math.pi / 2))
 
     def test_the_frame_is_the_maps_own(self, tmp_path):
-        straight = read_maze(described(tmp_path, room(), origin=[1, 2, 0]), Choices(start=Start(Pose(2.1, 2.6, 0.0))))
+        straight = read_maze(
+            described(tmp_path, room(), origin=[1, 2, 0]),
+            Choices(start=Start(Pose(2.1, 2.6, 0.0))),
+            radius=RobotDescription().radius,
+        )
         assert straight.bounds == pytest.approx((1.0, 2.0, 3.2, 3.2))
         yaw = math.pi / 2
-        turned = read_maze(described(tmp_path, room(), origin=[1, 2, yaw]), Choices(start=Start(Pose(0.4, 3.1, 0.0))))
+        turned = read_maze(
+            described(tmp_path, room(), origin=[1, 2, yaw]),
+            Choices(start=Start(Pose(0.4, 3.1, 0.0))),
+            radius=RobotDescription().radius,
+        )
         assert turned.bounds == pytest.approx((-0.2, 2.0, 1.0, 4.2))
 
     @pytest.mark.parametrize(
@@ -79,7 +88,11 @@ class TestMapsOfMappingTools:
         ids=["trinary", "negated", "negated by a word", "scale", "raw", "other thresholds"],
     )
     def test_thresholds_negation_and_modes_are_the_map_servers(self, tmp_path, said, image):
-        maze = read_maze(described(tmp_path, image, **said), Choices(start=Start(Pose(1.1, 0.6, 0.0))))
+        maze = read_maze(
+            described(tmp_path, image, **said),
+            Choices(start=Start(Pose(1.1, 0.6, 0.0))),
+            radius=RobotDescription().radius,
+        )
         expected = {(0.1, 0.1, 0.1, 1.1), (2.1, 0.1, 2.1, 1.1), (0.1, 0.1, 2.1, 0.1), (0.1, 1.1, 2.1, 1.1)}
         drawn = {tuple(np.round([*min(a, b), *max(a, b)], 6)) for *a, c, d in maze.walls.tolist() for b in [[c, d]]}
         assert expected <= drawn
@@ -96,24 +109,30 @@ class TestMapsOfMappingTools:
         image = np.asarray(Image.open(MAZES / "rooms.pgm"))
         Image.fromarray(image).save(tmp_path / "alone.png")
         choices = Choices(start=Start(Pose(1.5, 4.0, 0.0)), goal=Reach((4.5, 4.0)))
-        alone = read_maze(tmp_path / "alone.png", choices)
+        alone = read_maze(tmp_path / "alone.png", choices, radius=RobotDescription().radius)
         assert alone.doors == ()
-        described = read_maze(ROOMS)
+        described = read_maze(ROOMS, radius=RobotDescription().radius)
         assert np.allclose(alone.walls - [1.5, 4.0] * 2, described.walls)
-        assert read_maze(MAZES / "rooms.pgm").start == described.start, "the description beside it is used"
+        assert read_maze(MAZES / "rooms.pgm", radius=RobotDescription().radius).start == described.start, (
+            "the description beside it is used"
+        )
 
     def test_the_map_savers_comment_gives_the_scale(self, tmp_path):
         content = (MAZES / "rooms.pgm").read_bytes()
         (tmp_path / "alone.pgm").write_bytes(content.replace(b"P5\n", b"P5\n# CREATOR: map_saver.cpp 0.100 m/pix\n", 1))
-        maze = read_maze(tmp_path / "alone.pgm", Choices(start=Start(Pose(3.0, 8.0, 0.0))))
+        maze = read_maze(
+            tmp_path / "alone.pgm", Choices(start=Start(Pose(3.0, 8.0, 0.0))), radius=RobotDescription().radius
+        )
         assert maze.bounds[2] - maze.bounds[0] == pytest.approx(13.0)
 
     def test_a_map_that_was_moved_with_its_image_is_read(self, tmp_path):
         file = described(tmp_path, room(), image="/opt/maps/map.png")
-        assert len(read_maze(file, Choices(start=Start(Pose(1.1, 0.6, 0.0)))).walls) == 8
+        assert (
+            len(read_maze(file, Choices(start=Start(Pose(1.1, 0.6, 0.0))), radius=RobotDescription().radius).walls) == 8
+        )
 
     def test_a_robot_that_touches_the_edge_of_the_unknown_is_told_so(self):
-        maze = replace(read_maze(ROOMS), start=Start(Pose(-0.5, -0.375, math.pi)))
+        maze = replace(read_maze(ROOMS, radius=RobotDescription().radius), start=Start(Pose(-0.5, -0.375, math.pi)))
         robot = SimulatedRobot(maze)
         while not robot.finished:
             robot.command(Command(Twist(0.5, 0.0, 0.0)))
@@ -121,9 +140,9 @@ class TestMapsOfMappingTools:
         assert robot.verdict.outcome is AttemptOutcome.TOUCHED
 
     def test_it_survives_being_written_as_our_own(self, tmp_path):
-        maze = read_maze(ROOMS, Choices(goal=Reach((3.0, -0.4), 0.25)))
+        maze = read_maze(ROOMS, Choices(goal=Reach((3.0, -0.4), 0.25)), radius=RobotDescription().radius)
         write_maze(maze, tmp_path / "again.maze")
-        again = read_maze(tmp_path / "again.maze")
+        again = read_maze(tmp_path / "again.maze", radius=RobotDescription().radius)
         assert np.array_equal(again.walls, maze.walls)
         assert np.array_equal(again.unknown, maze.unknown)
         assert (again.goal, again.start) == (maze.goal, maze.start)
@@ -152,7 +171,7 @@ class TestMapsOfMappingTools:
     )
     def test_a_wrong_description_is_refused(self, tmp_path, said, reason):
         with pytest.raises(MazeError, match=reason) as caught:
-            read_maze(described(tmp_path, room(), **said))
+            read_maze(described(tmp_path, room(), **said), radius=RobotDescription().radius)
         assert "\n" not in str(caught.value)
 
     @given(values=st.lists(st.integers(0, 255), min_size=1, max_size=20), negate=st.booleans())
@@ -184,7 +203,7 @@ CONFIG = {
 class TestTheCoursesObjects:
     def read(self, folder, content):
         (folder / "config.json").write_text(content if isinstance(content, str) else json.dumps(content))
-        return read_maze(ROOMS, Choices(objects=folder / "config.json"))
+        return read_maze(ROOMS, Choices(objects=folder / "config.json"), radius=RobotDescription().radius)
 
     def test_they_are_put_into_the_maze(self, tmp_path):
         maze = self.read(tmp_path, CONFIG)
@@ -198,7 +217,7 @@ class TestTheCoursesObjects:
     def test_a_chosen_start_goes_first(self, tmp_path):
         (tmp_path / "config.json").write_text(json.dumps(CONFIG))
         chosen = Choices(objects=tmp_path / "config.json", start=Start(Pose(0.1, 0.1, 0.0)))
-        assert read_maze(ROOMS, chosen).start == chosen.start
+        assert read_maze(ROOMS, chosen, radius=RobotDescription().radius).start == chosen.start
 
     @pytest.mark.parametrize(
         ("content", "reason"),
@@ -221,7 +240,7 @@ class TestTheCoursesObjects:
     def test_as_a_maze_it_says_how_it_is_used(self, tmp_path):
         (tmp_path / "config.json").write_text(json.dumps(CONFIG))
         with pytest.raises(MazeError, match="with `--objects`"):
-            read_maze(tmp_path / "config.json")
+            read_maze(tmp_path / "config.json", radius=RobotDescription().radius)
 
     def test_grey_of_its_map_can_be_read_as_doors(self, tmp_path):
         grid = np.full((60, 60), 255, dtype=np.uint8)
@@ -230,10 +249,10 @@ class TestTheCoursesObjects:
         grid[20, :] = 0
         grid[20, 20:40] = 127
         file = described(tmp_path, grid, occupied_thresh=0.9, free_thresh=0.1, resolution=0.05)
-        (door,) = read_maze(file, Choices(grey=Grey.DOOR)).doors
+        (door,) = read_maze(file, Choices(grey=Grey.DOOR), radius=RobotDescription().radius).doors
         assert door.length == pytest.approx(1.0)
-        assert len(read_maze(file).unknown) == 2
-        assert len(read_maze(file, Choices(grey=Grey.SPLIT)).unknown) == 0
+        assert len(read_maze(file, radius=RobotDescription().radius).unknown) == 2
+        assert len(read_maze(file, Choices(grey=Grey.SPLIT), radius=RobotDescription().radius).unknown) == 0
 
 
 ROOM = "start 1 1 0\nwall 0 0  2 0  2 2  0 2  0 0\n"
@@ -247,16 +266,16 @@ class TestWhatIsChosen:
 
     def test_a_closed_maze_is_refused_unless_another_goal_is_chosen(self, closed):
         with pytest.raises(MazeError, match=r"no way leads .* choose another goal"):
-            read_maze(closed)
+            read_maze(closed, radius=RobotDescription().radius)
         for goal in (Reach((0.5, 0.5)), Survive(20.0), Nothing()):
-            assert read_maze(closed, Choices(goal=goal)).goal == goal
+            assert read_maze(closed, Choices(goal=goal), radius=RobotDescription().radius).goal == goal
 
     def test_a_closed_image_is_a_world_in_which_nothing_is_to_be_done(self, tmp_path):
         image = np.full((80, 80), 255, dtype=np.uint8)
         image[10:70, 10:70] = 0
         image[12:68, 12:68] = 255
         Image.fromarray(image).save(tmp_path / "closed.png")
-        assert read_maze(tmp_path / "closed.png").goal == Nothing()
+        assert read_maze(tmp_path / "closed.png", radius=RobotDescription().radius).goal == Nothing()
 
     def test_a_file_says_its_goal(self, closed):
         for line, goal in (
@@ -266,29 +285,31 @@ class TestWhatIsChosen:
             ("goal 0.5 0.5 0.1", Reach((0.5, 0.5), 0.1)),
         ):
             closed.write_text(f"{ROOM}{line}\n")
-            assert read_maze(closed).goal == goal
+            assert read_maze(closed, radius=RobotDescription().radius).goal == goal
 
     def test_a_goal_that_cannot_be_reached_is_refused(self, closed):
         with pytest.raises(MazeError, match=r"no way leads .* to the goal"):
-            read_maze(closed, Choices(goal=Reach((5.0, 5.0))))
+            read_maze(closed, Choices(goal=Reach((5.0, 5.0))), radius=RobotDescription().radius)
         with pytest.raises(MazeError, match="the way to the goal is only about"):
-            read_maze(closed, Choices(goal=Reach((1.95, 1.95), 0.1)))
+            read_maze(closed, Choices(goal=Reach((1.95, 1.95), 0.1)), radius=RobotDescription().radius)
 
     def test_a_chosen_exit_opens_the_wall_along_it(self, closed):
-        maze = read_maze(closed, Choices(exits=(((2.0, 0.5), (2.0, 1.5)),)))
+        maze = read_maze(closed, Choices(exits=(((2.0, 0.5), (2.0, 1.5)),)), radius=RobotDescription().radius)
         assert maze.goal == Leave()
         assert len(maze.exits) == 1
-        assert shortest_way(maze) is not None
+        assert shortest_way(maze, radius=RobotDescription().radius) is not None
 
     def test_a_chosen_exit_replaces_the_files(self):
-        maze = read_maze(MAZES / "cells.txt", Choices(exits=(((4.0, 3.0), (4.0, 4.0)),)))
+        maze = read_maze(
+            MAZES / "cells.txt", Choices(exits=(((4.0, 3.0), (4.0, 4.0)),)), radius=RobotDescription().radius
+        )
         assert {tuple(sorted(edge)) for edge in maze.exits.tolist()} == {(3.0, 4.0, 4.0, 4.0)}
-        assert read_maze(MAZES / "cells.txt").exits.tolist() != maze.exits.tolist()
+        assert read_maze(MAZES / "cells.txt", radius=RobotDescription().radius).exits.tolist() != maze.exits.tolist()
 
     def test_the_robot_decides_what_fits(self, tmp_path):
         (tmp_path / "narrow.maze").write_text("start 0.2 0.2 0\nwall 2 0 0 0 0 0.4 2 0.4\nexit 2 0 2 0.4\n")
         with pytest.raises(MazeError, match="does not fit at its start"):
-            read_maze(tmp_path / "narrow.maze")
+            read_maze(tmp_path / "narrow.maze", radius=RobotDescription().radius)
         assert len(read_maze(tmp_path / "narrow.maze", radius=0.105).exits) == 1
 
     @given(
@@ -388,17 +409,17 @@ def test_areas_hang_together_and_are_all_there(rows, columns, seed, share):
 
 def test_an_image_of_every_kind_is_read(tmp_path):
     grey = np.asarray(Image.open(MAZES / "doors.png"))
-    expected = read_maze(MAZES / "doors.png")
+    expected = read_maze(MAZES / "doors.png", radius=RobotDescription().radius)
     for kind in ("PNG", "PPM", "BMP", "GIF"):
         buffer = io.BytesIO()
         Image.fromarray(grey).save(buffer, kind)
         (tmp_path / "any").write_bytes(buffer.getvalue())
-        assert np.array_equal(read_maze(tmp_path / "any").walls, expected.walls), kind
+        assert np.array_equal(read_maze(tmp_path / "any", radius=RobotDescription().radius).walls, expected.walls), kind
 
 
 def test_grey_edges_can_be_split(tmp_path):
     grey = np.asarray(Image.open(MAZES / "doors.png"))
-    split = read_maze(MAZES / "doors.png", Choices(grey=Grey.SPLIT))
+    split = read_maze(MAZES / "doors.png", Choices(grey=Grey.SPLIT), radius=RobotDescription().radius)
     assert split.doors == ()
-    assert len(split.walls) > len(read_maze(MAZES / "doors.png").walls)
+    assert len(split.walls) > len(read_maze(MAZES / "doors.png", radius=RobotDescription().radius).walls)
     assert ((grey >= 50) & (grey <= 205)).any()

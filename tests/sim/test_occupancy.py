@@ -10,12 +10,13 @@ from sim.geometry import distances
 from sim.maze import Maze, Start
 from sim.occupancy import FREE, OCCUPIED, UNKNOWN, occupancy
 from sim.shipped import shipped_mazes
+from transport.description import RobotDescription
 from transport.messages import Pose
 
 
 @pytest.mark.parametrize("name", ["final_2015", "corridor"])
 def test_each_cell_is_what_is_there(name):
-    maze = read_maze(shipped_mazes()[name])
+    maze = read_maze(shipped_mazes()[name], radius=RobotDescription().radius)
     cells, edge, (left, bottom) = occupancy(maze)
     rows, columns = cells.shape
     x, y = np.meshgrid(left + edge * (np.arange(columns) + 0.5), bottom + edge * (np.arange(rows) + 0.5))

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim.geometry import edges, outline_distance, placed
@@ -230,6 +230,22 @@ def test_a_base_on_two_wheels_does_not_move_sideways():
             assert moved.left == pytest.approx(0.0, abs=2e-4)
             assert simulation.observation.odometry.twist.left == 0.0
     assert math.dist((simulation.truth().x, simulation.truth().y), (4.0, 4.0)) > 0.3
+
+
+sizes = st.floats(0.1, 0.6)
+velocities = st.floats(-3.0, 3.0)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(sizes, sizes, sizes, st.lists(st.builds(Twist, velocities, velocities, velocities), min_size=1, max_size=5))
+def test_no_base_on_two_wheels_moves_sideways_whatever_it_is_sent(track, speed, half, twists):
+    base = {"kind": "differential", "track": track, "wheel_speed": speed}
+    footprint = ((half, half), (-half, half), (-half, -half), (half, -half))
+    robot = RobotDescription.model_validate({"base": base, "footprint": footprint})
+    simulation = Simulation(room(start=Pose(4.0, 4.0, 0.7)), robot, settings=SimulatorSettings())
+    for twist in twists:
+        simulation.step(Command(twist))
+        assert simulation.observation.odometry.twist.left == 0.0
 
 
 @pytest.mark.parametrize("wanted", [Twist(0.5, 0.0, 1.0), Twist(0.0, 0.0, 5.0), Twist(-0.5, 0.0, 0.3)])

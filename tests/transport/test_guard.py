@@ -195,9 +195,9 @@ def test_whatever_is_sent_the_base_keeps_its_limits(twist: Twist, translation: s
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)
-@given(st.builds(Twist, finite, finite, finite))
-def test_a_base_that_cannot_move_sideways_is_never_told_to(twist: Twist) -> None:
-    driven = Driven(base="differential")
+@given(st.builds(Twist, finite, finite, finite), st.floats(0.05, 2.0), st.floats(0.05, 2.0))
+def test_a_base_that_cannot_move_sideways_is_never_told_to(twist: Twist, track: float, speed: float) -> None:
+    driven = Driven(base={"kind": "differential", "track": track, "wheel_speed": speed})
     driven.show()
     assert driven.send(twist)
     assert driven.guard.twist().left == 0.0

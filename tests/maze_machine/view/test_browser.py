@@ -79,7 +79,7 @@ def opened(browser):
 def driven():
     """The ticks of the first seconds of a run of pledge, with its mission and world."""
     mission = prepare("pledge", load_profile(), time_limit=SECONDS)
-    world = SimulatedWorld(find_maze("final_2015"), mission.profile.robot)
+    world = SimulatedWorld(find_maze("final_2015", robot=RobotDescription()), mission.profile.robot)
     robot, frames = LockstepRobot(world), []
     shown = ShownRun(lambda frame: frames.append(frame()), lambda _: None)
     ending = drive(mission, robot, robot, [shown], truth=world.pose)
@@ -269,7 +269,7 @@ def test_it_fits_every_window_and_its_labels_can_be_read(opened, recorded, width
 
 def test_a_machine_elsewhere_is_shown_with_what_perception_found(opened, free_endpoint, monkeypatch):
     mission = prepare("pledge", load_profile(), time_limit=SECONDS)
-    world = SimulatedWorld(find_maze("final_2015"), mission.profile.robot)
+    world = SimulatedWorld(find_maze("final_2015", robot=RobotDescription()), mission.profile.robot)
     operated, robot, pages = OperatedRun(mission, pausable=True), LockstepRobot(world), Queue()
     operated.answer(b'{"kind": "advance", "ticks": 20}')
     monkeypatch.setattr("maze_machine.commands.opened_run.announce", pages.put)

@@ -15,6 +15,7 @@ from maze_machine.simulated.world import SimulatedWorld, find_maze
 from maze_machine.view.palette import DOOR, EXIT, INKS
 from maze_machine.view.run_figure import Scene, Trail, save_picture
 from maze_machine.view.run_plot import RunSeries, save_plot
+from transport.description import RobotDescription
 from transport.recording import Recorder, read_recording
 from transport.world import LockstepRobot
 
@@ -89,7 +90,7 @@ def test_a_plot_shows_the_path_the_curves_and_the_lanes(tmp_path, suffix):
 def test_a_recording_becomes_a_plot(tmp_path):
     profile, file = load_profile(), tmp_path / "run.mcap"
     mission = prepare("pledge", profile, time_limit=3.0)
-    world = SimulatedWorld(find_maze("final_2015"), profile.robot)
+    world = SimulatedWorld(find_maze("final_2015", robot=RobotDescription()), profile.robot)
     robot = LockstepRobot(world)
     with Recorder(file, "pico", said_of(mission, world), patience=10.0) as recorder:
         drive(mission, robot, robot, [Keeper(recorder)], truth=world.pose)

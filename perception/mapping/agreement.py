@@ -102,4 +102,4 @@ def _elsewhere(agree: Mask, directions: NDArray[np.intp], settings: PlaceSetting
         run = 0 if one else run + 1
         widest = max(widest, run)
     widest = min(widest, math.floor(settings.widest / settings.direction))
-    return float(sum(good) / max(len(good) - widest, 1))
+    return float(good.count(True) / max(len(good) - widest, 1))

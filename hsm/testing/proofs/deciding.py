@@ -145,7 +145,8 @@ class Decider:
         nothing: Any = Never(Literal(value=False, type=BOOLEAN))
         search = self._search(Property("", nothing, ""), timed=True)
         next(search.violations(), None)
-        for number, due, failure in self.graph.faults[:CANDIDATES]:
+        shown = (one for one in self.graph.faults if one[0] >= 0)  # a scenario begins after the first step
+        for number, due, failure in islice(shown, CANDIDATES):
             visits = (one for one in search.visits if one.location == number)
             for visit in islice(visits, CANDIDATES):
                 example = self.replayer.fault(search.path(visit), due, failure, NO_FAULT)

@@ -207,7 +207,7 @@ def test_what_is_wrong_is_refused_with_a_reason(editor, walk, tmp_path):
     assert "nothing is being debugged" in editor.refused("stackTrace", threadId=1)
     assert "nothing to debug" in editor.refused("launch")
     assert "no machine" in editor.refused("launch", program="nowhere_at_all")
-    assert "does not go with" in editor.refused(
+    assert "exclude each other" in editor.refused(
         "launch", program=str(walk), maze="final_2015", connect="tcp/127.0.0.1:1"
     )
     broken = tmp_path / "broken.maze-machine"

@@ -214,7 +214,7 @@ def test_what_is_wrong_is_refused_with_a_reason(editor, walk, tmp_path):
     broken.write_text("machine broken\n\ninitial x\n", encoding="utf-8")
     assert "cannot be used" in editor.refused("launch", program=str(broken))
     editor.launch(walk)
-    assert "no request" in editor.refused("readMemory", memoryReference="x", count=1)
+    assert "is not supported" in editor.refused("readMemory", memoryReference="x", count=1)
     assert "neither a variable" in editor.refused("setExpression", expression="nothing", value="1")
     assert editor.refused("setExpression", expression="space.left", value="7")
     assert editor.refused("evaluate", expression="when event nothing", context="repl")

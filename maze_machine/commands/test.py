@@ -77,7 +77,9 @@ def test(
     coverage: Annotated[bool, typer.Option("--coverage", help="Print the coverage of the scenarios.")] = False,
     fail_under: Annotated[
         float | None,
-        typer.Option(metavar="PERCENT", help="Fail if the scenarios cover less than this share of all items."),
+        typer.Option(
+            min=0, max=100, metavar="PERCENT", help="Fail if the scenarios cover less than this share of all items."
+        ),
     ] = None,
     html: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write a coverage report as HTML pages.")] = None,
     lcov: Annotated[Path | None, typer.Option(metavar="FILE", help="Write coverage as an LCOV tracefile.")] = None,
@@ -118,6 +120,21 @@ def test(
 
     if output is not None and not generate:
         raise UsageError("--output goes with --generate")
+    if generate or mutate:
+        unused = {
+            "--mutate": generate and mutate,
+            "--require": require is not None,
+            "--depth": depth is not None,
+            "--param": parameters,
+            "--free": free,
+            "--no-nan": no_nan,
+            "--coverage": coverage,
+            "--fail-under": fail_under is not None,
+            "--html": html,
+            "--lcov": lcov,
+            "--cobertura": cobertura,
+        }
+        _refuse("--generate" if generate else "--mutate", [name for name, given in unused.items() if given])
     path = Path(file)
     meant = path if path.suffix == SUFFIX else find_machine(file)
     outputs = {"--output": output, "--lcov": lcov, "--cobertura": cobertura}
@@ -143,6 +160,16 @@ def test(
     if result.losses:
         raise FileError("; ".join(result.losses))
     raise typer.Exit(ExitStatus.OK if result.passed else ExitStatus.FAILED)
+
+
+def _refuse(alone: str, others: Sequence[str]) -> None:
+    """Refuse options that would have no effect beside another one.
+
+    Raises:
+        UsageError: there are some.
+    """
+    if others:
+        raise UsageError(f"{alone} excludes {', '.join(others)}: give one of them, and the other in a second command")
 
 
 def _known(names: Sequence[str], parameters: Sequence[Parameter]) -> frozenset[str]:

@@ -635,6 +635,24 @@ def test_what_is_proved_unreachable_is_named_and_does_not_count(run_test, tmp_pa
     assert status == 1, told
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--generate", "--fail-under", 100), "--generate excludes --fail-under"),
+        (("--generate", "--mutate"), "--generate excludes --mutate"),
+        (("--mutate", "--require", "proved"), "--mutate excludes --require"),
+        (("--mutate", "--coverage", "--no-nan"), "--mutate excludes --no-nan, --coverage"),
+        (("--fail-under", "nan"), "--fail-under"),
+        (("--fail-under", -5), "--fail-under"),
+        (("--fail-under", 101), "--fail-under"),
+    ],
+)
+def test_a_gate_that_would_have_no_effect_is_refused(run_test, options, words):
+    status, told = run_test(DEAD_END, "scenario short\n    expect a\n", *options)
+    assert status != 0
+    assert words in told
+
+
 def test_gates_do_not_pass_by_accident(run_test):
     status, told = run_test(DEAD_END, None, "--coverage", "--fail-under", 1)
     assert status != 0

@@ -36,7 +36,8 @@ for name, maze, settings, limit in (
     ("tremaux", "dynamic", None, 8.0),
 ):
     mission = prepare(name, load_profile(), time_limit=limit)
-    robot = LockstepRobot(SimulatedWorld(find_maze(maze, robot=mission.profile.robot), mission.profile.robot, 3, settings))
+    body = mission.profile.robot
+    robot = LockstepRobot(SimulatedWorld(find_maze(maze, robot=body), body, 3, settings))
 
     def look(tick):
         digest.update(json.dumps(tick.line).encode())

@@ -21,7 +21,9 @@ const machine = (() => {
   async function picture(name) {
     if (pictures.has(name)) return pictures.get(name);
     if (!DATA.live || head.undrawn) return null;
-    const answer = await fetch(`/drawing?state=${encodeURIComponent(name)}&token=${encodeURIComponent(DATA.token)}`);
+    const address = `/drawing?state=${encodeURIComponent(name)}&token=${encodeURIComponent(DATA.token)}`;
+    const answer = await fetch(address).catch(() => null);
+    if (answer === null) return null;  // the run has ended and its server with it: an outline is shown
     const text = answer.ok ? await answer.text() : null;
     pictures.set(name, text);
     return text;

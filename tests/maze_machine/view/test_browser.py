@@ -196,6 +196,7 @@ def test_pause_holds_the_view_of_a_run_that_goes_on(opened, driven):
         assert page.evaluate("app.at") == 39
         page.click("#newest")
         page.wait_for_function("app.at === 79")
+        page.wait_for_load_state("networkidle")  # the drawing is there before its server ends
 
 
 def test_it_works_under_its_own_policy(opened, driven):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -63,6 +63,15 @@ class Considered:
     def __str__(self) -> str:
         where = f"{self.transition.place}: " if self.transition.place else ""
         return f"{where}{trigger_text(self.transition.trigger, self.transition.guard)}: {self.reason}"
+
+
+def by_transition(considered: Iterable[Considered]) -> dict[int, Considered]:
+    """The verdict on each transition in a step, by its index: that it was taken, else the first one."""
+    found: dict[int, Considered] = {}
+    for one in considered:
+        if one.transition.index not in found or one.verdict is Verdict.TAKEN:
+            found[one.transition.index] = one
+    return found
 
 
 def explain(record: StepRecord) -> tuple[Considered, ...]:

@@ -15,7 +15,7 @@ from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Footer, Static
 
-from hsm.engine.explanation import Considered, Verdict
+from hsm.engine.explanation import Considered, Verdict, by_transition
 from hsm.model.chart import Transition
 from hsm.model.unparse import trigger_text, value_text
 from maze_machine.drive.mission import Ending
@@ -203,10 +203,7 @@ def why_lines(tick: Tick) -> list[str]:
     while at >= 0:
         around.append(at)
         at = states[at].parent
-    looked: dict[int, Considered] = {}
-    for one in tick.report.considered:
-        if one.transition.index not in looked or one.verdict is Verdict.TAKEN:
-            looked[one.transition.index] = one
+    looked = by_transition(tick.report.considered)
     transitions = tick.report.machine.model.transitions
     here = [transitions[index] for state in around for index in states[state].transitions]
     return [_line(one, looked.get(one.index)) for one in here]

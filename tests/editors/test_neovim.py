@@ -36,6 +36,19 @@ vim.cmd("qall!")
 """
 
 
+def driven(folder, configuration, limit):
+    """Neovim with a configuration, driven by the script ``drive.lua`` of a folder, for at most so many seconds."""
+    return subprocess.run(
+        [NVIM, "--headless", "-u", configuration, "-l", "drive.lua"],
+        cwd=folder,
+        env=surroundings(folder),
+        capture_output=True,
+        text=True,
+        timeout=limit,
+        check=False,
+    )
+
+
 @pytest.mark.skipif(NVIM is None, reason="Neovim is not installed")
 def test_neovim_attaches_and_asks(tmp_path):
     configuration = tmp_path / ".config" / "nvim"
@@ -48,15 +61,7 @@ def test_neovim_attaches_and_asks(tmp_path):
     (tmp_path / "drive.lua").write_text(DRIVE, encoding="utf-8")
     (tmp_path / "m.maze-machine").write_text(TEXT, encoding="utf-8")
     (tmp_path / "maze-machine.toml").write_text("", encoding="utf-8")
-    done = subprocess.run(
-        [NVIM, "--headless", "-u", configuration / "init.lua", "-l", "drive.lua"],
-        cwd=tmp_path,
-        env=surroundings(tmp_path),
-        capture_output=True,
-        text=True,
-        timeout=90,
-        check=False,
-    )
+    done = driven(tmp_path, configuration / "init.lua", limit=90)
     shown = json.loads(done.stdout or done.stderr)
     assert "E0204" in shown["codes"]
     assert shown["labels"] == ["space.left"]
@@ -111,15 +116,7 @@ def test_nvim_dap_debugs_a_machine(tmp_path):
     (tmp_path / "init.lua").write_text("\n".join(lines), encoding="utf-8")
     (tmp_path / "drive.lua").write_text(DEBUG, encoding="utf-8")
     (tmp_path / "m.maze-machine").write_text(MACHINE, encoding="utf-8")
-    done = subprocess.run(
-        [NVIM, "--headless", "-u", tmp_path / "init.lua", "-l", "drive.lua"],
-        cwd=tmp_path,
-        env=surroundings(tmp_path),
-        capture_output=True,
-        text=True,
-        timeout=150,
-        check=False,
-    )
+    done = driven(tmp_path, tmp_path / "init.lua", limit=150)
     assert done.returncode == 0, done.stderr
     shown = json.loads(done.stdout or done.stderr)
     assert (shown["first"], shown["line"]) == ("idle", 9)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hsm.engine.explanation import Considered, Verdict
+from hsm.engine.explanation import Considered, Verdict, by_transition
 from hsm.engine.occurrences import event_text
 from hsm.engine.snapshots import SnapshotError
 from hsm.model.chart import Defer, Held, Model, On, Timed, Transition
@@ -153,8 +153,4 @@ def _tried(driver: Driver, line: str, events: Sequence[str], reports: Mapping[st
         step = fork.step(fork.time + wait, events, script)
     except (MachineFault, SnapshotError):
         return _Trial(line, {})
-    considered: dict[int, Considered] = {}
-    for one in step.considered:
-        if one.transition.index not in considered or one.verdict is Verdict.TAKEN:
-            considered[one.transition.index] = one
-    return _Trial(line, considered)
+    return _Trial(line, by_transition(step.considered))

@@ -12,8 +12,12 @@ from maze_machine.errors import ExitStatus
 
 def fmt(
     files: Annotated[
-        list[str], typer.Argument(help=".maze-machine files; `-` formats standard input.", metavar="FILE...")
-    ],
+        list[str] | None,
+        typer.Argument(
+            help=".maze-machine files, or folders of them; `-` formats standard input. Default: those of the project.",
+            metavar="FILE",
+        ),
+    ] = None,
     check: Annotated[bool, typer.Option("--check", help="Change nothing; print which files would change.")] = False,
 ) -> None:
     """Format machines in their canonical form: indentation, spaces, arrows in columns; comments and meaning stay.
@@ -23,7 +27,7 @@ def fmt(
 
     Example: `maze-machine fmt my.maze-machine`
 
-    Example: `maze-machine fmt --check *.maze-machine`
+    Example: `maze-machine fmt --check .`
     """
     from pathlib import Path
 
@@ -31,10 +35,11 @@ def fmt(
     from hsm.dsl.reporting import render
     from hsm.dsl.syntax.sources import read_text
     from hsm.model.diagnostics import MachineError
+    from maze_machine.catalogue.machines import named_files
     from transport.files import write_text
 
     status = ExitStatus.OK
-    for name in files:
+    for name in named_files(files or []):
         try:
             text = sys.stdin.read() if name == "-" else read_text(name)
         except MachineError as error:

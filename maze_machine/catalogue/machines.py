@@ -45,12 +45,12 @@ def find_machine(name: str) -> Path:
 
 
 def named_files(names: Sequence[str]) -> list[str]:
-    """The machines that a command is given: a folder stands for all machines in it and below it.
+    """The machines that a command is given: a folder means all machines in it and below it.
 
     Hidden folders, virtual environments and `node_modules` are left out.
 
     Args:
-        names: files, folders and names of machines; none of them stands for the project around the present folder.
+        names: files, folders and names of machines; without any, those of the project around the present folder.
 
     Raises:
         UsageError: nothing is named, and there is no project.

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from maze_machine.errors import ExitStatus
+from maze_machine.errors import ExitStatus, UsageError
 
 
 def fmt(
@@ -33,13 +33,17 @@ def fmt(
 
     from hsm.dsl.format.formatter import format_text
     from hsm.dsl.reporting import render
-    from hsm.dsl.syntax.sources import read_text
+    from hsm.dsl.syntax.sources import SUFFIX, read_text
     from hsm.model.diagnostics import MachineError
     from maze_machine.catalogue.machines import named_files
     from transport.files import write_text
 
+    named = named_files(files or [])
+    others = [name for name in named if name != "-" and Path(name).suffix not in ("", SUFFIX)]
+    if others:
+        raise UsageError(f"{', '.join(others)}: only {SUFFIX} files can be formatted", "leave out the others")
     status = ExitStatus.OK
-    for name in named_files(files or []):
+    for name in named:
         try:
             text = sys.stdin.read() if name == "-" else read_text(name)
         except MachineError as error:

@@ -1,19 +1,21 @@
-"""How long an editor waits for the language server, compared with jedi-language-server on a file of the same length.
+"""How long an editor waits for the language server, beside two of Python on a file of the same length.
 
-    pip install jedi-language-server
+    pip install jedi-language-server basedpyright
     python benchmarks/editor.py [LINES] [ROUNDS] [EDITS]
 
-Both servers run as child processes over standard input and output. A round asks each of them once, in turn: a keystroke
-and then diagnostics (pulled here, published there), completion, document symbols. The medians are printed. With EDITS,
-our server then takes this many more edits, with diagnostics after every twentieth, and its memory is printed before, in
-the middle and at the end.
+All servers run as child processes over standard input and output. A round asks each of them once, in turn: a keystroke
+and then diagnostics (pulled, but for jedi-language-server, which publishes them), completion, document symbols. The
+medians are printed. With EDITS, our server then takes this many more edits, with diagnostics after every twentieth, and
+its memory is printed before, in the middle and at the end.
 """
 
 from __future__ import annotations
 
 import asyncio
+import logging
 import os
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -123,41 +125,64 @@ class Server(LanguageClient):
         return found
 
 
+@dataclass(frozen=True, slots=True)
+class Contestant:
+    """A language server with a file for it.
+
+    Attributes:
+        name: the column's heading.
+        command: what starts it.
+        file: the file's name.
+        text: what is in it.
+        pulls: whether it is asked for diagnostics; else it publishes them.
+    """
+
+    name: str
+    command: list[str]
+    file: str
+    text: str
+    pulls: bool
+
+
+def contestants(lines: int) -> list[Contestant]:
+    """This project's server and those of Python beside it."""
+    programs = Path(sys.executable).parent
+    python = module(lines)
+    jedi = [sys.executable, "-c", "from jedi_language_server.cli import cli; cli()"]
+    pyright = [sys.executable, "-c", "from basedpyright.langserver import main; main()", "--stdio"]
+    return [
+        Contestant(
+            "maze-machine", [str(programs / "maze-machine"), "lsp"], "long.maze-machine", machine(lines), pulls=True
+        ),
+        Contestant("jedi-language-server", jedi, "jedi.py", python, pulls=False),
+        Contestant("basedpyright", pyright, "pyright.py", python, pulls=True),
+    ]
+
+
 async def measure(lines: int, rounds: int, edits: int) -> None:
-    """Ask both servers in turn and print the medians."""
-    bin_folder = Path(sys.executable).parent
+    """Ask all servers in turn and print the medians."""
+    asked = contestants(lines)
     with TemporaryDirectory() as folder:
-        ours, theirs = Server(), Server()
-        files = Path(folder, "long.maze-machine"), Path(folder, "long.py")
-        texts = machine(lines), module(lines)
-        for file, text in zip(files, texts, strict=True):
-            file.write_text(text, encoding="utf-8")
-        starts = (
-            await ours.begin([str(bin_folder / "maze-machine"), "lsp"], files[0], texts[0], pulls=True),
-            await theirs.begin(
-                [sys.executable, "-c", "from jedi_language_server.cli import cli; cli()"],
-                files[1],
-                texts[1],
-                pulls=False,
-            ),
-        )
-        taken: dict[str, tuple[list[float], list[float]]] = {
-            name: ([], []) for name in ("keystroke to diagnostics", "completion", "symbols")
-        }
+        servers, starts = [Server() for _ in asked], []
+        for server, one in zip(servers, asked, strict=True):
+            file = Path(folder, one.file)
+            file.write_text(one.text, encoding="utf-8")
+            starts.append(await server.begin(one.command, file, one.text, pulls=one.pulls))
+        taken = {name: [list[float]() for _ in asked] for name in ("keystroke to diagnostics", "completion", "symbols")}
         for number in range(rounds):
             line = 5 * (number + 1) + 1
-            for place, server in enumerate((ours, theirs)):
+            for place, server in enumerate(servers):
                 taken["keystroke to diagnostics"][place].append(await server.keystroke(line))
                 taken["completion"][place].append(await server.complete(line + 1, 9))
                 taken["symbols"][place].append(await server.symbols())
-        print(f"{lines} lines, ms".ljust(28), "maze-machine lsp", "jedi-language-server", sep="  ")
-        print("initialize".ljust(28), f"{1e3 * starts[0]:16.0f}", f"{1e3 * starts[1]:20.0f}", sep="  ")
-        for name, (mine, other) in taken.items():
-            print(name.ljust(28), f"{1e3 * median(mine):16.1f}", f"{1e3 * median(other):20.0f}", sep="  ")
+        print(f"{lines} lines, ms".ljust(28), *(one.name.rjust(20) for one in asked))
+        print("initialize".ljust(28), *(f"{1e3 * start:20.1f}" for start in starts))
+        for name, times in taken.items():
+            print(name.ljust(28), *(f"{1e3 * median(each):20.1f}" for each in times))
         if edits:
-            before, middle, after = await ours.many_edits(lines, edits)
+            before, middle, after = await servers[0].many_edits(lines, edits)
             print(f"memory over {edits} edits, MiB: {before:.1f} before, {middle:.1f} in the middle, {after:.1f} after")
-        for server in (ours, theirs):
+        for server in servers:
             await server.shutdown_async(None)
             server.exit(None)
             await server.stop()
@@ -165,4 +190,5 @@ async def measure(lines: int, rounds: int, edits: int) -> None:
 
 if __name__ == "__main__":
     given = [int(one) for one in sys.argv[1:]]
+    logging.disable(logging.WARNING)  # what the servers report of themselves
     asyncio.run(measure(*(given + [2000, 20, 0][len(given) :])))

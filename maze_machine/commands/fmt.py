@@ -29,10 +29,14 @@ def fmt(
 
     from hsm.dsl.format.formatter import format_text
     from hsm.dsl.reporting import render
-    from hsm.dsl.syntax.sources import read_text
+    from hsm.dsl.syntax.sources import SUFFIX, read_text
     from hsm.model.diagnostics import MachineError
+    from maze_machine.errors import UsageError
     from transport.files import write_text
 
+    others = [name for name in files if name != "-" and Path(name).suffix not in ("", SUFFIX)]
+    if others:
+        raise UsageError(f"{', '.join(others)}: only {SUFFIX} files can be formatted", "leave out the others")
     status = ExitStatus.OK
     for name in files:
         try:

@@ -165,7 +165,7 @@ class Liveness:
         for action in actions:
             match action:
                 case Assign(variable, value):
-                    # Counting neither fails nor has any other effect, so alone it is no use of the count.
+                    # Counting neither fails nor has any other effect, so alone it is not a use of the count.
                     own = variable if variable in self._counters else ""
                     self._note(value, state, on_entry=on_entry, own=own)
                 case Raise(arguments=arguments) | Send(arguments=arguments) | Emit(arguments=arguments):

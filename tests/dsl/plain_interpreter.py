@@ -40,6 +40,10 @@ class UnhandledFaultError(Exception):
     """A fault that no transition handles."""
 
 
+class EndlessError(UnhandledFaultError):
+    """A step with too many microsteps."""
+
+
 class SignalError(Exception):
     """A signal that failed."""
 
@@ -346,7 +350,7 @@ class PlainRun:
     def _microstep(self, lines: list[Transition]) -> None:
         self.taken += 1
         if self.taken > ENDLESS:
-            raise UnhandledFaultError
+            raise EndlessError
         before, moved, queued = self.memory.copy(), self.moved, len(self.internal)
         try:
             self._take(lines)

@@ -466,7 +466,7 @@ class MacrostepExecution:
         sources = [model.transitions[index].source for index in plan.transitions]
         others = [state for one in sources if one not in around for state in topology.up(one)]
         evaluation = self._evaluation()
-        for state in reversed(dict.fromkeys(reversed([*around, *others]))):
+        for state in reversed(list(dict.fromkeys(reversed([*around, *others])))):
             for index in model.states[state].transitions:
                 trigger = model.transitions[index].trigger
                 waits = isinstance(trigger, On) and matches(trigger, fault.event, origin, origin)

@@ -374,7 +374,7 @@ class RemoteLockstep:
         raise LinkError(f"the simulator of {self._robot!r} has not answered for {self._limit:g} s")
 
     def _knows_lease(self) -> bool:
-        """Whether the simulator answers a question: tells a slow one from one that has gone or was restarted."""
+        """Whether the simulator answers a question: a slow one does, one that has gone or was restarted does not."""
         try:
             state = ask_state(self._bus, self._robot, self._secret, _QUESTION)
         except LinkError:

@@ -191,7 +191,7 @@ def ways_outward(space: FreeSpace, room: Floats, least: float) -> WaysOutward:
     first, end = (max(low[0], 0), max(low[1], 0)), (min(high[0] + 1, room.shape[0]), min(high[1] + 1, room.shape[1]))
     here = (slice(first[0] - low[0], end[0] - low[0]), slice(first[1] - low[1], end[1] - low[1]))
     passable[here] = room[first[0] : end[0], first[1] : end[1]] >= least
-    coarse: Mask = passable.reshape(count[0], side, count[1], side).any(axis=(1, 3))
+    coarse: Mask = np.asarray(passable.reshape(count[0], side, count[1], side).any(axis=(1, 3)), dtype=bool)
     numbers = np.arange(coarse.size).reshape(count)
     border = np.unique(np.concatenate([numbers[[0, -1]].ravel(), numbers[:, [0, -1]].ravel()]))
     graph = _graph(coarse, np.ones(count), side * size)

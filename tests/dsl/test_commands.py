@@ -106,6 +106,13 @@ def test_fmt_writes_the_canonical_form(folder):
     assert (result.exit_code, result.output) == (0, "")
 
 
+def test_fmt_refuses_files_that_are_no_machines(folder):
+    (folder / "good.maze-test").write_text("test good\nscenario s\n    expect a\n")
+    result = run("fmt", "good.maze-test", "good.maze-machine")
+    assert (result.exit_code, result.output.count("\n")) == (2, 1)
+    assert "good.maze-test: only .maze-machine files can be formatted" in result.output
+
+
 def test_fmt_leaves_what_it_cannot_read(folder):
     broken = folder / "bad.maze-machine"
     broken.write_text("machine bad\n  state a\n   on ->\n")

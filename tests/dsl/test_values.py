@@ -159,6 +159,7 @@ def test_whole_numbers_have_63_bits(library, value):
 def test_a_whole_number_beyond_is_named(library, value):
     found = check_text(f"machine m\nvar n : int = {value}\nstate a\n    when n > 3 -> a / n = 0\n", library).diagnostics
     assert ("E0306", "this whole number is too large") in [(one.code, one.message) for one in found]
+    assert any("an `int` goes to 9223372036854775807" in one.suggestion for one in found)
 
 
 @pytest.mark.parametrize(

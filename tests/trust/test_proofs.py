@@ -662,6 +662,29 @@ def test_gates_do_not_pass_by_accident(run_test):
     assert "these fail on the machine itself" in told
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("other", "tets dead\nscenario s\n    expect a\n", "did you mean `test`?"),
+        ("other", "test daed\nscenario s\n    expect a\n", "did you mean `dead`?"),
+        ("other", "# nothing yet\n", "the first line must be `test`"),
+        ("other", "test dead\n", "there is no scenario below this line"),
+        ("dead", "test living\nscenario s\n    expect a\n", "its scenarios are about `living`"),
+    ],
+)
+def test_scenarios_that_would_not_run_are_an_error(run_test, tmp_path, name, text, words):
+    (tmp_path / "living.maze-machine").write_text("machine living\nstate a\n", encoding="utf-8")
+    (tmp_path / "more.maze-test").write_text("test dead\nscenario good\n    expect a\n", encoding="utf-8")
+    (tmp_path / "living.maze-test").write_text("test living\nscenario good\n    expect a\n", encoding="utf-8")
+    status, told = run_test(DEAD_END, None, "--fail-under", 1)
+    assert status == 0, told
+    (tmp_path / f"{name}.maze-test").write_text(text, encoding="utf-8")
+    told = CliRunner().invoke(app, ["test", "dead.maze-machine", "--fail-under", "1"])
+    assert told.exit_code == 3
+    assert f"{name}.maze-test:" in told.output
+    assert words in told.output
+
+
 def test_a_caller_says_what_it_relies_on(run_test):
     claim = DEAD_END.replace("\nstate a\n", "\nproperty p : never in(c)\n\nstate a\n", 1)
     claim = claim.replace(

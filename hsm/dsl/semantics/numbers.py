@@ -15,6 +15,7 @@ from hsm.model.types import INTEGER, LARGEST_INTEGER, NUMBER, UNITS, Type, si_va
 
 _NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?) *(.*)")
 _LONGEST_INTEGER = 19
+_LONGEST_NUMBER = 300
 
 
 def number(token: Token, place: Place, report: Report) -> Literal | None:
@@ -44,7 +45,9 @@ def number(token: Token, place: Place, report: Report) -> Literal | None:
 def _whole(digits: str, place: Place, report: Report) -> Literal | None:
     if len(digits.lstrip("0")) <= _LONGEST_INTEGER and int(digits) <= LARGEST_INTEGER:
         return Literal(int(digits), INTEGER, place)
-    hint = f"whole numbers go to {LARGEST_INTEGER}; a plain number may be larger: write it as in `1e20`"
+    hint = f"an `int` goes to {LARGEST_INTEGER}"
+    if len(digits) < _LONGEST_NUMBER:
+        hint += f"; where a plain number is wanted, write `{float(digits)}`"
     report.add("E0306", place, "this whole number is too large", hint)
     return None
 

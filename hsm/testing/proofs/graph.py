@@ -16,10 +16,12 @@ from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.machine import Machine
 from hsm.model.chart import After, Always, Assign, Defer, Every, Held, Model, On, Send, When
 from hsm.model.expressions import Expression, Literal, VariableValue
+from hsm.model.properties import Property, conditions_of
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import Diagram
+from hsm.testing.proofs.liveness import Liveness
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
 from hsm.testing.proofs.points import FailingStep, Point, Timer
@@ -116,8 +118,7 @@ class Graph:
     Args:
         machine: the machine.
         parameters: their values, in order; ``FREE`` for one that may have any.
-        stated: conditions that are needed later.
-        scopes: states of which it is asked whether a step entered them.
+        stated: the properties that are decided on the graph.
         events: names that may come from outside.
         precision: how many exact values of variables are kept.
         not_a_number: whether signals may be NaN.
@@ -135,8 +136,7 @@ class Graph:
         self,
         machine: Machine,
         parameters: Sequence[Any],
-        stated: Sequence[Expression],
-        scopes: Sequence[int],
+        stated: Sequence[Property],
         events: Sequence[str],
         *,
         precision: Precision,
@@ -147,7 +147,9 @@ class Graph:
         self.symbols = Symbols(not_a_number=not_a_number)
         names = machine.generator.own_variables
         types: list[Type] = [*(one.type for one in model.parameters), *(one.type for one in model.variables)]
-        asked = [*_deciding(model), *stated]
+        conditions = [condition for one in stated for condition in conditions_of(one.claim)]
+        scopes = frozenset(machine.indices[one.scope] for one in stated if one.scope is not None)
+        asked = [*_deciding(model), *conditions]
         self.regions = Regions(
             self.symbols,
             types,
@@ -165,9 +167,9 @@ class Graph:
         self.evaluator = Evaluator(
             self.symbols, machine.generator.variables, machine.indices, values, compared=self.regions.compared
         )
-        self.regions.look_ahead(self.evaluator, [*expressions_of(model), *stated], _constants(model), values)
+        self.regions.look_ahead(self.evaluator, [*expressions_of(model), *conditions], _constants(model), values)
         self._selections = Selections(machine, self.evaluator)
-        microsteps = Microsteps(machine, self.evaluator, frozenset(scopes), self._duration)
+        microsteps = Microsteps(machine, self.evaluator, scopes, self._duration, Liveness(machine, stated).buried)
         self.stepper = Stepper(machine, self._selections, microsteps, events, self.regions.settled)
         self.locations: list[Location] = []
         self.edges: list[list[Edge]] = []

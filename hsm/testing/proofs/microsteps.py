@@ -17,8 +17,8 @@ from hsm.model.rewriting import actions_of
 from hsm.model.types import LARGEST_INTEGER, Integer, Quantity, Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
-from hsm.testing.proofs.points import Point, Timer
-from hsm.testing.proofs.values import UNKNOWN, Derived, Exact, OneOf, Truth, Undecided, Value
+from hsm.testing.proofs.points import Point, Remembered, Timer
+from hsm.testing.proofs.values import DEAD, UNKNOWN, Derived, Exact, OneOf, Truth, Undecided, Value
 from hsm.testing.proofs.zones import own_clock
 
 _SHORTEST = 0.6e-9
@@ -33,6 +33,7 @@ class Microsteps:
         evaluator: evaluates its expressions.
         scopes: states of which it matters whether they were entered.
         duration: the least and the greatest duration that a value represents, in nanoseconds.
+        buried: takes active states, values and what is remembered; returns the last two without what is dead.
 
     Attributes:
         sends: the events that are sent with a delay: the name, the delay in seconds, the label.
@@ -44,12 +45,14 @@ class Microsteps:
         evaluator: Evaluator,
         scopes: frozenset[int],
         duration: Callable[[Value], tuple[int, int]],
+        buried: Callable[[frozenset[int], tuple[Value, ...], Remembered], tuple[tuple[Value, ...], Remembered]],
     ) -> None:
         self._machine = machine
         self._evaluator = evaluator
         self._diagrams = evaluator.symbols.diagrams
         self._scopes = scopes
         self._duration = duration
+        self._buried = buried
         model = machine.model
         self._types: list[Type] = [one.type for one in model.parameters] + [one.type for one in model.variables]
         self._counters = counters(model)
@@ -75,13 +78,14 @@ class Microsteps:
                 possible = self._diagrams.both(possible, self._act(action, values, raised, timers, active))
         history = dict(point.history)
         history.update(plan.remembered)
+        kept, remembered = self._buried(plan.target.active, tuple(values), tuple(sorted(history.items())))
         return (
             Point(
                 plan.target.leaves,
-                tuple(sorted(history.items())),
+                remembered,
                 point.over.difference(plan.exited, plan.entered),
                 _ordered(timers),
-                tuple(values),
+                kept,
                 acted,
                 point.entered | self._scopes.intersection(plan.entered),
                 plan.outcome or point.outcome,
@@ -143,6 +147,8 @@ class Microsteps:
         match action:
             case Assign(variable, expression):
                 slot = self._evaluator.slots[variable]
+                if variable in self._counters and values[slot] is DEAD and not _constant(expression):
+                    return TRUE  # what is not read again is not counted
                 values[slot] = self._evaluator.at(values, active).value(expression)
                 return self._held(values[slot], variable, self._types[slot])
             case Call() | Emit(receivers=()):

@@ -34,6 +34,10 @@ class Timer:
     beats: bool = False
 
 
+Remembered = tuple[tuple[int, tuple[int, ...]], ...]
+"""What each history state remembers, by the number of its state."""
+
+
 @dataclass(frozen=True, slots=True)
 class Point:
     """The position within a step.
@@ -50,7 +54,7 @@ class Point:
     """
 
     leaves: tuple[int, ...]
-    history: tuple[tuple[int, tuple[int, ...]], ...]
+    history: Remembered
     over: frozenset[int]
     timers: tuple[Timer, ...]
     values: tuple[Value, ...]

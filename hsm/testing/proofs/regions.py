@@ -18,7 +18,7 @@ from hsm.model.types import Boolean, Enumeration, Integer, Type
 from hsm.testing.proofs.conditions import COMPARISONS, Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
 from hsm.testing.proofs.ordinals import held, ordinal, value_at
-from hsm.testing.proofs.values import Derived, Exact, OneOf, Region, Symbols, Truth, Undecided, Value
+from hsm.testing.proofs.values import DEAD, NOTHING, Derived, Exact, OneOf, Region, Symbols, Truth, Undecided, Value
 
 MARGIN = 1
 """The distance from the outermost thresholds within which whole numbers are kept exactly."""
@@ -212,7 +212,9 @@ class Regions:
 
     def _options(self, slot: int, value: Value) -> list[tuple[Kept, Diagram]]:
         kind = self._types[slot]
-        if not self._relevant[slot] and value != Exact.of(None):
+        if value in (DEAD, NOTHING):
+            return [(value, TRUE)]
+        if not self._relevant[slot]:
             return [(self._single(Region(*held(kind)), kind), TRUE)]
         match value:
             case Exact(content):

@@ -120,6 +120,17 @@ Value = Exact | Derived | Truth | OneOf
 UNKNOWN = Truth(FALSE, FALSE)
 """A value that cannot be evaluated."""
 
+NOTHING = Exact.of(None)
+"""The value of a variable that has none yet."""
+
+
+class _NotReadAgain:
+    """The class of the value of a variable that is not read again."""
+
+
+DEAD = Exact(None, _NotReadAgain)
+"""The value of a variable that is not read again."""
+
 YES = Truth(TRUE, FALSE)
 NO = Truth(FALSE, TRUE)
 

@@ -54,6 +54,7 @@ SUFFIX = ".maze-test"
 """The suffix of scenario files."""
 
 _DURATION = Quantity(time=1)
+_NO_HEADING = "the first line must be `test`, with the machine's name"
 
 SHORTEST_TICK, LONGEST_TICK = 1e-6, 1e6
 """Seconds from one step to the next: at least and at most."""
@@ -82,14 +83,27 @@ def tested_machine(path: str | Path) -> Path:
     Raises:
         MachineError: it cannot be read, or does not say.
     """
+    return Path(path).with_name(f"{_heading(path).parts[0]}.maze-machine")
+
+
+def heading_place(path: str | Path) -> Place:
+    """The place of the machine's name in the first line of a file with scenarios.
+
+    Raises:
+        MachineError: the file cannot be read, or does not say.
+    """
+    return place_of(str(path), _heading(path).parts[0])
+
+
+def _heading(path: str | Path) -> ScenarioLine:
     report = Report(str(path))
-    for line in read_lines(read_text(path), report):
-        if line.kind == "heading":
-            return Path(path).with_name(f"{line.parts[0]}.maze-machine")
-        break
+    line = next(read_lines(read_text(path), report), None)
+    if line is not None and line.kind == "heading":
+        return line
     if not report.found:
-        report.add("E0401", Place(str(path), 1, 1, 1, 2), "the first line must be `test`, with the machine's name")
-    raise MachineError(report.found)
+        place = Place(str(path), 1, 1, 1, 2) if line is None else line.place
+        report.add("E0401", place, _NO_HEADING)
+    raise MachineError(report.found[:1])
 
 
 def parse_suite(text: str, model: Model, library: Library, file: str = "<text>") -> Suite:
@@ -193,7 +207,7 @@ class _Reader:
         """The whole file."""
         if not lines or lines[0].kind != "heading":
             place = lines[0].place if lines else Place(self.report.file, 1, 1, 1, 2)
-            self.report.add("E0401", place, "the first line must be `test`, with the machine's name")
+            self.report.add("E0401", place, _NO_HEADING)
         elif str(lines[0].parts[0]).rpartition(".")[2] != self.model.name:
             name = lines[0].parts[0]
             message = f"these scenarios are about machine `{name}`, and this is `{self.model.name}`"
@@ -216,6 +230,8 @@ class _Reader:
                     self.report.add("E0402", line.place, "this line must follow a `scenario` line")
                 case _:
                     scenarios[-1] = self._extended(scenarios[-1], line)
+        if not scenarios and lines and lines[0].kind == "heading" and not self.report.found:
+            self.report.add("E0403", lines[0].place, "there is no scenario below this line", "add `scenario TITLE`")
         for one in scenarios:
             if not any(isinstance(step, Expectation) for step in one.steps):
                 self.report.add("E0403", one.place, f"scenario `{one.name}` expects nothing", "add a line `expect ...`")

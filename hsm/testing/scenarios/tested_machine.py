@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hsm.dsl import load_model
+from hsm.dsl.reporting.report import Report
 from hsm.engine.machine import Machine
 from hsm.model.diagnostics import Diagnostic, MachineError
 from hsm.model.registry import Library
-from hsm.testing.scenarios.reading import SUFFIX, read_suite, tested_machine
+from hsm.testing.scenarios.reading import SUFFIX, heading_place, read_suite, tested_machine
 from hsm.testing.scenarios.scenarios import Suite
 
 
@@ -54,9 +55,10 @@ def load_tested_machine(path: str | Path, library: Library) -> TestedMachine:
     machine = load_machine(path, library)
     findings: list[Diagnostic] = []
     suites: list[Suite] = []
-    for file in [path] if path.suffix == SUFFIX else suites_beside(path):
+    for file in [path] if path.suffix == SUFFIX else sorted(path.parent.glob(f"*{SUFFIX}")):
         try:
-            suites.append(read_suite(file, machine.model, library))
+            if file == path or _is_about(file, path):
+                suites.append(read_suite(file, machine.model, library))
         except MachineError as error:
             findings.extend(error.diagnostics)
     if findings:
@@ -64,14 +66,27 @@ def load_tested_machine(path: str | Path, library: Library) -> TestedMachine:
     return TestedMachine(machine, tuple(suites))
 
 
-def suites_beside(machine: Path) -> list[Path]:
-    """The files of scenarios in a machine's folder that are about it."""
-    found = []
-    for file in sorted(machine.parent.glob(f"*{SUFFIX}")):
-        try:
-            about = tested_machine(file)
-        except MachineError:
-            continue
-        if about.name == machine.name:
-            found.append(file)
-    return found
+def _is_about(file: Path, machine: Path) -> bool:
+    """Whether a file of scenarios beside a machine is about it.
+
+    Scenarios that run for no machine would be missed by nobody, so they are an error for every machine beside them.
+
+    Raises:
+        MachineError: the file does not say what it is about; or there is no such machine; or the file has the name of
+            this machine and is about another one.
+    """
+    about = tested_machine(file)
+    if about.name == machine.name:
+        return True
+    if file.stem != machine.stem and about.is_file():
+        return False
+    report = Report(str(file))
+    if about.is_file():
+        message = f"the file is named after machine `{machine.stem}`, and its scenarios are about `{about.stem}`"
+        way_out = f"write `test {machine.stem}`, or rename the file"
+    else:
+        message = f"there is no machine `{about.stem}` beside this file: no machine runs these scenarios"
+        known = sorted(one.stem for one in machine.parent.glob(f"*{machine.suffix}"))
+        way_out = report.guess(about.stem, known).text or f"write `test {machine.stem}`, or remove the file"
+    report.add("E0208", heading_place(file), message, way_out)
+    raise MachineError(report.found)

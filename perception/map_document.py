@@ -37,7 +37,7 @@ Entry = Annotated[float, Field(ge=-1e15, le=1e15, allow_inf_nan=False)]
 
 
 class MapError(ValueError):
-    """A file that is no map, or a damaged one; the message names the file and the fault."""
+    """A file that is not a map, or a damaged one; the message names the file and the fault."""
 
 
 class _Part(BaseModel):
@@ -177,7 +177,7 @@ def read_map(path: Path) -> MapDocument:
     """Read the file of a map.
 
     Raises:
-        MapError: it is no map, of another version, damaged or too large.
+        MapError: it is not a map, of another version, damaged or too large.
         OSError: it cannot be read.
     """
     with path.open("rb") as file:
@@ -195,7 +195,7 @@ def parsed(content: bytes, name: str) -> MapDocument:
         name: of the file, for the message.
 
     Raises:
-        MapError: it is no map, of another version, or damaged.
+        MapError: it is not a map, of another version, or damaged.
     """
     try:
         return MapDocument.model_validate_json(content)
@@ -208,7 +208,7 @@ def _fault(content: bytes, error: ValidationError) -> str:
     found = error.errors(include_url=False)[0]
     if found["type"] == "json_invalid":
         reason = printable(str(found["ctx"]["error"]))
-        return f"this is no map, or a damaged one: {reason}" if FORMAT.encode() in content[:200] else _no_map()
+        return f"this is not a map, or a damaged one: {reason}" if FORMAT.encode() in content[:200] else _no_map()
     wrong = {one["loc"][:1]: one for one in error.errors(include_url=False)}
     if ("format",) in wrong or (not found["loc"] and found["type"] == "model_type"):
         return _no_map()
@@ -219,7 +219,7 @@ def _fault(content: bytes, error: ValidationError) -> str:
 
 
 def _no_map() -> str:
-    return "this is no map (`maze-machine run --save-map FILE` writes one)"
+    return "this is not a map (`maze-machine run --save-map FILE` writes one)"
 
 
 def text_of(document: MapDocument) -> str:

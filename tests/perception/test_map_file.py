@@ -137,11 +137,11 @@ def looped(information):
 
 
 DAMAGED = [
-    ("", "this is no map"),
-    ("[]", "this is no map"),
-    ("[" * 100_000, "this is no map"),
-    ('{"format": "maze"}', "this is no map"),
-    (ROOM[:300], "this is no map, or a damaged one: EOF while parsing an object at line 16 column 31"),
+    ("", "this is not a map"),
+    ("[]", "this is not a map"),
+    ("[" * 100_000, "this is not a map"),
+    ('{"format": "maze"}', "this is not a map"),
+    (ROOM[:300], "this is not a map, or a damaged one: EOF while parsing an object at line 16 column 31"),
     (ROOM.replace('"version": 1', '"version": 2'), "the map is of version 2, and this program reads version 1"),
     (ROOM.replace(' "version": 1,\n', ""), "`version` is missing"),
     (ROOM.replace('"doors"', '"door"'), "`doors` is missing"),

@@ -465,9 +465,7 @@ class Stepper:
             if picked is None:
                 yield self._way((Stage(Part.CONDITIONS), point, ()), further)
             else:
-                plan = self._machine.planner.plan(configuration, picked, dict(point.history))
-                left = Stage(Part.TIME_OUTS, due=stage.due.difference(plan.disarmed, plan.transitions))
-                yield self._fired(found, (left, point, ()), picked, further)
+                yield self._fired(found, (stage, point, ()), picked, further)
 
     def _conditions(self, found: _Expansion, stage: Stage, point: Point, among: Diagram) -> Iterator[_Way]:
         configuration = self._machine.configuration(point.leaves)
@@ -539,6 +537,8 @@ class Stepper:
         following, raised, possible = self._microsteps.planned(point, plan)
         further = self._diagrams.both(among, possible)
         found.failing.append(self._failing(plan, self._diagrams.without(among, possible), label))
+        if stage.due:
+            stage = replace(stage, due=stage.due.difference(plan.disarmed, plan.transitions))
         if stage.reports:
             stage = replace(stage, left=stage.left.union(plan.exited).intersection(stage.reports))
         if self._messages.deferring and (plan.exited or plan.entered):

@@ -80,6 +80,7 @@ class Assumptions:
             f"any {name}" if value is FREE else f"{name} = {shown_text(value, types[name])}"
             for name, value in self.values(model).items()
         )
+        names = ", ".join(one.parameter for one in model.adjustable)
         counting = sorted(counters(model))
         counted = [f"fewer than 2^32 changes of {', '.join(counting)}: no overflow"] if counting else []
         told = ["what one member sends to another comes from it alone"] if model.members else []
@@ -93,6 +94,7 @@ class Assumptions:
             "but not while it is stopped",
             f"parameters: {given}" if given else "no parameters",
             "a run from its start, neither restored nor reloaded; stamps below 2^32 s",
+            *([f"nobody adjusts {names} during the run"] if names else []),
             *counted,
             *told,
             *deferring,

@@ -21,8 +21,8 @@ from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import Diagram
+from hsm.testing.proofs.event_data import EventSymbols
 from hsm.testing.proofs.liveness import Liveness
-from hsm.testing.proofs.messages import Messages
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
 from hsm.testing.proofs.points import FailingStep, Point, Timer, Waiting
@@ -174,7 +174,7 @@ class Graph:
         )
         self.regions.look_ahead(self.evaluator, [*expressions_of(model), *conditions], _constants(model), values)
         self._selections = Selections(machine, self.evaluator)
-        messages = Messages(machine, self.symbols)
+        messages = EventSymbols(machine, self.symbols)
         buried = Liveness(machine, stated).buried
         microsteps = Microsteps(
             machine, self.evaluator, scopes, duration=self._duration, messages=messages, buried=buried

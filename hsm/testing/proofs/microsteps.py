@@ -17,8 +17,8 @@ from hsm.model.rewriting import actions_of
 from hsm.model.types import LARGEST_INTEGER, Integer, Quantity, Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
-from hsm.testing.proofs.messages import Messages, with_waiting
-from hsm.testing.proofs.points import Message, Point, Queued, Remembered, Timer, Waiting
+from hsm.testing.proofs.event_data import EventSymbols, with_waiting
+from hsm.testing.proofs.points import CarriedEvent, Point, Queued, Remembered, Timer, Waiting
 from hsm.testing.proofs.values import DEAD, UNKNOWN, Derived, Exact, OneOf, Truth, Undecided, Value
 from hsm.testing.proofs.zones import own_clock
 
@@ -49,7 +49,7 @@ class Microsteps:
         scopes: frozenset[int],
         *,
         duration: Callable[[Value], tuple[int, int]],
-        messages: Messages,
+        messages: EventSymbols,
         buried: Callable[[frozenset[int], tuple[Value, ...], Remembered], tuple[tuple[Value, ...], Remembered]],
     ) -> None:
         self._machine = machine
@@ -169,12 +169,12 @@ class Microsteps:
                 pass  # neither a robot's action nor an event for machines elsewhere changes this one
             case Raise(event, _, arguments):
                 given, possible = self._carried(event, arguments, values, active)
-                raised.append(Message(event, given) if given else event)
+                raised.append(CarriedEvent(event, given) if given else event)
                 return possible
             case Emit(event, _, arguments, receivers):
                 given, possible = self._carried(event, arguments, values, active)
                 for name in receivers:
-                    pending[0] = with_waiting(pending[0], Message(name, given) if given else name)
+                    pending[0] = with_waiting(pending[0], CarriedEvent(name, given) if given else name)
                 return possible
             case Send(event, delay, arguments=arguments) if delay > 0:
                 _, possible = self._carried(event, arguments, values, active)
@@ -249,10 +249,10 @@ def _ordered(timers: list[Timer]) -> tuple[Timer, ...]:
     return tuple(sorted(timers, key=lambda one: one.transition))
 
 
-def _sent(send: Send) -> tuple[str | Message, str, float, str | None]:
+def _sent(send: Send) -> tuple[str | CarriedEvent, str, float, str | None]:
     """What arrives later: of its data what is constant; the rest may then be anything."""
     given = tuple(Exact.of(one.value) if isinstance(one, Literal) else None for one in send.arguments)
-    return Message(send.event, given) if given else send.event, send.event, send.delay, send.label
+    return CarriedEvent(send.event, given) if given else send.event, send.event, send.delay, send.label
 
 
 def counters(model: Model) -> frozenset[str]:

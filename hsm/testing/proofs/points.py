@@ -39,7 +39,7 @@ Remembered = tuple[tuple[int, tuple[int, ...]], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Message:
+class CarriedEvent:
     """An event with its data.
 
     Attributes:
@@ -58,10 +58,10 @@ class AnyOf:
     names: frozenset[str]
 
 
-Waiting = tuple[str | Message | AnyOf, ...]
+Waiting = tuple[str | CarriedEvent | AnyOf, ...]
 """Events that wait."""
 
-Queued = Event | Message
+Queued = Event | CarriedEvent
 """An event in the machine's own queue."""
 
 

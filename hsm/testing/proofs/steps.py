@@ -17,15 +17,15 @@ from hsm.engine.machine import Machine
 from hsm.engine.run_state import fault_event
 from hsm.model.events import StateEvent
 from hsm.testing.proofs.diagrams import FALSE, TRUE, Diagram
-from hsm.testing.proofs.messages import Messages, carried, with_waiting
+from hsm.testing.proofs.event_data import EventSymbols, carried, with_waiting
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.points import (
     ENDED,
     SETTLING,
     AnyOf,
+    CarriedEvent,
     FailingStep,
     Label,
-    Message,
     Part,
     Place,
     Point,
@@ -132,7 +132,7 @@ class Stepper:
         selections: Selections,
         microsteps: Microsteps,
         *,
-        messages: Messages,
+        messages: EventSymbols,
         events: Sequence[str],
         settled: Callable[[tuple[Value, ...], Diagram, tuple[Value, ...]], list[tuple[tuple[Value, ...], Diagram]]],
     ) -> None:
@@ -200,7 +200,7 @@ class Stepper:
             carried: the values of the symbols that represent it.
         """
         _, event = self._messages.closed(place[1], place[0].heard)
-        assert isinstance(event, Message), "only data has symbols"
+        assert isinstance(event, CarriedEvent), "only data has symbols"
         return self._messages.text(event, carried)
 
     def _run(
@@ -428,7 +428,7 @@ class Stepper:
     def _heard(self, found: _Expansion, place: Place, event: Queued, among: Diagram, label: Label) -> Iterator[_Way]:
         """What an event leads to; one with data is handled at a place where that is among the variables."""
         stage, point, queue = place
-        name = event.name if isinstance(event, Message) else event
+        name = event.name if isinstance(event, CarriedEvent) else event
         selector = self._machine.configuration(point.leaves).on(name)
         if selector is None:
             yield self._way(place, among, label)
@@ -543,7 +543,7 @@ class Stepper:
             stage = replace(stage, left=stage.left.union(plan.exited).intersection(stage.reports))
         if self._messages.deferring and (plan.exited or plan.entered):
             stage = replace(stage, moved=True)
-        if plan.kept and isinstance(event, str | Message):
+        if plan.kept and isinstance(event, str | CarriedEvent):
             following = replace(following, deferred=with_waiting(following.deferred, event))
         return self._way((stage, following, (*queue, *raised)), further, label, plan)
 

@@ -15,14 +15,14 @@ from hsm.engine.occurrences import event_text
 from hsm.model.chart import Defer
 from hsm.model.messages import Occurrence
 from hsm.model.types import Type
-from hsm.testing.proofs.points import AnyOf, Message, Place, Point, Queued, Waiting
+from hsm.testing.proofs.points import AnyOf, CarriedEvent, Place, Point, Queued, Waiting
 from hsm.testing.proofs.values import NOTHING, Derived, Exact, Symbols, Value
 
 MOST_WAITING = 2
 """At most this many events that wait are distinguished."""
 
 
-class Messages:
+class EventSymbols:
     """The events of one machine.
 
     Args:
@@ -55,11 +55,11 @@ class Messages:
         Without data the point remains as it is.
         """
         _, point, queue = place
-        name = event.name if isinstance(event, Message) else event
+        name = event.name if isinstance(event, CarriedEvent) else event
         parts = self._parts.get(name) if isinstance(name, str) else None
         if parts is None:
             return point, frozenset()
-        given = event.values if isinstance(event, Message) else (None,) * len(parts)
+        given = event.values if isinstance(event, CarriedEvent) else (None,) * len(parts)
         values = [*point.values, *(NOTHING for _ in range(self._all - self._own))]
         used = self._symbols.used((*point.values, *carried(queue)))
         fresh = set[int]()
@@ -72,15 +72,15 @@ class Messages:
             values[slot] = Derived(number)
         return point.with_values(tuple(values)), frozenset(fresh)
 
-    def closed(self, point: Point, name: str) -> tuple[Point, str | Message]:
+    def closed(self, point: Point, name: str) -> tuple[Point, str | CarriedEvent]:
         """A point without the data of the event that is handled there, and that event."""
         parts = self._parts.get(name)
         if parts is None:
             return point, name
-        event = Message(name, tuple(point.values[slot] for slot, _, _ in parts))
+        event = CarriedEvent(name, tuple(point.values[slot] for slot, _, _ in parts))
         return point.with_values(point.values[: self._own]), event
 
-    def text(self, event: Message, carried: Mapping[int, Any]) -> str:
+    def text(self, event: CarriedEvent, carried: Mapping[int, Any]) -> str:
         """An event as scenarios write it, given the values of the symbols in it."""
         names = [part for _, part, _ in self._parts[event.name]]
         values = [carried[one.symbol] for one in event.values if isinstance(one, Derived)]
@@ -93,16 +93,16 @@ class Messages:
 
 def carried(events: Iterable[Queued]) -> tuple[Value, ...]:
     """All values that some events carry."""
-    return tuple(value for one in events if isinstance(one, Message) for value in one.values if value is not None)
+    return tuple(value for one in events if isinstance(one, CarriedEvent) for value in one.values if value is not None)
 
 
-def with_waiting(waiting: Waiting, event: str | Message) -> Waiting:
+def with_waiting(waiting: Waiting, event: str | CarriedEvent) -> Waiting:
     """One more event that waits, after the others; of its data what is known."""
-    name = event.name if isinstance(event, Message) else event
+    name = event.name if isinstance(event, CarriedEvent) else event
     if waiting and isinstance(waiting[-1], AnyOf):
         return (*waiting[:-1], AnyOf(waiting[-1].names | {name}))
     if len(waiting) >= MOST_WAITING:
         return (*waiting, AnyOf(frozenset((name,))))
-    if isinstance(event, Message):
-        event = Message(name, tuple(value if isinstance(value, Exact) else None for value in event.values))
+    if isinstance(event, CarriedEvent):
+        event = CarriedEvent(name, tuple(value if isinstance(value, Exact) else None for value in event.values))
     return (*waiting, event)

@@ -35,10 +35,16 @@ class Agreement:
     hidden: float
     elsewhere: float
 
-    def fits(self, settings: PlaceSettings, share: float) -> bool:
-        """Whether the scan may have been taken there: at least a share lies on walls, and almost nothing elsewhere."""
+    def fits(self, settings: PlaceSettings, share: float, hidden: float) -> bool:
+        """Whether the scan may have been taken there.
+
+        Args:
+            settings: how much may lie amid free cells.
+            share: at least so much lies on walls.
+            hidden: and at most so much behind them.
+        """
         seen = self.hits >= settings.least_hits and self.share >= share
-        return seen and self.contradicted <= settings.contradicted and self.hidden <= settings.hidden
+        return seen and self.contradicted <= settings.contradicted and self.hidden <= hidden
 
 
 BEFORE = 0.3

@@ -35,16 +35,15 @@ class Agreement:
     hidden: float
     elsewhere: float
 
-    def fits(self, settings: PlaceSettings, share: float, hidden: float) -> bool:
-        """Whether the scan may have been taken there.
+    def fits(self, settings: PlaceSettings) -> bool:
+        """Whether the scan may have been taken there by a robot that has followed the map to there."""
+        seen = self.hits >= settings.least_hits and self.share >= settings.agreeing
+        return seen and self.contradicted <= settings.contradicted and self.hidden <= settings.hidden
 
-        Args:
-            settings: how much may lie amid free cells.
-            share: at least so much lies on walls.
-            hidden: and at most so much behind them.
-        """
-        seen = self.hits >= settings.least_hits and self.share >= share
-        return seen and self.contradicted <= settings.contradicted and self.hidden <= hidden
+    def shows(self, settings: PlaceSettings) -> bool:
+        """Whether the scan is so much what the grid holds there that a lost robot may be there."""
+        seen = self.hits >= settings.least_hits and self.share >= settings.found
+        return seen and self.contradicted <= settings.found_contradicted and self.hidden <= settings.found_hidden
 
 
 BEFORE = 0.3

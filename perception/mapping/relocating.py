@@ -217,8 +217,7 @@ class Relocation:
         if found is None:
             return None
         here = compose(frame, found.pose)
-        place = self.settings.place
-        if not agreement_of(self.space, sweep, here, place).fits(place, place.found, place.found_hidden):
+        if not agreement_of(self.space, sweep, here, self.settings.place).shows(self.settings.place):
             return None
         return Hypothesis(base, found, here, Reckoning(self.settings.reckoning))
 

@@ -275,11 +275,13 @@ class PlaceSettings(Settings):
     contradicted: Share = 0.03
     """And at most this share lie where it is free."""
     hidden: Share = 0.3
-    """And at most this share where nothing is known, behind a wall: past a corner a beam may graze a cell with a wall."""
-    found: Share = 0.85
+    """And at most this share where nothing is known, behind a wall: past a corner a beam may graze one."""
+    found: Share = 0.8
     """Share of the hits that lie on walls of the grid where a lost robot may be."""
-    found_hidden: Share = 0.1
-    """And at most this share behind them."""
+    found_contradicted: Share = 0.01
+    """And at most this share lie where it is free: at the right place there are none."""
+    found_hidden: Share = 0.03
+    """And at most this share where nothing is known, behind a wall."""
     unchanged: Share = 0.65
     """Or this share of the scan lies on the walls of the last keyframes,"""
     elsewhere: Share = 0.97
@@ -310,7 +312,7 @@ class PlaceSettings(Settings):
     """A scan is matched with this many keyframes, the nearest ones."""
     looks: Count = 6
     """A place is accepted after this many scans that fit,"""
-    way: Positive = 4.0
+    way: Positive = 6.0
     """after this much way, m,"""
     no_rival: Positive = 0.3
     """and when no other place farther than this from it, m, fits as well."""

@@ -189,7 +189,7 @@ class Surveyor:
             mapper.match = None
             self.confidence.saw_nothing(self.deviation)
             return
-        found = mapper.fit(cloud, measured=self._measured)
+        found = mapper.fit(cloud, measured=self._measured, possible=self._possible)
         if not self._agrees(sweep, found):
             mapper.match, self._rough = None, math.inf
             self.confidence.saw(fits=False)
@@ -205,23 +205,21 @@ class Surveyor:
         self._rough = max(rough, FORGETTING * self._rough if math.isfinite(self._rough) else 0.0)
 
     def _agrees(self, sweep: ScanPoints, found: Match | None) -> bool:
-        """Whether the grid agrees with where a scan fits the last keyframes, or else with where odometry has led.
-
-        A robot that would have to have been carried there may as well be at a place that looks the same.
-        """
+        """Whether the grid agrees with where a scan fits the last keyframes, or else with where odometry has led."""
         if found is None and not self._measured:
-            return False
-        if found is not None and not self._explained(found):
             return False
         offset = found.pose if found is not None else self.mapper.offset
         place = compose(self.start, compose(self.mapper.graph.poses[-1], offset))
         agreement = agreement_of(self.free_space, sweep, place, self.settings.place)
         return self.confidence.believes(found, agreement)
 
-    def _explained(self, found: Match) -> bool:
-        """Whether odometry's errors explain how far a match is from where odometry has led."""
+    def _possible(self, offset: Pose) -> bool:
+        """Whether the robot, seen from the last keyframe, can have got there; else it would have been carried.
+
+        A robot that was carried may as well be at another place that looks the same.
+        """
         since = self._since_fit
-        return since.allows(compose(since.moved, between(self.mapper.offset, found.pose)))
+        return since.allows(compose(since.moved, between(self.mapper.offset, offset)))
 
     def _seek(self, sweep: ScanPoints) -> None:
         """Look for the lost robot all over the map, and continue from where it is found."""

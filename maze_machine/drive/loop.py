@@ -40,8 +40,8 @@ def ticks(
 
     If scan or odometry are too old or refused, the base is stopped, whatever the machine wants, and its activities
     wait; the machine continues, and receives it by the event ``blinded``. Once both have been good for a while, the
-    activities continue where they were. A robot that gets lost on its map, or finds itself again, tells the machine by
-    the events ``lost`` and ``found``.
+    activities continue where they were. When the robot gets lost on its map, or finds itself again, the machine
+    receives the events ``lost`` and ``found``.
 
     The last phase, log, belongs to the caller. The caller closes the robot, which stops it, in every
     case: at the end, on a fault, and when the iterator is closed early.

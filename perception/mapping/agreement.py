@@ -41,7 +41,7 @@ class Agreement:
         return seen and self.contradicted <= settings.contradicted and self.hidden <= settings.hidden
 
     def shows(self, settings: PlaceSettings) -> bool:
-        """Whether the scan is so much what the grid holds there that a lost robot may be there."""
+        """Whether the scan agrees so well with the grid there that a lost robot may be there."""
         seen = self.hits >= settings.least_hits and self.share >= settings.found
         return seen and self.contradicted <= settings.found_contradicted and self.hidden <= settings.found_hidden
 

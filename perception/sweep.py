@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from transport.arithmetic import cosines_and_sines
+from transport.compiled import compiled
 from transport.messages import ALL_ROUND, Pose, Scan, ScanGeometry
 
 Floats = NDArray[np.float64]
@@ -129,6 +130,41 @@ def is_plausible(scan: Scan) -> bool:
     )
 
 
+@compiled
+def sort_readings(ranges: Floats, shortest: float, reach: float) -> None:
+    """Give readings their meaning, in place.
+
+    Args:
+        ranges: as the sensor reports them, m, shape (n,); then infinity where a beam hit nothing, NaN where nothing is
+            known.
+        shortest: what minus infinity stands for, m; less is no echo.
+        reach: from here on, a reading is none, m.
+    """
+    others = (~((ranges >= shortest) & (ranges < reach))).nonzero()[0]
+    if len(others):
+        readings = ranges[others]
+        free = np.where(np.isnan(readings), np.nan, np.inf)
+        ranges[others] = np.where(readings == -np.inf, shortest, free)
+
+
+@compiled
+def points_of(ranges: Floats, cosines: Floats, sines: Floats, place: tuple[float, float]) -> Floats:
+    """Where beams end, m in the robot's frame, shape (2, n).
+
+    Args:
+        ranges: their lengths, m, shape (n,).
+        cosines: of their directions, shape (n,).
+        sines: the same.
+        place: the sensor's, m.
+    """
+    columns = np.empty((2, len(ranges)))
+    np.multiply(ranges, cosines, out=columns[0])
+    np.multiply(ranges, sines, out=columns[1])
+    if place[0] or place[1]:
+        columns += [[place[0]], [place[1]]]
+    return columns
+
+
 @dataclass(frozen=True, eq=False)
 class ScanPoints:
     """The readings of one scan with their meaning.
@@ -154,11 +190,7 @@ class ScanPoints:
         if order is not None:
             # Beams that the sensor leaves out are unknown.
             ranges = np.append(ranges, [np.nan] * max(0, len(order) - len(ranges)))[order]
-        others = (~((ranges >= max(shortest, 0.0)) & (ranges < reach))).nonzero()[0]
-        if len(others):
-            readings = ranges[others]
-            free = np.where(np.isnan(readings), np.nan, np.inf)
-            ranges[others] = np.where(readings == -np.inf, max(shortest, 0.0), free)
+        sort_readings(ranges, max(shortest, 0.0), reach)
         return cls(fan_of(geometry, mount), ranges, reach)
 
     def without(self, beams: Indices) -> ScanPoints:
@@ -190,13 +222,9 @@ class ScanPoints:
     def points(self) -> Floats:
         """The hits in the robot's frame, m, shape (k, 2), counter-clockwise as the sensor sees them."""
         fan, ranges = self.fan, self.distances
+        place = fan.mount.x, fan.mount.y
         # The columns lie apart in memory: most uses want all x or all y.
-        x, y = columns = np.empty((2, len(ranges)))
-        np.multiply(ranges, self._of_hits(fan.cosines), out=x)
-        np.multiply(ranges, self._of_hits(fan.sines), out=y)
-        if fan.mount.x or fan.mount.y:
-            columns += [[fan.mount.x], [fan.mount.y]]
-        return columns.T
+        return points_of(ranges, self._of_hits(fan.cosines), self._of_hits(fan.sines), place).T
 
     @property
     def free(self) -> Floats:

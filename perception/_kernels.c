@@ -61,6 +61,58 @@ ranges_open:
     return found;
 }
 
+static PyObject *any_nearer(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array distances;
+    double reach;
+    int found = 0;
+    if (!takes("any_nearer", 2, count) || !numbers(arguments + 1, 1, &reach) || !opened(arguments[0], &distances, "d", 0))
+        return NULL;
+    for (Py_ssize_t hit = 0; hit < distances.columns; hit++)
+        found |= NUMBER(distances, hit) < reach;
+    closed(&distances);
+    return PyBool_FromLong(found);
+}
+
+static PyObject *out_of_view(PyObject *Py_UNUSED(module), PyObject *const *arguments, Py_ssize_t count)
+{
+    Array points, hidden;
+    double place[2], ends[4], span;
+    PyObject *found = NULL;
+    if (!takes("out_of_view", 4, count) || !of_tuple(arguments[1], 2, place) || !of_tuple(arguments[2], 4, ends) ||
+        !numbers(arguments + 3, 1, &span) || !opened(arguments[0], &points, "d", 0))
+        return NULL;
+    int wide = span > 3.141592653589793;
+    Py_ssize_t kept = 0;
+    char *blind = malloc(points.rows + 1);
+    if (!blind) {
+        PyErr_NoMemory();
+    } else if (points.rows && points.columns != 2) {
+        PyErr_SetString(PyExc_ValueError, "points have the shape (n, 2)");
+    } else {
+        for (Py_ssize_t point = 0; point < points.rows; point++) {
+            double x = ENTRY(points, point, 0) - place[0], y = ENTRY(points, point, 1) - place[1];
+            int after_first = ends[0] * y - ends[1] * x >= -1e-5, before_last = ends[3] * x - ends[2] * y >= -1e-5;
+            blind[point] = !(wide ? after_first || before_last : after_first && before_last);
+            kept += blind[point];
+        }
+        found = made(&hidden, kept, 2);
+    }
+    if (found) {
+        Py_ssize_t row = 0;
+        for (Py_ssize_t point = 0; point < points.rows; point++)
+            if (blind[point]) {
+                ENTRY(hidden, row, 0) = ENTRY(points, point, 0);
+                ENTRY(hidden, row, 1) = ENTRY(points, point, 1);
+                row++;
+            }
+        closed(&hidden);
+    }
+    free(blind);
+    closed(&points);
+    return found;
+}
+
 /* Adds (first, last) to a list; 0 with an exception set. */
 static int added(PyObject *list, Py_ssize_t first, Py_ssize_t last)
 {
@@ -608,6 +660,8 @@ transform_open:
 static PyMethodDef kernels[] = {
     KERNEL(sort_readings),
     KERNEL(points_of),
+    KERNEL(any_nearer),
+    KERNEL(out_of_view),
     KERNEL(runs_of),
     KERNEL(split_at_end_points),
     KERNEL(fitted_lines),

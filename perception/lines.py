@@ -130,7 +130,7 @@ def fitted_lines(
     """
     merge, min_length, max_residual = limits
     lines = [_fitted(points, piece) for piece in _merged(_weighed(points, distances, pieces), merge)]
-    return [tuple(line) for line in lines if line.length >= min_length and line.residual <= max_residual]
+    return [line for line in lines if line.length >= min_length and line.residual <= max_residual]
 
 
 @compiled

@@ -58,24 +58,52 @@ class BeamTable:
         """The first and the last beam: what they hit may be cut off by the sensor's view."""
         return 0, len(self.angles) - 1
 
-    def blind(self, points: Floats) -> Mask:
-        """Which points the sensor does not look at, whatever is in between.
+    def blind(self, points: Floats) -> Floats:
+        """The points that the sensor does not look at, whatever is in between, shape (k, 2).
 
         Args:
             points: in the robot's frame, m, shape (n, 2).
         """
         span = (len(self.angles) - 1) * self.step
         if not len(self.angles) or math.tau - span <= ALL_ROUND * self.step:
-            return np.full(len(points), not len(self.angles))
-        x, y = points[:, 0] - self.mount.x, points[:, 1] - self.mount.y
-        after_first = self.cosines[0] * y - self.sines[0] * x >= -_BESIDE
-        before_last = self.sines[-1] * x - self.cosines[-1] * y >= -_BESIDE
-        seen: Mask = after_first & before_last if span <= math.pi else after_first | before_last
-        return ~seen
+            return points if not len(self.angles) else points[:0]
+        return out_of_view(points, (self.mount.x, self.mount.y), self._end_directions, span)
+
+    @cached_property
+    def _end_directions(self) -> tuple[float, float, float, float]:
+        """Cosine and sine of the first beam and of the last."""
+        return (*self._direction(0), *self._direction(-1))
+
+    def _direction(self, beam: int) -> tuple[float, float]:
+        return self.cosines.item(beam), self.sines.item(beam)
 
     def sector(self, centre: float, width: float) -> Indices:
         """The beams whose direction is within ``width / 2`` of ``centre`` (both in rad), shape (k,)."""
         return _sector(self, centre, width)
+
+
+@compiled
+def out_of_view(
+    points: Floats, place: tuple[float, float], ends: tuple[float, float, float, float], span: float
+) -> Floats:
+    """The points outside a sensor's field of view, shape (k, 2).
+
+    Args:
+        points: in the robot's frame, m, shape (n, 2).
+        place: the sensor's, m.
+        ends: cosine and sine of its first beam and of its last.
+        span: from the one to the other, rad.
+    """
+    x, y = points[:, 0] - place[0], points[:, 1] - place[1]
+    after_first = ends[0] * y - ends[1] * x >= -_BESIDE
+    before_last = ends[3] * x - ends[2] * y >= -_BESIDE
+    return points[~(after_first | before_last if span > math.pi else after_first & before_last)]
+
+
+@compiled
+def any_nearer(distances: Floats, reach: float) -> bool:
+    """Whether a distance is less than a reach."""
+    return bool((distances < reach).any())
 
 
 @lru_cache(maxsize=1024)

@@ -46,7 +46,7 @@ class Surroundings:
         before, points = self._last
         motion = Frame(before).local(pose)
         near = carried_near(points, (motion.x, motion.y, *cos_sin(motion.heading)), self._reach)
-        return np.asarray(near[sweep.fan.blind(near)][-REMEMBERED:])
+        return np.asarray(sweep.fan.blind(near)[-REMEMBERED:])
 
 
 def near_points(sweep: ScanPoints, reach: float) -> Points:

@@ -21,11 +21,13 @@ import skills.outline
 import skills.passage
 import skills.safety
 import skills.surroundings
+import transport.arithmetic
 from transport.compiled import PACKAGES, PLAIN, TWINS, arithmetic_in_use, kernels_of
 
 MODULES = (
     *(perception.exit, perception.hough, perception.lines, perception.space, perception.sweep),
     *(sim.body, sim.geometry, sim.lidar, sim.noise),
+    transport.arithmetic,
     *(skills.outline, skills.passage, skills.safety, skills.surroundings),
 )
 CASES = int(os.environ.get("MAZE_MACHINE_COMPILED_CASES", "300"))
@@ -114,6 +116,10 @@ def perceived(generator):
     place = (0.0, 0.0) if generator.random() < 0.5 else tuple(generator.uniform(-1, 1, 2).tolist())
     yield "perception.points_of", ranges, *generator.uniform(-1, 1, (2, len(ranges))), place
     hit = ranges[beams]
+    yield "perception.any_nearer", ranges[beams], float(generator.uniform(0, 1))
+    first, last = generator.uniform(-4, 4, 2).tolist()
+    ends = math.cos(first), math.sin(first), math.cos(last), math.sin(last)
+    yield "perception.out_of_view", points, place, ends, float(generator.uniform(0, 6))
     yield "perception.runs_of", points, hit, beams, (step / 0.2, 0.1, int(generator.integers(0, 4)))
     runs = TWINS["perception.runs_of"].plain(points, hit, beams, (step / 0.2, 0.1, 2))
     tolerance = float(generator.choice([0.0, 0.01, 0.05, 0.3]))
@@ -158,7 +164,16 @@ def guarded(generator):
     yield "skills.passage_between", points, (0.25, reach, 0.1, float(generator.uniform(0, 1)), 0.5)
 
 
-SOURCES = (simulated, perceived, guarded)
+def calculated(generator):
+    """Inputs of arithmetic's kernels."""
+    yield "transport.cos_sin", float(generator.uniform(-9, 9) * generator.choice([1e-9, 1.0, 1e6]))
+    yield "transport.cos_sin", float(generator.integers(-9, 9) * math.pi / 4)
+    scale = generator.choice([0.0, -0.0, 1e-300, 1.0, 1e19, math.inf], 2)
+    yield "transport.atan2", *(generator.uniform(-1, 1, 2) * np.where(np.isinf(scale), 1.0, scale)).tolist()
+    yield "transport.atan2", *generator.choice([0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan], 2).tolist()
+
+
+SOURCES = (calculated, simulated, perceived, guarded)
 
 
 @needs_kernels

@@ -130,7 +130,7 @@ def lane_beside(
         hits: along the lane, m, shape (2, k).
         half_width: of the robot, m.
         beside: how far ahead and behind a wall is beside the robot, m.
-        max_half_width: a lane's walls are no farther to a side, m.
+        max_half_width: the largest distance of a wall of the lane, m.
         widening: the end is that of a lane this much wider on each side, m.
 
     Returns:
@@ -151,7 +151,7 @@ def lane_beside(
 
 @compiled
 def in_lane(hits: Floats, low: float, high: float, otherwise: float) -> tuple[int, float]:
-    """How many hits are in a lane, and where the last of them is but for stray readings.
+    """How many hits are in a lane, and where the last of them is, stray readings left out.
 
     Args:
         hits: along the lane, m, shape (2, k).

@@ -165,7 +165,7 @@ def sort_readings(ranges: Floats, shortest: float, reach: float) -> None:
     Args:
         ranges: as the sensor reports them, m, shape (n,); then infinity where a beam hit nothing, NaN where nothing is
             known.
-        shortest: what minus infinity stands for, m; less is no echo.
+        shortest: replaces minus infinity; anything shorter counts as missing echo, m.
         reach: from here on, a reading is none, m.
     """
     others = (~((ranges >= shortest) & (ranges < reach))).nonzero()[0]

@@ -60,8 +60,14 @@ def _sentence(found: ErrorDetails) -> str:
         return f"{subject}is missing"
     if kind == "value_error":
         return f"{subject}{found['msg'].removeprefix('Value error, ')}"
-    if kind in ("union_tag_invalid", "union_tag_not_found"):
-        return f"{subject}must have `kind`, one of {', '.join(map(repr, KINDS))}"
+    if kind == "union_tag_invalid":
+        return f"{subject}must have `kind`, one of {limits['expected_tags']}, not {_shortened(limits['tag'])}"
+    if kind == "union_tag_not_found":  # which tags there are, pydantic does not say
+        return f"{subject}must have `kind`" + (f", one of {', '.join(map(repr, KINDS))}" if subject else "")
+    if kind == "json_invalid":
+        return f"{subject}must be JSON: {limits['error']}"
+    if kind == "string_pattern_mismatch":
+        return f"{subject}must match {limits['pattern']}, not {_shortened(found['input'])}"
     return f"{subject}must be {_wanted(kind, limits)}, not {_shortened(found['input'])}"
 
 

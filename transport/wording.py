@@ -46,6 +46,11 @@ def printable(text: str) -> str:
     return "".join(one if one.isprintable() else "?" for one in text)
 
 
+def shortened(text: str) -> str:
+    """A text of any length as a message shows it."""
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
 def in_words(found: ErrorDetails) -> str:
     """One error as a sentence: ```limits.speed` must be more than 0, not -1``."""
     return printable(_sentence(found))
@@ -73,10 +78,9 @@ def _sentence(found: ErrorDetails) -> str:
 
 def _shortened(value: object) -> str:
     try:
-        text = repr(value)
+        return shortened(repr(value))
     except (ValueError, RecursionError):  # a number of too many digits, a table in a table in a table ...
         return "this"
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def key_of(location: tuple[int | str, ...]) -> str:

@@ -146,6 +146,7 @@ class Generator:
         self.own_variables = names
         self._types = {one.name: one.type for one in model.variables}
         self._changing = {one.name for one in model.variables if not one.constant or one.scope}
+        self._changing.update(one.parameter for one in model.adjustable)
         self.states = {state.name: state.index for state in model.states}
         # Runs in several threads share the generator: a counter and ``setdefault`` keep them from assigning a number
         # twice.

@@ -22,7 +22,7 @@ from hsm.model.chart import Cancel, Defer, Held, Model, On, Send
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
-from hsm.model.messages import STORE, Emission, Occurrence, ScxmlEvent, Store
+from hsm.model.messages import STORE, Adjustment, Emission, Occurrence, ScxmlEvent, Store
 
 SPIN = 1000
 """A step with more consecutive microsteps than this counts as endless."""
@@ -68,7 +68,7 @@ class MacrostepExecution:
         self.memo = memo
         self._hits = hits
         self.queue: deque[Event | ScxmlEvent | PendingFault | Send | Cancel] = deque()
-        self.external: deque[Event | ScxmlEvent | PendingFault] = deque()
+        self.external: deque[Event | ScxmlEvent | PendingFault | Adjustment] = deque()
         self._failed: dict[Any, BaseException] = {}
         self._reported: set[Any] = set()
         self._found: list[PendingFault] = []
@@ -85,11 +85,13 @@ class MacrostepExecution:
         self._drain()
         self.state.store = self.memo.get(STORE)
 
-    def run(self, events: Iterable[Event | ScxmlEvent | PendingFault], error: BaseException | None = None) -> None:
-        """Handle events, then time-outs, then conditions.
+    def run(
+        self, events: Iterable[Event | ScxmlEvent | PendingFault | Adjustment], error: BaseException | None = None
+    ) -> None:
+        """Handle events and adjustments, then time-outs, then conditions.
 
         Args:
-            events: outcomes of activities and events from outside, in order.
+            events: outcomes of activities, and events and adjustments from outside, in order.
             error: the exception of a guard, if the fast path failed.
         """
         self._settled = True
@@ -97,7 +99,8 @@ class MacrostepExecution:
         self.memo.update(self._stored())
         if self.state.outcome is not None:
             for entry in events:
-                self._record(event_of(entry), NOTHING_DUE, None)
+                if not isinstance(entry, Adjustment):
+                    self._record(event_of(entry), NOTHING_DUE, None)
             return
         self.external.extend(self._arrived())
         self.external.extend(events)
@@ -185,6 +188,9 @@ class MacrostepExecution:
             if not self.external:
                 continue
             entry = self.external.popleft()
+            if isinstance(entry, Adjustment):
+                self._put({entry.parameter: entry.value})
+                continue
             if self.state.sessions:
                 self._invocations.forward(entry)
             self._handle(entry)

@@ -61,8 +61,10 @@ def _possible(document: Document, before: str) -> Iterator[Entry]:
         yield from (Entry(name, SymbolKind.MACHINE) for name in names)
     elif first in ("param", "var", "event") and last == ":":
         yield from vocabulary.types(document)
-    elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and "=" not in words:
-        return
+    elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and (
+        "=" not in words or last.endswith(",")
+    ):
+        yield from [Entry("adjustable", SymbolKind.KEYWORD)] if first == "param" and last.endswith(",") else ()
     elif first == "state":
         yield from (vocabulary.instance(document, name) for name in document.table.imports)
     elif re.search(r"\d\s*$", before):

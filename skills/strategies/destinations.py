@@ -17,7 +17,7 @@ NEVER = 10_000.0
 WITHIN = 0.4
 """A place on the map that the robot cannot be on is replaced by one at most this far away, m."""
 BEFORE_DOOR = 0.6
-"""The robot stands this far before a dead end that may be a door, m."""
+"""The robot stops this far before a dead end that may be a door, m."""
 HERE = 3.0
 """Places nearer to each other than this many radii of the robot are one."""
 AWAY = 4.0

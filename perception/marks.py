@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from perception.places import Place, Places
+from perception.places import NotedPlace, Places
 from transport.description import Point
 from transport.messages import Pose
 
@@ -40,10 +40,10 @@ class Marks:
     tolerance: float
     known: Places = field(default_factory=Places)
     places: Places = field(default_factory=Places)
-    here: Place | None = None
+    here: NotedPlace | None = None
     new: bool = False
     heading: int = 0
-    recognised: Place | None = None
+    recognised: NotedPlace | None = None
     _shift: Point = (0.0, 0.0)
 
     def arrive(self, pose: Pose) -> None:
@@ -63,7 +63,7 @@ class Marks:
         self.mark(Direction.BACK)
         self.recognised = self._recognised(pose) if self.new else None
 
-    def _recognised(self, pose: Pose) -> Place | None:
+    def _recognised(self, pose: Pose) -> NotedPlace | None:
         """The known junction at a pose; how far the two lie apart is allowed for at the next one."""
         near = self.known.nearest(Pose(pose.x + self._shift[0], pose.y + self._shift[1]), self.tolerance)
         if near is not None:

@@ -11,7 +11,7 @@ from transport.messages import Pose
 
 
 @dataclass(slots=True)
-class Place:
+class NotedPlace:
     """A place.
 
     Attributes:
@@ -35,38 +35,38 @@ class Places:
     """
 
     surveyor: Surveyor | None = None
-    kept: list[Place] = field(default_factory=list)
+    kept: list[NotedPlace] = field(default_factory=list)
 
-    def note(self, pose: Pose) -> Place:
+    def note(self, pose: Pose) -> NotedPlace:
         """Keep a pose in the world model's frame as a place."""
         place = self.fixed(pose)
         self.kept.append(place)
         return place
 
-    def fixed(self, pose: Pose) -> Place:
+    def fixed(self, pose: Pose) -> NotedPlace:
         """A pose in the world model's frame as a place that moves with the map, without keeping it."""
         if self.surveyor is None or not self.surveyor.mapper.clouds:
-            return Place(pose)
+            return NotedPlace(pose)
         last = len(self.surveyor.mapper.clouds) - 1
-        return Place(between(self.surveyor.keyframe(last), pose), last)
+        return NotedPlace(between(self.surveyor.keyframe(last), pose), last)
 
-    def move(self, place: Place, pose: Pose) -> None:
+    def move(self, place: NotedPlace, pose: Pose) -> None:
         """Put a place to where it is seen now."""
         now = self.fixed(pose)
         place.pose, place.keyframe = now.pose, now.keyframe
 
-    def pose_of(self, place: Place) -> Pose:
+    def pose_of(self, place: NotedPlace) -> Pose:
         """Where a place is now, in the world model's frame."""
         if place.keyframe is None or self.surveyor is None:
             return place.pose
         return compose(self.surveyor.keyframe(place.keyframe), place.pose)
 
-    def apart(self, place: Place, pose: Pose) -> float:
+    def apart(self, place: NotedPlace, pose: Pose) -> float:
         """How far a place is from a pose, m."""
         there = self.pose_of(place)
         return distance_between((there.x, there.y), (pose.x, pose.y))
 
-    def nearest(self, pose: Pose, within: float) -> Place | None:
+    def nearest(self, pose: Pose, within: float) -> NotedPlace | None:
         """The kept place nearest to a pose, at most so far away, m; None where there is none."""
         near = min(self.kept, key=lambda place: self.apart(place, pose), default=None)
         return near if near is not None and self.apart(near, pose) <= within else None

@@ -13,7 +13,7 @@ from perception.mapping.confidence import Knowledge
 from perception.mapping.surveyor import Surveyor
 from perception.marks import Marks
 from perception.odometry import Displacement, corrected, is_restart, moved, step_between
-from perception.places import Place
+from perception.places import NotedPlace
 from perception.settings import PerceptionSettings
 from perception.sweep import ScanPoints
 from transport.arithmetic import atan2, cos, cos_sin, distance_between, sin
@@ -101,7 +101,7 @@ class WorldModel:
     dead_ends: list[DoorPlace] = field(default_factory=list)
     dismissed: list[DoorPlace] = field(default_factory=list)
     way_out: Point | None = None
-    marked: Place | None = None
+    marked: NotedPlace | None = None
     _odometry: Pose | None = None
     _aligned: bool = False
     _axis: float = 0.0

@@ -41,7 +41,7 @@ class Frontier:
 
 
 @dataclass(frozen=True, slots=True)
-class Edge:
+class EdgeAhead:
     """A frontier with the direction in which it lies.
 
     Attributes:
@@ -110,7 +110,7 @@ class ShortestWays:
             number = int(self.before[number])
         return tuple(self.space.middle((int(column), int(row))) for column, row in reversed(cells))
 
-    def edges(self, ahead: float) -> tuple[Edge, ...]:
+    def edges(self, ahead: float) -> tuple[EdgeAhead, ...]:
         """The frontiers, each with where the way to it leads first.
 
         Args:
@@ -120,7 +120,7 @@ class ShortestWays:
         for frontier in self.frontiers():
             way = self.way_to(self.space.cell_of(frontier.place))
             on = along(way, ahead)
-            found.append(Edge(frontier, frontier.beyond if on is None else on))
+            found.append(EdgeAhead(frontier, frontier.beyond if on is None else on))
         return tuple(found)
 
     def nearest(self, point: Point, within: float) -> Cell | None:

@@ -13,7 +13,7 @@ from perception.mapping.free_space import FreeSpace
 from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.matching import Match
-from perception.mapping.planning import Edge, ShortestWays, plan_from
+from perception.mapping.planning import EdgeAhead, ShortestWays, plan_from
 from perception.mapping.relocating import Relocation
 from perception.mapping.settings import MappingSettings
 from perception.sweep import ScanPoints
@@ -40,7 +40,7 @@ class KnownWays:
 
     changes: int
     plan: ShortestWays
-    edges: tuple[Edge, ...]
+    edges: tuple[EdgeAhead, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from perception.facts import Facts
-from perception.mapping.planning import Edge, ShortestWays, Way, along, left_of, length_of
+from perception.mapping.planning import EdgeAhead, ShortestWays, Way, along, left_of, length_of
 from perception.mapping.surveyor import AHEAD
 from perception.marks import Direction
 from perception.world import DoorPlace, to_robot
@@ -39,7 +39,7 @@ class Destination(StrEnum):
     """Where the machine has marked a place last."""
 
 
-def edges_of(facts: Facts) -> tuple[Edge, ...]:
+def edges_of(facts: Facts) -> tuple[EdgeAhead, ...]:
     """The pieces of the edge of what has been seen that can be reached; none where the robot's place is not known."""
     surveyor = facts.world.surveyor
     if surveyor is None or not facts.world.place_known:

@@ -97,7 +97,9 @@ def _print_version(asked: bool) -> None:
     if asked:
         from importlib.metadata import version
 
-        print(f"maze-machine {version('maze-machine')}")
+        from transport.compiled import arithmetic_in_use
+
+        print(f"maze-machine {version('maze-machine')} ({arithmetic_in_use()})")
         raise typer.Exit
 
 

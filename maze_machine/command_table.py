@@ -128,6 +128,7 @@ _SUBCOMMANDS = (
         "Trust a project's own library: its settings name Python code, which no command runs without your consent.",
     ),
     Subcommand("maze", WORLD, "maze:app", "Show mazes, convert them, generate new ones from a seed."),
+    Subcommand("map", WORLD, "map:app", "Show a map that a run has saved."),
     Subcommand("sim", LINK, "sim:sim", "Simulate a robot in a maze for a controller in another process."),
     Subcommand(
         "gate",

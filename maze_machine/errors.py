@@ -34,6 +34,7 @@ class ExitStatus(IntEnum):
 STATUS_OF = {
     ("hsm.model.diagnostics", "MachineError"): ExitStatus.BAD_FILE,
     ("hsm.model.faults", "MachineFault"): ExitStatus.FAILED,
+    ("perception.map_document", "MapError"): ExitStatus.BAD_FILE,
     ("sim.maze", "MazeError"): ExitStatus.BAD_FILE,
     ("transport.recording.values", "RecordingError"): ExitStatus.BAD_FILE,
     ("transport.endpoints", "EndpointError"): ExitStatus.USAGE,

@@ -72,6 +72,7 @@ class MachineLexer(_MachineText):
             (rf"^([ \t]*)(initial)(\s+)({_NAME})", bygroups(Text, Keyword, Text, Name.Class)),
             (rf"^([ \t]*)(param|var)(\s+)({_NAME})(\s*)(:)(\s*)({_NAME})",
              bygroups(Text, Keyword.Declaration, Text, Name.Variable, Text, Punctuation, Text, Keyword.Type)),
+            (r"(,)([ \t]*)(adjustable)(?=[ \t]*(?:\(|#|$))", bygroups(Punctuation, Text, Keyword.Declaration)),
             (rf"^([ \t]*)({'|'.join(_STATEMENTS)})\b", bygroups(Text, Keyword)),
             *_MachineText.tokens["expression"],
         ],

@@ -157,6 +157,15 @@ class WorldModel:
             self.surveyor.see(sweep)
         return self.surveyor
 
+    @classmethod
+    def on_map(
+        cls, settings: PerceptionSettings, surveyor: Surveyor, dead_ends: list[DoorPlace], way_out: Point | None
+    ) -> WorldModel:
+        """The world model of a robot that begins on a map that was made before; its frame is the map's."""
+        world = cls(settings, surveyor=surveyor, dead_ends=dead_ends, way_out=way_out)
+        world._aligned = surveyor.supposed is not None
+        return world
+
     @property
     def place_known(self) -> bool:
         """Whether what is seen fits the map where the robot takes itself to be; false without a map."""

@@ -49,7 +49,8 @@ class LinkSettings(Settings):
     silence: Positive = 5.0
     """A controller without any message for this long ends the run, s."""
     step: Positive = 10.0
-    """Timeout for one step of a simulator in lockstep, s: the first one may compile code."""
+    """How long a simulator in lockstep may be silent during a step, s: the first one may compile code. One that still
+    answers questions has six times as long."""
     connect: Positive = 5.0
     """Timeout for connecting to a robot, s."""
 

@@ -126,8 +126,11 @@ module.exports = grammar({
         ":",
         field("type", $._type),
         optional(seq("=", field("default", $._expression))),
+        optional(seq(",", $.adjustable)),
         $._line_end,
       ),
+    adjustable: ($) =>
+      seq("adjustable", optional(seq("(", $._expression, ",", $._expression, ")"))),
     variable: ($) =>
       seq(
         "var",

@@ -18,11 +18,11 @@ from hsm.engine.macrostep import Macrostep
 from hsm.engine.record import NOTHING_DUE, Phase, Selection, StepRecord
 from hsm.engine.run_state import PendingFault, RunState, Work, event_of, fault_event
 from hsm.engine.sessions import InvokedChart
-from hsm.model.chart import Cancel, Held, Model, On, Send
+from hsm.model.chart import Cancel, Defer, Held, Model, On, Send
 from hsm.model.events import Event, StateEvent, matches
 from hsm.model.expressions import SignalValue
 from hsm.model.faults import MachineFault, Spin
-from hsm.model.messages import STORE, Emission, Occurrence, ScxmlEvent, Store
+from hsm.model.messages import STORE, Adjustment, Emission, Occurrence, ScxmlEvent, Store
 
 SPIN = 1000
 """A step with more consecutive microsteps than this counts as endless."""
@@ -61,13 +61,14 @@ class MacrostepExecution:
         self._time = time
         self._settled = False
         self._moved = False
+        self._due = NOTHING_DUE
         self._now = nanoseconds(time)
         self._latest = self._now + tolerance(time)
         self._facts = facts
         self.memo = memo
         self._hits = hits
         self.queue: deque[Event | ScxmlEvent | PendingFault | Send | Cancel] = deque()
-        self.external: deque[Event | ScxmlEvent | PendingFault] = deque()
+        self.external: deque[Event | ScxmlEvent | PendingFault | Adjustment] = deque()
         self._failed: dict[Any, BaseException] = {}
         self._reported: set[Any] = set()
         self._found: list[PendingFault] = []
@@ -84,11 +85,13 @@ class MacrostepExecution:
         self._drain()
         self.state.store = self.memo.get(STORE)
 
-    def run(self, events: Iterable[Event | ScxmlEvent | PendingFault], error: BaseException | None = None) -> None:
-        """Handle events, then time-outs, then conditions.
+    def run(
+        self, events: Iterable[Event | ScxmlEvent | PendingFault | Adjustment], error: BaseException | None = None
+    ) -> None:
+        """Handle events and adjustments, then time-outs, then conditions.
 
         Args:
-            events: outcomes of activities and events from outside, in order.
+            events: outcomes of activities, and events and adjustments from outside, in order.
             error: the exception of a guard, if the fast path failed.
         """
         self._settled = True
@@ -96,15 +99,16 @@ class MacrostepExecution:
         self.memo.update(self._stored())
         if self.state.outcome is not None:
             for entry in events:
-                self._record(event_of(entry), NOTHING_DUE, None)
+                if not isinstance(entry, Adjustment):
+                    self._record(event_of(entry), NOTHING_DUE, None)
             return
         self.external.extend(self._arrived())
         self.external.extend(events)
         self._run_to_stability()
         self._drain()
-        due = frozenset(index for index, deadline in self.state.timers.items() if self._reached(deadline))
-        if due:
-            self._time_outs(due)
+        self._due = frozenset(index for index, deadline in self.state.timers.items() if self._reached(deadline))
+        if self._due:
+            self._time_outs()
         self._conditions()
         self._watch()
         self.state.store = self.memo.get(STORE)
@@ -184,6 +188,9 @@ class MacrostepExecution:
             if not self.external:
                 continue
             entry = self.external.popleft()
+            if isinstance(entry, Adjustment):
+                self._put({entry.parameter: entry.value})
+                continue
             if self.state.sessions:
                 self._invocations.forward(entry)
             self._handle(entry)
@@ -278,13 +285,13 @@ class MacrostepExecution:
             raise MachineFault(f"more than {MOST_DEFERRED} events are deferred", name, line.place)
         self.state.deferred = (*self.state.deferred, event)
 
-    def _time_outs(self, due: frozenset[int]) -> None:
+    def _time_outs(self) -> None:
         for _ in range(SPIN):
             after = self.state.configuration.after
-            if self.state.outcome is not None or after is None or not self._fire(after, Phase.AFTER, due):
+            if self.state.outcome is not None or after is None:
                 return
-            plan = self.selections[-1].plan
-            due = due.difference((*plan.disarmed, *plan.transitions) if plan else ())
+            if not self._fire(after, Phase.AFTER, self._due) and not self.queue:
+                return
             self._run_to_stability()
             self._drain()
         raise endless(self.chart.model, self.selections)
@@ -374,12 +381,10 @@ class MacrostepExecution:
 
     def _take(self, trigger: Phase | Event, due: frozenset[int], plan: Plan) -> None:
         """Execute a microstep; old values stay unchanged for the record."""
-        self._moved = self._moved or bool(plan.exited or plan.entered)
         if self.chart.invokes:
             self._invocations.follow(plan)
         if plan.plain:
-            self._record(trigger, due, plan)
-            self.state.configuration = plan.target
+            self._commit(trigger, due, plan)
             return
         work = Work(self.state.values, self.state.timers, [])
         if plan.timed:
@@ -403,9 +408,8 @@ class MacrostepExecution:
                     return
                 if plan.source is None and block.state == 0:
                     before = work.copy()  # the machine itself is entered once and for all
-        self._record(trigger, due, plan)
+        self._commit(trigger, due, plan)
         state = self.state
-        state.configuration = plan.target
         state.values, state.timers = work.values, work.timers
         if plan.acted or state.acted:
             state.acted = state.acted.difference(plan.disarmed).union(plan.acted)
@@ -414,6 +418,13 @@ class MacrostepExecution:
             state.history = {**state.history, **dict(plan.remembered)}
         self.stopped.extend(plan.stopped)
         state.outcome = plan.outcome or state.outcome
+
+    def _commit(self, trigger: Phase | Event, due: frozenset[int], plan: Plan) -> None:
+        """Record a microstep that succeeded, and enter its states; what it restarts is due in another step."""
+        self._record(trigger, due, plan)
+        self.state.configuration = plan.target
+        self._moved = self._moved or bool(plan.exited or plan.entered)
+        self._due = self._due.difference(plan.disarmed, plan.transitions)
 
     def _put_out(self, raised: Iterable[Event | ScxmlEvent | Send | Emission | Cancel]) -> None:
         """Queue raised events; events for other machines are sent at once, even if this one has ended."""
@@ -440,7 +451,8 @@ class MacrostepExecution:
             state.configuration = self.chart.configuration(())
             state.values, state.timers = before.values, before.timers
             self._put_out(before.raised)
-        self._undone.update(plan.transitions)
+        transitions = self.chart.model.transitions
+        self._undone.update(one for one in plan.transitions if not isinstance(transitions[one].trigger, Defer))
         if block.role is Occasion.EXIT:
             self._left_out.add(block)
         handler = self._handler(fault, plan)
@@ -451,15 +463,16 @@ class MacrostepExecution:
     def _handler(self, fault: PendingFault, plan: Plan) -> int | None:
         """The transition that handles a failed action.
 
-        It belongs to the state of the action, even if that is not entered yet, to a state around it, or to a state of
-        the failed transitions.
+        It belongs to the state of the action, even if that is not entered yet, else to a state of the failed
+        transitions, else to a state around these; inner states come before the states around them.
         """
         topology, model = self.chart.topology, self.chart.model
-        sources = [model.transitions[index].source for index in plan.transitions]
         origin = fault.event.origin
-        states = dict.fromkeys(one for start in (origin, *sources) for one in topology.up(start))
+        around = list(topology.up(origin))
+        sources = [model.transitions[index].source for index in plan.transitions]
+        others = [state for one in sources if one not in around for state in topology.up(one)]
         evaluation = self._evaluation()
-        for state in sorted(states, reverse=True):
+        for state in reversed(list(dict.fromkeys(reversed([*around, *others])))):
             for index in model.states[state].transitions:
                 trigger = model.transitions[index].trigger
                 waits = isinstance(trigger, On) and matches(trigger, fault.event, origin, origin)

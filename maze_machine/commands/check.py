@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 def check(
     files: Annotated[
-        list[str],
+        list[str] | None,
         typer.Argument(
-            help=".maze-machine files, or names of shipped machines.",
-            metavar="FILE...",
+            help=".maze-machine files, folders of them, or names of shipped machines. Default: those of the project.",
+            metavar="FILE",
             autocompletion=complete_machine,
         ),
-    ],
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the diagnostics as JSON.")] = False,
     sarif: Annotated[bool, typer.Option("--sarif", help="Print the diagnostics as SARIF 2.1.0.")] = False,
     ignore: Annotated[
@@ -41,6 +41,8 @@ def check(
 
     Example: `maze-machine check pledge my.maze-machine`
 
+    Example: `maze-machine check .`
+
     Example: `maze-machine check my.maze-machine --ignore N --sarif > findings.sarif`
     """
     from importlib.metadata import version
@@ -49,13 +51,15 @@ def check(
     from hsm.dsl.reporting import render
     from hsm.model.diagnostics import Severity
     from maze_machine.catalogue.library import chosen_library
+    from maze_machine.catalogue.machines import named_files
     from maze_machine.catalogue.project import find_project
 
     if json and sarif:
         raise UsageError("--json does not go with --sarif", "one form at a time")
     findings: list[Diagnostic] = []
     sources: dict[str, str] = {}
-    for name in files:
+    named = named_files(files or [])
+    for name in named:
         path = machine_path(name)
         checked = check_file(path, chosen_library(library, Path(path)))
         project = find_project(Path(path).parent)
@@ -71,7 +75,7 @@ def check(
     elif sarif:
         print(render.as_sarif(findings, version("maze-machine")))
     else:
-        print_findings(findings, sources, files)
+        print_findings(findings, sources, named)
     if any(found.code == "E0107" for found in findings):
         raise typer.Exit(ExitStatus.BAD_FILE)
     if any(found.severity is Severity.ERROR for found in findings):

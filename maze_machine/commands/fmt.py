@@ -7,13 +7,17 @@ from typing import Annotated
 
 import typer
 
-from maze_machine.errors import ExitStatus
+from maze_machine.errors import ExitStatus, UsageError
 
 
 def fmt(
     files: Annotated[
-        list[str], typer.Argument(help=".maze-machine files; `-` formats standard input.", metavar="FILE...")
-    ],
+        list[str] | None,
+        typer.Argument(
+            help=".maze-machine files, or folders of them; `-` formats standard input. Default: those of the project.",
+            metavar="FILE",
+        ),
+    ] = None,
     check: Annotated[bool, typer.Option("--check", help="Change nothing; print which files would change.")] = False,
 ) -> None:
     """Format machines in their canonical form: indentation, spaces, arrows in columns; comments and meaning stay.
@@ -23,7 +27,7 @@ def fmt(
 
     Example: `maze-machine fmt my.maze-machine`
 
-    Example: `maze-machine fmt --check *.maze-machine`
+    Example: `maze-machine fmt --check .`
     """
     from pathlib import Path
 
@@ -31,14 +35,15 @@ def fmt(
     from hsm.dsl.reporting import render
     from hsm.dsl.syntax.sources import SUFFIX, read_text
     from hsm.model.diagnostics import MachineError
-    from maze_machine.errors import UsageError
+    from maze_machine.catalogue.machines import named_files
     from transport.files import write_text
 
-    others = [name for name in files if name != "-" and Path(name).suffix not in ("", SUFFIX)]
+    named = named_files(files or [])
+    others = [name for name in named if name != "-" and Path(name).suffix not in ("", SUFFIX)]
     if others:
         raise UsageError(f"{', '.join(others)}: only {SUFFIX} files can be formatted", "leave out the others")
     status = ExitStatus.OK
-    for name in files:
+    for name in named:
         try:
             text = sys.stdin.read() if name == "-" else read_text(name)
         except MachineError as error:

@@ -19,6 +19,7 @@ from maze_machine.remote.messages import (
     Pause,
     Resume,
     SendEvent,
+    SetParameter,
     SetSpeed,
     read_operation,
 )
@@ -103,8 +104,8 @@ class OperatedRun:
             return Answer(done=False, reason="only a simulation that waits for its controller can do that")
         with self._change:
             match operation:
-                case SendEvent(name=name):
-                    event = checked_event(name, self._machine)
+                case SendEvent(name=text) | SetParameter(text=text):
+                    event = checked_event(text, self._machine)
                     if len(self._events) >= BACKLOG:
                         return Answer(done=False, reason=f"{BACKLOG} events wait already")
                     self._events.append(event)

@@ -30,7 +30,7 @@ const controls = (() => {
 
   function verdict(said) {
     over = true;
-    element("simulation").hidden = element("sending").hidden = element("stop").hidden = true;
+    for (const one of ["simulation", "sending", "adjusting", "stop"]) element(one).hidden = true;
     const stopped = said.stands ? " The base has stopped." : "";
     status(`${said.line || "The run is over."}${stopped}`, said.solved === false ? "bad" : "good");
     element("status").title = (said.lines || EMPTY).join("\n");
@@ -58,14 +58,47 @@ const controls = (() => {
       element("hold").addEventListener("click", () => ask({ kind: held ? "resume" : "pause" }, (done) => { if (done) hold(!held); }));
       element("step").addEventListener("click", step);
       element("pace").addEventListener("change", ({ target }) => ask({ kind: "speed", factor: target.value ? Number(target.value) : null }));
-      const events = (model && model.events) || EMPTY;
-      if (events.length) {
-        element("sending").hidden = false;
-        for (const name of events) element("event").add(new Option(name, name));
-        element("send").addEventListener("click", () => ask({ kind: "event", name: element("event").value }, (done) => { if (done) status(`Sent ${element("event").value}`); }));
-      }
+      offerEvents((model && model.events) || EMPTY);
+      offerParameters(Object.entries((model && model.adjustable) || NONE));
     }
     connect();
+  }
+
+  function offerEvents(events) {
+    if (!events.length) return;
+    const chosen = () => element("event").value, data = () => Object.keys((model.event_data || NONE)[chosen()] || NONE);
+    const show = () => {
+      element("event-data-label").hidden = !data().length;
+      element("event-data").value = data().map((part) => `${part} = `).join(", ");
+    };
+    element("sending").hidden = false;
+    for (const name of events) element("event").add(new Option(name, name));
+    element("event").addEventListener("change", show);
+    element("send").addEventListener("click", () => {
+      const name = data().length ? `${chosen()}(${element("event-data").value})` : chosen();
+      ask({ kind: "event", name }, (done) => { if (done) status(`Sent ${name}`); });
+    });
+    show();
+  }
+
+  function offerParameters(parameters) {
+    if (!parameters.length) return;
+    const value = element("value"), chosen = () => element("parameter").value;
+    const show = () => {
+      const [least, most] = model.adjustable[chosen()], now = store.last && store.last.variables[chosen()];
+      value.value = now === undefined || now === null ? "" : now;
+      value.title = `${model.types[chosen()]}; without a unit in SI units${least === null ? "" : `; ${least} to ${most}`}`;
+    };
+    element("adjusting").hidden = false;
+    for (const [name] of parameters) element("parameter").add(new Option(`${name} (${model.types[name]})`, name));
+    element("parameter").addEventListener("change", show);
+    value.addEventListener("focus", () => { if (!value.value) show(); });
+    value.addEventListener("keydown", ({ key }) => { if (key === "Enter") element("adjust").click(); });
+    element("adjust").addEventListener("click", () => {
+      const operation = { kind: "set", parameter: chosen(), value: value.value.trim() };
+      ask(operation, (done) => { if (done) status(`Set ${chosen()} = ${operation.value}`); });
+    });
+    show();
   }
 
   function step() { if (held) ask({ kind: "advance", ticks: 1 }); }

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from perception.mapping.agreement import agreement_of
 from perception.mapping.cloud import cloud_of
 from perception.mapping.confidence import Confidence, Knowledge
-from perception.mapping.frames import compose
+from perception.mapping.frames import between, compose
 from perception.mapping.free_space import FreeSpace
 from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
@@ -24,6 +24,21 @@ FORGETTING = 0.9
 """The decay per scan of the estimated odometry error."""
 
 
+@dataclass(frozen=True, slots=True)
+class Supposition:
+    """Where a robot is said to be on a map.
+
+    Attributes:
+        keyframe: the one from which it is seen.
+        pose: seen from there.
+        around: how far its heading may be off, rad.
+    """
+
+    keyframe: int = 0
+    pose: Pose = field(default_factory=Pose)
+    around: float = math.pi
+
+
 @dataclass(slots=True)
 class Surveyor:
     """Keeps a map up to date, tick by tick, at a cost that is bounded by counts.
@@ -35,6 +50,7 @@ class Surveyor:
         free_space: where the robot can drive.
         confidence: whether it knows where the robot is; while it does not, nothing enters the map.
         drawing: whether this tick's scan has been drawn into the grid.
+        supposed: where the robot is said to be on a map that was made before, until a scan shows it.
     """
 
     settings: MappingSettings
@@ -43,10 +59,10 @@ class Surveyor:
     free_space: FreeSpace = field(init=False)
     confidence: Confidence = field(init=False)
     drawing: bool = False
+    supposed: Supposition | None = None
     _ticks: int = 0
     _measured: bool = True
     _rough: float = 0.0
-    _resumes: bool = False
     _relocation: Relocation | None = None
 
     def __post_init__(self) -> None:
@@ -57,6 +73,8 @@ class Surveyor:
     @property
     def pose(self) -> Pose:
         """The robot in the world model's frame."""
+        if self.supposed is not None:
+            return compose(self.keyframe(self.supposed.keyframe), self.supposed.pose)
         return compose(self.start, self.mapper.pose)
 
     @property
@@ -83,17 +101,41 @@ class Surveyor:
         """Standard deviation of the place along its worse axis, as seen from the last keyframe, m."""
         return math.sqrt(max(self.covariance.xx, self.covariance.yy, 0.0))
 
+    @classmethod
+    def resumed(cls, mapper: Mapper, free_space: FreeSpace, start: Pose, supposed: Supposition | None) -> Surveyor:
+        """A surveyor for a robot that begins on a map that was made before.
+
+        Args:
+            mapper: the map.
+            free_space: its grid.
+            start: where the map begins.
+            supposed: where the robot is said to be; None where nothing is known: it is lost until it has been found.
+        """
+        again = cls(mapper.settings, start)
+        again.mapper, again.free_space, again.supposed = mapper, free_space, supposed
+        if supposed is None:
+            again.confidence.knowledge = Knowledge.LOST
+        return again
+
     def from_the_start(self) -> Surveyor:
         """A surveyor with the same map for a robot that is back where the map began."""
-        again = Surveyor(self.settings, self.start)
-        again.mapper, again.free_space, again._resumes = self.mapper, self.free_space, True
-        return again
+        return Surveyor.resumed(self.mapper, self.free_space, self.start, Supposition())
+
+    def suppose(self, pose: Pose) -> Supposition:
+        """A robot that is said to be at a pose in the world model's frame, as seen from the nearest keyframe."""
+        nearest = min(
+            range(len(self.mapper.clouds)),
+            key=lambda number: norm(self.keyframe(number).x - pose.x, self.keyframe(number).y - pose.y),
+        )
+        return Supposition(nearest, between(self.keyframe(nearest), pose), self.settings.track.around)
 
     def move(self, step: Pose | None) -> None:
         """Follow odometry by one tick; None where the step is not known."""
         track = self.settings.track
         if step is not None and (norm(step.x, step.y) > track.most_step or abs(step.heading) > track.most_turn):
             step = None
+        if self.supposed is not None and step is not None:
+            self.supposed = replace(self.supposed, pose=compose(self.supposed.pose, step))
         self.mapper.move(step)
         if self._relocation is not None:
             self._relocation.move(step)
@@ -105,9 +147,8 @@ class Surveyor:
         Where the last matches had to correct odometry much, each scan is looked at, else every second one.
         """
         known = self.knowledge is Knowledge.KNOWN
-        if self._resumes:
-            self._resumes = False
-            self.confidence.saw(fits=self.mapper.resume(cloud_of(sweep, self.settings.cloud), 0))
+        if self.supposed is not None:
+            self._begin(sweep, self.supposed)
         elif self.knowledge is Knowledge.LOST:
             self._seek(sweep)
         elif self._ticks % self.settings.track.every == 0 or self._rough > 1 or not self._measured or not known:
@@ -118,6 +159,16 @@ class Surveyor:
             self.free_space.see(sweep, self.pose)
         self._ticks += 1
         self.mapper.work(self.settings.loops.pieces)
+
+    def _begin(self, sweep: ScanPoints, said: Supposition) -> None:
+        """Find the robot where it is said to be, with its first scan that shows walls; else it is lost."""
+        cloud = cloud_of(sweep, self.settings.cloud)
+        if len(cloud) < self.settings.match.least_points:
+            self.confidence.knowledge = Knowledge.DOUBTFUL
+            return
+        self.supposed = None
+        fits = self.mapper.resume(cloud, said.keyframe, said.pose, said.around)
+        self.confidence.knowledge = Knowledge.KNOWN if fits else Knowledge.LOST
 
     def _look(self, sweep: ScanPoints) -> None:
         """Match a scan with what was seen before; where the grid agrees, take it in."""

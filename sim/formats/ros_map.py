@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from sim.formats.format import Choices, Format, Grey, Sketch, Source
 from sim.formats.image import Picture, decoded, is_image
@@ -47,6 +47,11 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
+def _lower(word: object) -> object:
+    """Nav2's map server reads a mode in any case."""
+    return word.lower() if isinstance(word, str) else word
+
+
 class Description(BaseModel):
     """The contents of the ``.yaml`` file; unlisted keys are ignored."""
 
@@ -58,7 +63,15 @@ class Description(BaseModel):
     occupied_thresh: Share = 0.65
     free_thresh: Share = 0.196
     negate: bool = False
-    mode: Literal["trinary", "scale", "raw"] = "trinary"
+    mode: Annotated[Literal["trinary", "scale", "raw"], BeforeValidator(_lower)] = "trinary"
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Description:
+        if self.free_thresh > self.occupied_thresh:
+            raise ValueError(
+                f"`free_thresh` ({self.free_thresh:g}) must not be above `occupied_thresh` ({self.occupied_thresh:g})"
+            )
+        return self
 
 
 def recognises(source: Source) -> bool:

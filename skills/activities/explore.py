@@ -61,10 +61,10 @@ class OnMap(Skill):
 class Explore(OnMap):
     """Drive to the edge of the map, repeatedly, until no reachable edge is left.
 
-    It chooses the edge that takes the least time to reach, with a preference for the outside of the seen area, where
-    the exit is. If an earlier attempt has found the way out, it drives there as long as no wall blocks it. It begins a
-    map if there is none. Outcomes: `explored` when all reachable space has been seen; `blocked` when the robot makes no
-    progress.
+    It chooses the edge from which the way out of the maze would be the shortest, the way to the edge included, if all
+    that has not been seen were free. If an earlier attempt has found the way out, it drives there as long as no wall
+    blocks it. It begins a map if there is none. Outcomes: `explored` when all reachable space has been seen; `blocked`
+    when the robot makes no progress.
     """
 
     def __init__(self, speed: Speed = 0.5) -> None:
@@ -114,7 +114,7 @@ class Explore(OnMap):
         def cost(frontier: Frontier) -> float:
             same = self._chosen is not None and distance_between(frontier.place, self._chosen.place) < SAME
             change = 0.0 if same else settings.change
-            return frontier.distance / self._speed + settings.outward * frontier.inside + change
+            return frontier.distance / self._speed + settings.outward * frontier.outward / self._speed + change
 
         left = [
             frontier

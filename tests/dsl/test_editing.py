@@ -159,6 +159,7 @@ def test_definitions(document):
     assert defined("door", 3).file == str(MACHINES / "door.maze-machine")
     assert Path(defined("rotate").file).name == "library.py"
     assert Path(defined("space.front").file).name == "library.py"
+    assert defined("done", 1) == defined("rotate")
     assert defined("90") is None
 
 
@@ -330,6 +331,16 @@ def test_a_wrong_type_is_not_offered(complete):
     assert "space.front" not in complete("    when in(")
 
 
+def test_values_of_the_type_that_is_due_come_first(complete):
+    turned = complete("    do rotate(angle = ")
+    assert not {"space.front", "dead_end"} & turned.keys()
+    first = next(iter(turned.values()))
+    assert str(first.type) == "angle"
+    assigned = complete("    on done -> left / turns = ")
+    assert next(iter(assigned)) == "turns"
+    assert "space.front" not in assigned
+
+
 def test_the_outcomes_of_an_instance_are_offered(complete):
     assert "opened" in complete("    on op")
 
@@ -423,6 +434,17 @@ def test_hovering_over_an_event_and_what_it_carries(talking):
     assert hover(talking, *at_line(talking, 7, "floor")).detail == "event floor(number : int, pace : Pace)"
     entry = hover(talking, *at_line(talking, 7, "number > at"))
     assert (entry.label, entry.detail) == ("number", "int")
+
+
+def test_an_event_may_have_the_name_of_an_activity(document):
+    text = "machine m\nevent rotate(count : int)\nstate a\n    on rotate if rotate.count > 1 -> a\n"
+    assert hover(document(text), 3, text.splitlines()[3].index("count")).detail == "int"
+
+
+def test_hovering_over_a_definition_names_it_so(document):
+    text = "machine m\ndefine open = space.left or space.right\nstate a\n    when open -> a\n"
+    found = hover(document(text), 3, 10)
+    assert (found.kind, found.detail) == (SymbolKind.DEFINITION, "space.left or space.right")
 
 
 def test_hovering_over_what_an_instance_exposes(talking):

@@ -66,12 +66,12 @@ class Workbench:
         """What the driver has found so far."""
         try:
             found: dict[str, Any] = json.loads(self.verdict.read_text(encoding="utf-8"))
-        except (FileNotFoundError, ValueError):
+        except FileNotFoundError:
             return {}
         return found
 
     def wait_for(self, step: str) -> Any:
-        """What became of a step of the driver."""
+        """What the driver has found at a step."""
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             found = self.steps()

@@ -81,7 +81,7 @@ def test_what_a_person_clicks(tmp_path, sample):
             picture(page, "fence")
         with editor.person_at("export") as page:
             diagram_frame(page).locator("#export").click()
-            page.locator(".quick-input-widget input.input").press("Enter")
+            _accept_path(page)
         with editor.person_at("gutter") as page:
             page.locator(".testing-run-glyph").nth(1).click()
         with editor.person_at("tree") as page:
@@ -100,7 +100,16 @@ def test_what_a_person_clicks(tmp_path, sample):
             page.get_by_text("Open a sample", exact=True).first.click()
             picture(page, "walkthrough")
             page.get_by_role("button", name="Open a Sample", exact=True).click()
-            page.locator(".quick-input-widget input.input").press("Enter")
+            _accept_path(page)
+
+
+def _accept_path(page):
+    """Accept the path that a dialog for files proposes, once it proposes one."""
+    sync_api = pytest.importorskip("playwright.sync_api")
+    box = page.locator(".quick-input-widget input.input")
+    sync_api.expect(box).to_have_value(re.compile("/."), timeout=60_000)
+    box.press("Enter")
+    sync_api.expect(box).not_to_be_visible(timeout=60_000)
 
 
 def test_the_server_is_that_of_the_selected_interpreter(tmp_path, sample):

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -179,6 +180,40 @@ def test_a_machine_of_the_projects_folders_is_imported_by_name(tmp_path):
     )
     status, told, _ = run("check", whole)
     assert status == 0, told
+
+
+@pytest.fixture
+def two_machines(tmp_path, monkeypatch):
+    """A project whose machines lie in a folder and one below it; another one lies in an environment."""
+    text = "machine m\n\ninitial over\n\nfinal over\n"
+    for place in ("charts/a", "charts/rooms/b", "charts/venv/lib/c", "charts/.hidden/d", "loose"):
+        file = tmp_path / f"{place}.maze-machine"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+    (tmp_path / "charts" / "venv" / "pyvenv.cfg").touch()
+    (tmp_path / "maze-machine.toml").write_text('machines = ["charts"]\n', encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("named", "count"), [([], 2), (["charts"], 2), (["charts/rooms", "loose.maze-machine"], 2), (["."], 3)]
+)
+def test_a_folder_stands_for_its_machines_and_no_name_for_the_project(two_machines, named, count):
+    assert f"{count} files checked" in run("check", *named)[1]
+    assert run("fmt", "--check", *named) == (0, "", "")
+    (two_machines / "charts" / "rooms" / "b.maze-machine").write_text("machine m\ninitial  over\nfinal over\n")
+    status, printed, _ = run("fmt", "--check", *named)
+    assert (status, printed) == (1, f"{Path('charts', 'rooms', 'b.maze-machine')}: would be formatted\n")
+
+
+@pytest.mark.parametrize("command", ["check", "fmt"])
+def test_a_folder_without_machines_is_named(tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    status, _, message = run(command, ".")
+    assert (status, ". has no `.maze-machine` file" in message) == (3, True)
+    status, _, message = run(command)
+    assert (status, "no file is named, and this folder has no project" in message) == (2, True)
 
 
 def test_codes_that_a_project_ignores_are_left_out(tmp_path):

@@ -25,6 +25,7 @@ from maze_machine.remote.messages import (
     Pause,
     Resume,
     SendEvent,
+    SetParameter,
     encoded,
     read_operation,
 )
@@ -42,6 +43,8 @@ MACHINE = """machine waiting
 
 event go, halt
 
+param pace : speed = 0.2 m/s, adjustable(0.1 m/s, 0.3 m/s)
+
 var heard : int = 0
 
 initial idle
@@ -51,7 +54,7 @@ state idle
     on go -> moving    / heard += 1
 
 state moving
-    do drive(speed = 0.2 m/s)
+    do drive(speed = pace)
     on halt    -> idle
     on blocked -> idle
 """
@@ -113,6 +116,31 @@ def test_an_operator_sends_events_and_steps_through_the_run(mission):
         assert seen[5].configuration == ("idle",)
 
 
+def test_an_operator_changes_a_parameter_that_the_machine_allows(mission):
+    with running(mission) as (seen, client, _):
+        until(lambda: len(seen) == 1)
+        assert client.model()["adjustable"] == {"pace": [0.1, 0.3]}
+        assert client.operate(SetParameter(parameter="pace", value="30 cm/s")).done
+        assert client.operate(SendEvent(name="go")).done
+        assert client.operate(AdvanceRun(ticks=12)).done
+        until(lambda: len(seen) == 13)
+        assert seen[1].events == ("pace = 0.3 m/s", "go")
+        assert seen[1].variables["pace"] == 0.3
+        assert seen[12].command.twist.forward == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "reason"),
+    [("pace", "0.5 m/s", "takes 0.1 m/s to 0.3 m/s"), ("pace", "1 s", "not a value"), ("heard", "1", "no adjustable")],
+)
+def test_a_change_that_the_machine_does_not_allow_is_refused(mission, parameter, value, reason):
+    operated = OperatedRun(mission, pausable=True)
+    answer = json.loads(operated.answer(SetParameter(parameter=parameter, value=value).model_dump_json().encode()))
+    assert not answer["done"]
+    assert reason in answer["reason"]
+    assert list(operated.events(0, 0.0)) == []
+
+
 def test_a_viewer_sees_the_machine_and_asks_why(mission):
     with running(mission) as (seen, client, _):
         until(lambda: len(seen) == 1)
@@ -125,7 +153,7 @@ def test_a_viewer_sees_the_machine_and_asks_why(mission):
         step = next(steps)
         assert step["states"] == ["idle"]
         assert step["activities"] == {"idle": {"text": "stop", "arguments": {}}}
-        assert step["variables"] == {"heard": 0}
+        assert step["variables"] == {"pace": 0.2, "heard": 0}
         client.operate(SendEvent(name="halt"))
         client.operate(AdvanceRun())
         until(lambda: seen[-1].events == ("halt",))
@@ -206,11 +234,11 @@ def run(*arguments):
 def test_a_scripted_event_is_in_the_trace_and_in_the_replay(tmp_path):
     machine, trace, recording = (tmp_path / name for name in ("waiting.maze-machine", "t.jsonl", "r.mcap"))
     machine.write_text(MACHINE, encoding="utf-8")
-    at = ("--event-at", "1:go", "--event-at", "2.5:halt", "--time-limit", 4, "--maze", "corridor")
-    run(machine, *at, "--trace", trace, "--record", recording)
+    at = ("--event-at", "1:go", "--event-at", "1.5:pace=0.3m/s", "--event-at", "2.5:halt", "--time-limit", 4)
+    run(machine, *at, "--maze", "corridor", "--trace", trace, "--record", recording)
     lines = [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()[1:]]
     heard = {line["tick"]: line["events"] for line in lines if "events" in line}
-    assert heard == {10: ["go"], 25: ["halt"]}
+    assert heard == {10: ["go"], 15: ["pace = 0.3 m/s"], 25: ["halt"]}
     assert (lines[10]["states"], lines[25]["states"]) == (["moving"], ["idle"])
     again = tmp_path / "again.jsonl"
     done = CliRunner().invoke(app, ["replay", str(recording), "--trace", str(again)])
@@ -218,7 +246,7 @@ def test_a_scripted_event_is_in_the_trace_and_in_the_replay(tmp_path):
     assert again.read_bytes() == trace.read_bytes()
 
 
-@pytest.mark.parametrize("entry", ["go", "x:go", "-1:go", "nan:go", "1:", "1:gone", "1e400:go"])
+@pytest.mark.parametrize("entry", ["go", "x:go", "-1:go", "nan:go", "1:", "1:gone", "1e400:go", "1:pace = 9 m/s"])
 def test_a_wrong_script_is_refused(tmp_path, entry):
     machine = tmp_path / "waiting.maze-machine"
     machine.write_text(MACHINE, encoding="utf-8")

@@ -13,7 +13,7 @@ from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.entries import Entry, SymbolKind, fitting
 from hsm.dsl.lsp.hovering import OPEN_CALL
 from hsm.dsl.syntax.lexer import STATEMENTS
-from hsm.model.types import Enumeration
+from hsm.model.types import BOOLEAN, Boolean, Enumeration, Type
 
 _SNIPPETS = {
     "state": "state ${1:name}\n    ${0}",
@@ -34,7 +34,7 @@ def typed(document: Document, line: int, column: int) -> str:
 
 
 def completions(document: Document, line: int, column: int) -> list[Entry]:
-    """Completions at a position: everything that contains the letters typed so far, in this order."""
+    """Completions at a position, the likeliest first: all that contain the letters typed so far, in this order."""
     text = document.before(line, column)
     if "#" in text:
         return []
@@ -61,8 +61,10 @@ def _possible(document: Document, before: str) -> Iterator[Entry]:
         yield from (Entry(name, SymbolKind.MACHINE) for name in names)
     elif first in ("param", "var", "event") and last == ":":
         yield from vocabulary.types(document)
-    elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and "=" not in words:
-        return
+    elif first in ("state", "parallel", "final", "machine", "event", "param", "var") and (
+        "=" not in words or last.endswith(",")
+    ):
+        yield from [Entry("adjustable", SymbolKind.KEYWORD)] if first == "param" and last.endswith(",") else ()
     elif first == "state":
         yield from (vocabulary.instance(document, name) for name in document.table.imports)
     elif re.search(r"\d\s*$", before):
@@ -78,13 +80,33 @@ def _possible(document: Document, before: str) -> Iterator[Entry]:
         yield from (*vocabulary.actions(document), *vocabulary.variables(document))
     else:
         yield from _carried(document, words[1] if first == "on" and len(words) > 1 else "")
-        yield from vocabulary.values(document)
+        yield from _beginning(document, _assigned(document, before))
 
 
 def _carried(document: Document, event: str) -> Iterator[Entry]:
     """What an event carries, as a transition that waits for it alone may read it."""
     for one in document.fields(event):
-        yield Entry(f"{event}.{one.name}", SymbolKind.VARIABLE, type_text(one.type))
+        yield Entry(f"{event}.{one.name}", SymbolKind.VARIABLE, type_text(one.type), type=one.type)
+
+
+def _assigned(document: Document, before: str) -> Type | None:
+    """The type of the parameter or variable whose value begins where a line ends; None where none does."""
+    declared = re.fullmatch(r"\s*(?:param|var)\s+\w+\s*:\s*(\w+)\s*=\s*", before)
+    if declared is not None:
+        return document.type_named(declared[1])
+    assigned = re.search(r"/(?:.*,)?\s*(\w+)\s*=\s*$", before)
+    known = {one.label: one.type for one in vocabulary.variables(document)}
+    return None if assigned is None else known.get(assigned[1])
+
+
+def _beginning(document: Document, due: Type | None) -> list[Entry]:
+    """Names with which an expression of a type may begin, those of that very type first; all where it is not known."""
+    possible = list(vocabulary.values(document))
+    if isinstance(due, Enumeration):
+        return [one for one in possible if one.type == due or one.kind is SymbolKind.DEFINITION]
+    if due is not None and due != BOOLEAN:
+        possible = [one for one in possible if not isinstance(one.type, Boolean | Enumeration)]
+    return sorted(possible, key=lambda one: due is not None and one.type != due)
 
 
 def _inside_call(document: Document, called: str, written: str) -> Iterator[Entry]:
@@ -104,8 +126,4 @@ def _inside_call(document: Document, called: str, written: str) -> Iterator[Entr
     due = next((one for one in parameters if label is not None and one.name == label[1]), None)
     if label is None and position < len(parameters):
         due = parameters[position]
-    if due is None or not isinstance(due.type, Enumeration):
-        yield from (one for one in vocabulary.values(document) if due is None or one.kind is not SymbolKind.VALUE)
-        return
-    yield from (Entry(member, SymbolKind.VALUE, str(due.type)) for member in due.type.members)
-    yield from (one for one in vocabulary.variables(document) if one.detail.partition(" ")[0] == str(due.type))
+    yield from _beginning(document, None if due is None else due.type)

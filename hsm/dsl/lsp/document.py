@@ -101,10 +101,11 @@ class Document:
 
     def _typed(self, declared: Iterable[ast.FieldSyntax | ast.ParameterLine]) -> tuple[Parameter, ...]:
         """Declared names with those types that are known."""
-        types = [(str(one.name), self._type_named(str(one.type))) for one in declared]
+        types = [(str(one.name), self.type_named(str(one.type))) for one in declared]
         return tuple(Parameter(name, kind) for name, kind in types if kind is not None)
 
-    def _type_named(self, name: str) -> Type | None:
+    def type_named(self, name: str) -> Type | None:
+        """The type of this name: a simple one, an enumeration of the file or one of the library; None if unknown."""
         for line in self.table.root.lines:
             if isinstance(line, ast.EnumerationLine) and line.name == name:
                 return Enumeration(name, tuple(map(str, line.members)))

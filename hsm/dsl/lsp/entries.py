@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from hsm.model.registry import Parameter
+from hsm.model.types import Type
 
 
 class SymbolKind(Enum):
@@ -19,6 +20,7 @@ class SymbolKind(Enum):
     ACTION = "action"
     EVENT = "event"
     VARIABLE = "variable"
+    DEFINITION = "definition"
     PARAMETER = "parameter"
     ARGUMENT = "argument"
     FUNCTION = "function"
@@ -38,6 +40,7 @@ class Entry:
         detail: its type or its arguments, in one line.
         doc: its documentation.
         snippet: what is inserted instead of the name, with places to fill in, in the notation of editors; or empty.
+        type: the type of its value; None if it has no value, or if the type is not known.
     """
 
     label: str
@@ -45,6 +48,7 @@ class Entry:
     detail: str = ""
     doc: str = ""
     snippet: str = ""
+    type: Type | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ OPEN_CALL = re.compile(r"([A-Za-z_][\w.]*)\s*\(([^()]*)$")
 """The end of a text with a call whose bracket is open: what is called, and what is in the bracket so far."""
 _KINDS_OF = {
     Role.EVENT: (SymbolKind.EVENT,),
-    Role.VARIABLE: (SymbolKind.VARIABLE, SymbolKind.PARAMETER),
+    Role.VARIABLE: (SymbolKind.VARIABLE, SymbolKind.PARAMETER, SymbolKind.DEFINITION),
     Role.PARAMETER: (SymbolKind.PARAMETER,),
     Role.SIGNAL: (SymbolKind.SIGNAL,),
     Role.ACTIVITY: (SymbolKind.ACTIVITY,),
@@ -45,7 +45,8 @@ def hover(document: Document, line: int, column: int) -> Entry | None:
     if here.role is Role.STATE:
         return state_entry(document, here.name)
     if here.role is Role.ARGUMENT:
-        found = next((one for one in document.parameters_of(here.owner) if one.name == here.name), None)
+        taken = (*document.parameters_of(here.owner), *document.fields(here.owner))
+        found = next((one for one in taken if one.name == here.name), None)
         return None if found is None else Entry(here.name, SymbolKind.ARGUMENT, type_text(found.type))
     if here.role is Role.MACHINE:
         return _machine_entry(document, here.name)

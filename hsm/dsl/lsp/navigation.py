@@ -16,6 +16,7 @@ from typing import Any
 from hsm.dsl.loading import find_import
 from hsm.dsl.lsp.document import Document
 from hsm.dsl.lsp.occurrences import NameOccurrence, Role
+from hsm.dsl.semantics.symbols import StateSymbol
 from hsm.dsl.syntax.parser import tokens_of
 
 _COLOURS = re.compile(
@@ -171,7 +172,7 @@ def definition(document: Document, line: int, column: int) -> Span | None:
         declared = (one for one in document.occurrences if one.declares and one.role is Role.ARGUMENT)
         return next((span(document, one) for one in declared if (one.owner, one.name) == (here.owner, here.name)), None)
     if here.role is Role.EVENT:
-        return _event(document, here.name)
+        return _event(document, here.name) or _ended(document, line, here.name)
     if here.owner in document.table.states:
         inner = instance_of(document, here.owner)
         return None if inner is None else _declared(inner, here.name, (Role.VARIABLE,))
@@ -227,6 +228,24 @@ def _event(document: Document, name: str) -> Span | None:
         if inner is not None and (found := _event(inner, name)) is not None:
             return found
     return None
+
+
+def _ended(document: Document, line: int, outcome: str) -> Span | None:
+    """The Python source of the activity that has an outcome: of the state around a line, or of one inside it."""
+    begins = {((one.token.line or 1) - 1): one for one in document.table.all_states() if one.token is not None}
+    around = [first for first in begins if first <= line <= block_end(document, first)]
+    state = begins[max(around)] if around else document.table.root
+    activities = (document.library.activities.get(name) for name in _activities(state))
+    return next(
+        (_python(document, one.name) for one in activities if one is not None and outcome in one.outcomes), None
+    )
+
+
+def _activities(state: StateSymbol) -> Iterator[str]:
+    if state.activity is not None:
+        yield str(state.activity.call.name)
+    for child in state.children:
+        yield from _activities(child)
 
 
 def _python(document: Document, name: str) -> Span | None:

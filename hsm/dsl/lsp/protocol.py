@@ -28,6 +28,7 @@ KINDS = {
     SymbolKind.ACTION: types.CompletionItemKind.Function,
     SymbolKind.EVENT: types.CompletionItemKind.Event,
     SymbolKind.VARIABLE: types.CompletionItemKind.Variable,
+    SymbolKind.DEFINITION: types.CompletionItemKind.Variable,
     SymbolKind.PARAMETER: types.CompletionItemKind.Constant,
     SymbolKind.ARGUMENT: types.CompletionItemKind.Field,
     SymbolKind.FUNCTION: types.CompletionItemKind.Function,
@@ -129,11 +130,12 @@ def diagnostic(
     )
 
 
-def completion(entry: Entry, replaced: types.Range, *, snippets: bool) -> types.CompletionItem:
+def completion(entry: Entry, place: int, replaced: types.Range, *, snippets: bool) -> types.CompletionItem:
     """A completion at a position, in place of what was typed.
 
     Args:
         entry: what.
+        place: its place among the completions; editors show those that fit as well in this order.
         replaced: what was typed.
         snippets: whether the editor fills in places.
     """
@@ -144,6 +146,7 @@ def completion(entry: Entry, replaced: types.Range, *, snippets: bool) -> types.
         detail=entry.detail or None,
         documentation=types.MarkupContent(types.MarkupKind.Markdown, entry.doc) if entry.doc else None,
         filter_text=entry.label,
+        sort_text=f"{place:05}",
         insert_text_format=types.InsertTextFormat.Snippet if snippet else types.InsertTextFormat.PlainText,
         text_edit=types.TextEdit(replaced, entry.snippet if snippet else entry.label),
     )

@@ -15,7 +15,7 @@ from hsm.dsl.semantics.typing import FUNCTIONS
 from hsm.dsl.syntax import ast
 from hsm.model.chart import StateKind
 from hsm.model.registry import Parameter
-from hsm.model.types import QUANTITY_NAMES, UNITS
+from hsm.model.types import QUANTITY_NAMES, UNITS, Enumeration
 
 _TYPES = ("bool", "int", *QUANTITY_NAMES.values())
 
@@ -66,11 +66,14 @@ def values(document: Document) -> Iterator[Entry]:
             f"{call} : {type_text(one.type)}",
             one.doc,
             _call_snippet(one.name, one.parameters) if one.parameters else "",
+            one.type,
         )
     for constant in document.library.constants.values():
-        yield Entry(constant.name, SymbolKind.VALUE, type_text(constant.type), constant.doc)
-    for name, enumeration in document.library.enumerations.items():
-        yield from (Entry(member.value, SymbolKind.VALUE, name) for member in enumeration)
+        yield Entry(constant.name, SymbolKind.VALUE, type_text(constant.type), constant.doc, type=constant.type)
+    for name in document.library.enumerations:
+        kind = document.type_named(name)
+        members = kind.members if isinstance(kind, Enumeration) else ()
+        yield from (Entry(member, SymbolKind.VALUE, name, type=kind) for member in members)
     yield from (Entry(name, SymbolKind.FUNCTION) for name in FUNCTIONS)
 
 
@@ -79,16 +82,21 @@ def variables(document: Document) -> Iterator[Entry]:
     for line in document.table.root.lines:
         match line:
             case ast.ParameterLine(name, kind):
-                detail = _declared_text(document, name, str(kind))
-                yield Entry(str(name), SymbolKind.PARAMETER, detail, document.tree.comment_above(name.line or 1))
+                yield _declared_value(document, name, kind, SymbolKind.PARAMETER)
             case ast.VariableLine(name, kind):
-                detail = _declared_text(document, name, str(kind))
-                yield Entry(str(name), SymbolKind.VARIABLE, detail, document.tree.comment_above(name.line or 1))
+                yield _declared_value(document, name, kind, SymbolKind.VARIABLE)
             case ast.DefinitionLine(name):
                 detail = _declared_text(document, name, "").removeprefix(" = ")
-                yield Entry(str(name), SymbolKind.VARIABLE, detail, document.tree.comment_above(name.line or 1))
+                yield Entry(str(name), SymbolKind.DEFINITION, detail, document.tree.comment_above(name.line or 1))
             case ast.EnumerationLine(name, members):
-                yield from (Entry(str(one), SymbolKind.VALUE, str(name)) for one in members)
+                known = document.type_named(str(name))
+                yield from (Entry(str(one), SymbolKind.VALUE, str(name), type=known) for one in members)
+
+
+def _declared_value(document: Document, name: Token, kind: Token, role: SymbolKind) -> Entry:
+    detail = _declared_text(document, name, str(kind))
+    doc = document.tree.comment_above(name.line or 1)
+    return Entry(str(name), role, detail, doc, type=document.type_named(str(kind)))
 
 
 def _exposed(document: Document) -> Iterator[Entry]:

@@ -230,6 +230,7 @@ class _Compiler:
             event_data=tuple(self.declarations.data.values()),
             exposed=tuple(self.declarations.exposed),
             members=tuple(table.members()),
+            adjustable=tuple(self.declarations.adjustable.values()),
         )
 
     def _properties(self, states: list[State]) -> tuple[Property, ...]:

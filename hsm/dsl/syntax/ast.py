@@ -139,12 +139,21 @@ class ImportLine:
 
 
 @dataclass(frozen=True, slots=True)
+class AdjustableSyntax:
+    """``adjustable`` or ``adjustable(LEAST, MOST)`` after a parameter."""
+
+    keyword: Token
+    bounds: tuple[Expression, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class ParameterLine:
-    """``param NAME : TYPE = VALUE``."""
+    """``param NAME : TYPE = VALUE, adjustable``."""
 
     name: Token
     type: Token
     default: Expression | None
+    adjustable: AdjustableSyntax | None = None
 
 
 @dataclass(frozen=True, slots=True)

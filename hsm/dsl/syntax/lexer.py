@@ -27,7 +27,12 @@ RESERVED = frozenset({"and", "if", "not", "or", "raise"})
 
 _ACTIONS = frozenset({"cancel", "send"})
 
-IN_PLACE = _ACTIONS | {"after", "always", "before", "else", "eventually", "for", "never", "when", "within"}
+IN_PLACE = frozenset(
+    {
+        *_ACTIONS,
+        *("adjustable", "after", "always", "before", "else", "eventually", "for", "never", "when", "within"),
+    }
+)
 """Words that are keywords only where no name fits."""
 
 _ACTING = frozenset({"on", "when", "else", "after", "every", "entry", "exit", "initial"})
@@ -221,6 +226,8 @@ def _in_place(word: str, opening: str, depth: int, earlier: str, previous: str) 
         previous: the kind of the last token.
     """
     match word:
+        case "adjustable":
+            return opening == "param" and not depth and previous == "COMMA"
         case "else":
             return previous in _ENDS or previous == "_NL"
         case "after" if opening != "property":

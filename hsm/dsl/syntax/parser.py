@@ -45,7 +45,11 @@ class TreeBuilder:
         return ast.ImportLine(parts[0])
 
     def param(self, parts: list[Any]) -> ast.ParameterLine:
-        return ast.ParameterLine(parts[0], parts[1], parts[2] if len(parts) > 2 else None)
+        adjustable = parts.pop() if isinstance(parts[-1], ast.AdjustableSyntax) else None
+        return ast.ParameterLine(parts[0], parts[1], parts[2] if len(parts) > 2 else None, adjustable)
+
+    def adjustable(self, parts: list[Any]) -> ast.AdjustableSyntax:
+        return ast.AdjustableSyntax(parts[0], tuple(parts[1:-1]))
 
     def var(self, parts: list[Any]) -> ast.VariableLine:
         return ast.VariableLine(*parts)

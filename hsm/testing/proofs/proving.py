@@ -148,8 +148,7 @@ class _Proof:
         return Graph(
             self._machine,
             list(self._parameters.values()),
-            self._conditions,
-            [self._machine.indices[one.scope] for one in self._stated if one.scope is not None],
+            self._stated,
             events_of(self._machine.model),
             precision=precision,
             not_a_number=self._assumed.not_a_number,

@@ -21,7 +21,7 @@ from hsm.model.chart import Emit, Model, On, Raise, Send
 from hsm.model.diagnostics import MachineError, Place
 from hsm.model.expressions import Literal
 from hsm.model.members import library_of_members
-from hsm.model.messages import Occurrence
+from hsm.model.messages import Adjustment, Occurrence
 from hsm.model.registry import Library, Parameter, SignalDeclaration
 from hsm.model.rewriting import actions_of
 from hsm.model.types import BOOLEAN, Quantity
@@ -257,6 +257,8 @@ class _Reader:
         events: list[str] = []
         for part in line.parts[1 if line.kind == "step" else 2 :]:
             match part:
+                case Setting(subject=Token() as name) if self.model.adjustable_named(str(name)) is not None:
+                    events += self._adjustment(part, self.parameters[str(name)])
                 case Setting():
                     self._set(part, signals, None)
                 case Reporting(name, None) if str(name) in self.library.signals:
@@ -291,6 +293,18 @@ class _Reader:
             key = self._key(setting.subject, signal)
         if key is not None:
             signals[key] = value.value
+
+    def _adjustment(self, setting: Setting, declared: Parameter) -> list[str]:
+        """The new value of an adjustable parameter, as a text; nothing if it is invalid."""
+        place = self._span(name_of(setting.subject))
+        value = self._value(setting, declared, place)
+        if value is None:
+            return []
+        try:
+            return [event_text(self.model, Adjustment(declared.name, value.value))]
+        except ValueError as error:
+            self.report.add("E0301", place, str(error))
+            return []
 
     def _value(self, setting: Setting, declared: Parameter | SignalDeclaration, place: Place) -> Literal | None:
         if setting.value is None:

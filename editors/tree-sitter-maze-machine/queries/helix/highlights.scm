@@ -3,7 +3,7 @@
 (comment) @comment
 
 ["machine" "import"] @keyword.import @keyword.control.import
-["param" "var" "event" "enum" "define" "property" "expose" "state" "member" "parallel" "final"] @keyword.type @keyword.storage
+["param" "adjustable" "var" "event" "enum" "define" "property" "expose" "state" "member" "parallel" "final"] @keyword.type @keyword.storage
 ["do" "initial" "entry" "exit" "raise" "send" "cancel" "defer"] @keyword
 ["on" "when" "if" "else" "after" "every" "for" "within" "before" "stay"] @keyword.conditional @keyword.control.conditional
 ["never" "always" "eventually"] @keyword

@@ -3,7 +3,7 @@
 // step needs a person, it is "shown" until there is a file with the step's name beside the verdict.
 "use strict";
 
-const { writeFileSync, existsSync } = require("node:fs");
+const { writeFileSync, renameSync, existsSync } = require("node:fs");
 const path = require("node:path");
 const assert = require("node:assert/strict");
 const vscode = require("vscode");
@@ -11,7 +11,11 @@ const vscode = require("vscode");
 const PATIENCE = Number(process.env.MAZE_MACHINE_PATIENCE ?? 60_000);
 const file = process.env.MAZE_MACHINE_VERDICT;
 const verdict = { version: vscode.version };
-const write = () => writeFileSync(file, JSON.stringify(verdict, null, 2));
+// Written beside and renamed: whoever reads it finds all of a verdict or the one before.
+const write = () => {
+  writeFileSync(`${file}.new`, JSON.stringify(verdict, null, 2));
+  renameSync(`${file}.new`, file);
+};
 const root = () => vscode.workspace.workspaceFolders[0].uri;
 const at = (name) => vscode.Uri.joinPath(root(), name);
 

@@ -19,7 +19,7 @@ def add(server: MachineServer) -> None:
         begin = column - len(file.typed(line, column))
         replaced = types.Range(protocol.position(line, begin, lines), params.position)
         found = file.completions(line, column)
-        return [protocol.completion(one, replaced, snippets=server.snippets) for one in found]
+        return [protocol.completion(one, place, replaced, snippets=server.snippets) for place, one in enumerate(found)]
 
     @server.feature(types.TEXT_DOCUMENT_SIGNATURE_HELP, types.SignatureHelpOptions(["(", ","]))
     def signature(params: types.SignatureHelpParams) -> types.SignatureHelp | None:

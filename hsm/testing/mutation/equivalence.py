@@ -20,13 +20,15 @@ from typing import Any
 from hsm.engine.configuration import Plan, Selector
 from hsm.engine.machine import Machine
 from hsm.engine.run_state import fault_event
-from hsm.model.chart import Action, Call, Model, On, State, Transition, When
+from hsm.model.chart import Action, Call, Defer, Model, On, State, Transition, When
 from hsm.model.events import Event, StateEvent
+from hsm.model.expressions import EventValue, VariableValue
+from hsm.model.rewriting import parts_of
 from hsm.model.topology import HISTORY
 from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.diagrams import FALSE, Diagram
-from hsm.testing.proofs.graph import FREE, Budget, Graph, events_of, unsupported
-from hsm.testing.proofs.points import Part, Place, Point
+from hsm.testing.proofs.graph import FREE, Budget, Graph, deciding, events_of, unsupported
+from hsm.testing.proofs.points import CarriedEvent, Part, Place, Point
 from hsm.testing.proofs.regions import MIDDLE
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.values import TooMany, Undecided
@@ -83,10 +85,12 @@ class _Places:
 def _places(machine: Machine) -> _Places | None:
     """The places of a machine; None where not all are known."""
     model = machine.model
-    if unsupported(model) is not None:
+    waiting = any(isinstance(one.trigger, Defer) for one in model.transitions)
+    if waiting or model.members or unsupported(model) is not None:
         return None
     try:
-        graph = Graph(machine, [FREE] * len(model.parameters), [], [], events_of(model), precision=MIDDLE)
+        free = [FREE] * len(model.parameters)
+        graph = Graph(machine, free, [], events_of(model), precision=MIDDLE, forgetful=False)
         graph.stepper.reached = {}
         graph.build(Budget(SECONDS, LOCATIONS))
     except (Undecided, TooMany):
@@ -105,7 +109,14 @@ def _alike(one: Model, other: Model) -> bool:
         and len(one.transitions) == len(other.transitions)
         and all(map(_same_state, one.states, other.states))
         and all(map(_same_transition, one.transitions, other.transitions))
+        and _read(other) <= _read(one)  # no place distinguishes values that the machine does not read
     )
+
+
+def _read(model: Model) -> frozenset[str]:
+    """The variables, parameters and parts of events that decide what a machine does."""
+    parts = (part for one in deciding(model) for part in parts_of(one))
+    return frozenset(one.name for one in parts if isinstance(one, VariableValue | EventValue))
 
 
 def _same_state(one: State, other: State) -> bool:
@@ -150,6 +161,7 @@ class _Comparison:
         self._selections = Selections(self._machine, known.graph.evaluator)
         self._mutated = Selections(other, known.graph.evaluator)
         self._events = list(dict.fromkeys([*events_of(self._machine.model), *events_of(other.model)]))
+        self._carrying = frozenset(one.event for one in self._machine.model.event_data if one.fields)
         dropped = (
             set(one.transitions) ^ set(two.transitions)
             for one, two in zip(self._machine.model.states, other.model.states, strict=True)
@@ -170,12 +182,19 @@ class _Comparison:
         if point.outcome is not None:
             return True
         own, other = (one.configuration(point.leaves) for one in (self._machine, self._other))
+        if place[0].heard:
+            heard = place[0].heard
+            return self._same_choice(point, own.on(heard), other.on(heard), among)
         if not self._same_choice(point, own.always, other.always, among):
             return False
         if own.held != other.held:
             return False
         for event in self._heard(place):
-            if not self._same_choice(point, own.on(event), other.on(event), among):
+            first, second = own.on(event), other.on(event)
+            if isinstance(event, str) and event in self._carrying:  # compared where its data is known
+                if (first is None) != (second is None):
+                    return False
+            elif not self._same_choice(point, first, second, among):
                 return False
         match place[0].part:
             case Part.TIME_OUTS:
@@ -188,7 +207,7 @@ class _Comparison:
         """The events that may be heard next at a place."""
         stage, _, queue = place
         if queue:
-            yield queue[0]
+            yield queue[0].name if isinstance(queue[0], CarriedEvent) else queue[0]
             return
         if stage.part in (Part.ARRIVALS, Part.OUTSIDE):
             yield from self._events

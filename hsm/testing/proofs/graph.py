@@ -26,7 +26,7 @@ from hsm.testing.proofs.event_data import EventSymbols
 from hsm.testing.proofs.liveness import Liveness
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
-from hsm.testing.proofs.points import FailingStep, Point, Timer, Waiting
+from hsm.testing.proofs.points import FailingStep, Point, Remembered, Timer, Waiting
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
@@ -130,6 +130,7 @@ class Graph:
         events: names that may come from outside.
         precision: how many exact values of variables are kept.
         not_a_number: whether signals may be NaN.
+        forgetful: whether what is not read again is left out.
 
     Attributes:
         locations: all of them, in the order in which they were found.
@@ -149,6 +150,7 @@ class Graph:
         *,
         precision: Precision,
         not_a_number: bool = True,
+        forgetful: bool = True,
     ) -> None:
         self.machine = machine
         model = machine.model
@@ -158,7 +160,7 @@ class Graph:
         claims = (*stated, *model.assumptions)
         conditions = [condition for one in claims for condition in conditions_of(one.claim)]
         scopes = frozenset(machine.indices[one.scope] for one in claims if one.scope is not None)
-        asked = [*_deciding(model), *conditions]
+        asked = [*deciding(model), *conditions]
         self.regions = Regions(
             self.symbols,
             types,
@@ -179,7 +181,7 @@ class Graph:
         self.regions.look_ahead(self.evaluator, [*expressions_of(model), *conditions], _constants(model), values)
         self._selections = Selections(machine, self.evaluator)
         messages = EventSymbols(machine, self.symbols)
-        buried = Liveness(machine, claims).buried
+        buried = Liveness(machine, claims).buried if forgetful else _nothing_buried
         microsteps = Microsteps(
             machine, self.evaluator, scopes, duration=self._duration, messages=messages, buried=buried
         )
@@ -343,6 +345,13 @@ def events_of(model: Model) -> list[str]:
     ]
 
 
+def _nothing_buried(
+    _active: frozenset[int], values: tuple[Value, ...], history: Remembered
+) -> tuple[tuple[Value, ...], Remembered]:
+    """All values and all that is remembered."""
+    return values, history
+
+
 def _constants(model: Model) -> Iterator[tuple[str, Any]]:
     """The constants that variables are given, each with the variable's name."""
     assigned = ((one.variable, one.value) for one in actions_of(model) if isinstance(one, Assign))
@@ -351,7 +360,7 @@ def _constants(model: Model) -> Iterator[tuple[str, Any]]:
             yield name, value.value
 
 
-def _deciding(model: Model) -> Iterator[Expression]:
+def deciding(model: Model) -> Iterator[Expression]:
     """The expressions that influence what a machine does next."""
     for one in model.transitions:
         match one.trigger:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Any
 
 from hsm.engine.clock import nanoseconds, reached, tolerance
+from hsm.engine.compiled import CompiledChart
 from hsm.engine.evaluation import SignalFault
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.run import Supervisor
@@ -144,10 +145,23 @@ class Monitor:
 
 def holding(supervisor: Supervisor, facts: object) -> Holds:
     """Evaluates conditions at the current moment of a run; each signal is evaluated at most once."""
-    machine = supervisor.machine
+    return holding_at(supervisor.machine, supervisor.variables, supervisor.configuration, facts)
+
+
+def holding_at(
+    machine: CompiledChart, variables: Mapping[str, Any], configuration: Iterable[str], facts: object
+) -> Holds:
+    """The same at a moment of which this is known.
+
+    Args:
+        machine: the machine.
+        variables: variables and parameters by their full names.
+        configuration: full names of the active states.
+        facts: what the signals are given.
+    """
     memo: dict[Any, Any] = {}
-    values = [supervisor.variables.get(name) for name in machine.generator.variables]
-    active = frozenset(machine.indices[name] for name in supervisor.configuration)
+    values = [variables.get(name) for name in machine.generator.variables]
+    active = frozenset(machine.indices[name] for name in configuration)
 
     def ask(call: SignalValue) -> Any:
         key = machine.generator.key(call, values)

@@ -242,7 +242,7 @@ def test_a_wait_stops_at_a_transition_of_an_imported_machine(tmp_path):
     library = robot_names()
     session = Session(hsm.load(outer, library), library)
     for place, times in (("inner:5", (2.0, 4.0)), ("inner.maze-machine:3", (1.0, 3.0)), ("line 4", (2.0,))):
-        session.undo(len(session.lines))
+        session.back(len(session.lines)) if session.lines else None
         session.stop_when(place)
         assert [session.do("after 9 s").time for _ in times] == [pytest.approx(one) for one in times]
     with pytest.raises(SessionError, match=r"no transition in line 5; of an imported file: inner:5"):

@@ -5,7 +5,10 @@ Run as ``python -P benchmarks/trust.py PART``, where PART is one of
     proofs [MACHINE ...]       each shipped machine: properties by verdict, method, time, memory, locations
     tests [MACHINE ...]        each shipped machine: coverage's share of a step, generated tests, mutants
     planted                    twenty mistakes in ten machines that are not robots in mazes
-    cross-check FROM TO RUNS   random machines, drawn from these seeds: what was proved against as many random runs
+    cross-check FROM TO RUNS [FILE]
+                               random machines, drawn from these seeds: what was proved against as many random runs;
+                               a file keeps what was found, so that a run that was stopped continues there.
+                               Machines from seed 1000000 on have events with data and deferred ones
 
 Times are of the processor.
 """
@@ -13,6 +16,7 @@ Times are of the processor.
 from __future__ import annotations
 
 import argparse
+import json
 import subprocess
 import sys
 from collections import Counter
@@ -154,22 +158,32 @@ def planted():
     print(f"{found} of {len(MISTAKES)} found; {process_time() - begin:.1f} s")
 
 
-def cross_check(first, last, runs):
+def cross_check(first, last, runs, kept):
     """Proofs of random machines against random runs."""
+    from dataclasses import asdict
+
     from tests.trust.random_machines import cross_checked
 
-    begin, total = process_time(), Counter()
+    found = {}
+    if kept is not None and kept.exists():
+        found = {one["seed"]: one for one in map(json.loads, kept.read_text().splitlines()) if one["runs"] == runs}
     for seed in range(first, last):
-        found = cross_checked(seed, runs)
-        total.update(proved=len(found.proved), violated=len(found.shown), undecided=len(found.undecided))
-        total.update(contradicted=len(found.contradicted))
-        if found.contradicted:
-            print(f"seed {seed}: proved and violated: {', '.join(found.contradicted)}", flush=True)
-    every = total["proved"] + total["violated"] + total["undecided"]
-    print(f"{last - first} machines, {every} properties: {total['proved']} proved, {total['violated']} violated (all "
-          f"replayed), {total['undecided']} not decided or bounded ({100 * total['undecided'] / every:.1f}%); "
-          f"{total['contradicted']} proved and then violated in {runs} random runs each; "
-          f"{process_time() - begin:.0f} s")  # fmt: skip
+        if seed not in found:
+            begin = process_time()
+            found[seed] = asdict(cross_checked(seed, runs)) | {"runs": runs, "seconds": process_time() - begin}
+            if kept is not None:
+                with kept.open("a") as lines:
+                    lines.write(json.dumps(found[seed]) + "\n")
+        if found[seed]["contradicted"]:
+            print(f"seed {seed}: proved and violated: {', '.join(found[seed]['contradicted'])}", flush=True)
+    some = [found[seed] for seed in range(first, last)]
+    proved, violated, undecided, contradicted = (
+        sum(len(one[what]) for one in some) for what in ("proved", "shown", "undecided", "contradicted")
+    )
+    every = proved + violated + undecided
+    print(f"{last - first} machines, {every} properties: {proved} proved, {violated} violated (all replayed), "
+          f"{undecided} not decided or bounded ({100 * undecided / every:.1f}%); {contradicted} proved and then "
+          f"violated in {runs} random runs of each machine; {sum(one['seconds'] for one in some):.0f} s")  # fmt: skip
 
 
 def main():
@@ -182,6 +196,7 @@ def main():
     crossing = parts.add_parser("cross-check")
     for name in ("first", "last", "runs"):
         crossing.add_argument(name, type=int)
+    crossing.add_argument("kept", type=Path, nargs="?")
     given = parser.parse_args()
     match given.part:
         case "proofs" | "tests":
@@ -191,7 +206,7 @@ def main():
         case "planted":
             planted()
         case _:
-            cross_check(given.first, given.last, given.runs)
+            cross_check(given.first, given.last, given.runs, given.kept)
 
 
 if __name__ == "__main__":

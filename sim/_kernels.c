@@ -115,10 +115,10 @@ static PyObject *project(PyObject *Py_UNUSED(module), PyObject *const *arguments
         PyErr_SetString(PyExc_ValueError, "segments have the shape (n, 4), beams (2, n) row by row");
         goto beams_open;
     }
-    close = made(&nearest, 0, beams.columns);
+    close = made(&nearest, VECTOR, beams.columns);
     if (!close)
         goto beams_open;
-    found = made(&ranges, 0, beams.columns);
+    found = made(&ranges, VECTOR, beams.columns);
     if (found) {
         double *nearness = (double *)ranges.data, *nearest_close = (double *)nearest.data;
         for (Py_ssize_t beam = 0; beam < beams.columns; beam++)
@@ -242,8 +242,6 @@ static PyObject *follow_arc(PyObject *Py_UNUSED(module), PyObject *const *argume
     return Py_BuildValue("(ddd)", x, y, heading);
 }
 
-#define KERNEL(name) {#name, (PyCFunction)(void (*)(void))name, METH_FASTCALL, NULL}
-
 static PyMethodDef kernels[] = {
     KERNEL(project),
     KERNEL(disturb),
@@ -253,9 +251,4 @@ static PyMethodDef kernels[] = {
     {NULL, NULL, 0, NULL},
 };
 
-static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, "sim._kernels", NULL, -1, kernels, NULL, NULL, NULL, NULL};
-
-PyMODINIT_FUNC PyInit__kernels(void)
-{
-    return PyModule_Create(&definition);
-}
+KERNELS_OF("sim")

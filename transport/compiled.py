@@ -17,7 +17,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 PLAIN = "MAZE_MACHINE_PLAIN"
 """The variable of the environment that turns the machine code off."""
-PACKAGES = ("sim",)
+PACKAGES = ("transport", "sim", "perception", "skills")
 """The packages that have kernels; each has them in a module ``_kernels`` of its own."""
 
 

@@ -48,8 +48,11 @@ static void closed(Array *array)
     PyBuffer_Release(&array->view);
 }
 
-/* A new array of numpy's, opened for writing; of no rows, it has one dimension. NULL with an exception set. */
-static PyObject *made(Array *array, Py_ssize_t rows, Py_ssize_t columns)
+/* In place of a number of rows: an array of one dimension. */
+#define VECTOR -1
+
+/* A new array of numpy's, opened for writing; NULL with an exception set. */
+static inline PyObject *made(Array *array, Py_ssize_t rows, Py_ssize_t columns)
 {
     static PyObject *empty; /* numpy.empty; numpy is imported for the first array, not to tell the version */
     if (!empty) {
@@ -59,7 +62,7 @@ static PyObject *made(Array *array, Py_ssize_t rows, Py_ssize_t columns)
         if (!empty)
             return NULL;
     }
-    PyObject *object = rows ? PyObject_CallFunction(empty, "((nn))", rows, columns)
+    PyObject *object = rows >= 0 ? PyObject_CallFunction(empty, "((nn))", rows, columns)
                             : PyObject_CallFunction(empty, "(n)", columns);
     if (object && !opened(object, array, "d", PyBUF_WRITABLE)) {
         Py_DECREF(object);
@@ -79,7 +82,7 @@ static int numbers(PyObject *const *arguments, Py_ssize_t count, double *found)
     return 1;
 }
 
-static int of_tuple(PyObject *tuple, Py_ssize_t count, double *found)
+static inline int of_tuple(PyObject *tuple, Py_ssize_t count, double *found)
 {
     if (!PyTuple_Check(tuple) || PyTuple_Size(tuple) != count) {
         PyErr_Format(PyExc_TypeError, "a kernel takes a tuple of %zd numbers here", count);
@@ -99,6 +102,24 @@ static int takes(const char *kernel, Py_ssize_t wanted, Py_ssize_t given)
         PyErr_Format(PyExc_TypeError, "%s takes %zd arguments, not %zd", kernel, wanted, given);
     return wanted == given;
 }
+
+/* Whole numbers of numpy's index type. */
+#define INDEX(array, place) ((Py_ssize_t) * (int64_t *)((array).data + (place) * (array).column_step))
+
+static inline int opened_indices(PyObject *object, Array *array)
+{
+    return opened(object, array, sizeof(long) == 8 ? "l" : "q", 0);
+}
+
+#define KERNEL(name) {#name, (PyCFunction)(void (*)(void))name, METH_FASTCALL, NULL}
+#define KERNELS_OF(package) \
+    static struct PyModuleDef definition = { \
+        PyModuleDef_HEAD_INIT, package "._kernels", NULL, -1, kernels, NULL, NULL, NULL, NULL, \
+    }; \
+    PyMODINIT_FUNC PyInit__kernels(void) \
+    { \
+        return PyModule_Create(&definition); \
+    }
 
 static inline double lesser(double one, double other)
 {

@@ -157,6 +157,7 @@ class Generator:
         self._namespace: dict[str, Any] = {}
         self._objects: dict[int, str] = {}
         self._opened: dict[int, tuple[int, ...]] = {}
+        self._tests: dict[int, tuple[Expression, Callable[..., Any]]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
 
@@ -358,6 +359,17 @@ class Generator:
         writer.add(1, f"return ({''.join(f'{self._inline(writer, one)}, ' for one in expressions)})")
         run: Callable[..., tuple[Any, ...]] = self._written(writer, "run")
         return run
+
+    def test(self, condition: Expression) -> Callable[..., Any]:
+        """A function of ``(f, m, v, c)`` that returns the value of a condition, made once for each condition object."""
+        found = self._tests.get(id(condition))
+        if found is None:
+            writer = _Writer()
+            writer.add(0, "def run(f, m, v, c):")
+            writer.add(1, f"return {self._inline(writer, condition)}")
+            # The condition is kept with its function, so that its id remains its own.
+            found = self._tests[id(condition)] = condition, self._written(writer, "run")
+        return found[1]
 
     def slot(self, call: SignalValue) -> int:
         """The slot of a signal with these arguments."""

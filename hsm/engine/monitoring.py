@@ -9,10 +9,9 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, reached, tolerance
 from hsm.engine.compiled import CompiledChart
-from hsm.engine.evaluation import SignalFault
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.run import Supervisor
-from hsm.model.expressions import Active, Expression, SignalValue
+from hsm.model.expressions import Active, Expression
 from hsm.model.properties import AlwaysHolds, Claim, Never, Precedence, Property, Recurrence, Response
 
 Holds = Callable[[Expression], bool | None]
@@ -145,7 +144,8 @@ class Monitor:
 
 def holding(supervisor: Supervisor, facts: object) -> Holds:
     """Evaluates conditions at the current moment of a run; each signal is evaluated at most once."""
-    return holding_at(supervisor.machine, supervisor.variables, supervisor.configuration, facts)
+    values, active = supervisor.moment
+    return _holding(supervisor.machine, values, active, facts)
 
 
 def holding_at(
@@ -159,24 +159,20 @@ def holding_at(
         configuration: full names of the active states.
         facts: what the signals are given.
     """
-    memo: dict[Any, Any] = {}
     values = [variables.get(name) for name in machine.generator.variables]
-    active = frozenset(machine.indices[name] for name in configuration)
+    return _holding(machine, values, frozenset(machine.indices[name] for name in configuration), facts)
 
-    def ask(call: SignalValue) -> Any:
-        key = machine.generator.key(call, values)
-        try:
-            memo[key] = call.signal.function(facts, *(evaluation.value(one) for one in call.arguments))
-        except Exception as error:
-            raise SignalFault(call, error) from error
-        return memo[key]
 
-    evaluation = machine.generator.evaluation(memo, values, active, ask)
+def _holding(machine: CompiledChart, values: Sequence[Any], active: frozenset[int], facts: object) -> Holds:
+    generator = machine.generator
+    memo: dict[Any, Any] = {}
 
     def holds(condition: Expression) -> bool | None:
+        if type(condition) is Active:
+            return generator.states[condition.state] in active
         try:
-            return bool(evaluation.value(condition))
-        except (SignalFault, TypeError, ArithmeticError):
+            return bool(generator.test(condition)(facts, memo, values, active))
+        except Exception:
             return None  # a signal that failed, or a variable of an instance that was never entered
 
     return holds

@@ -105,6 +105,11 @@ class Supervisor(Generic[F, E]):
         return MappingProxyType({name: value for name, value in named if value is not None})
 
     @property
+    def moment(self) -> tuple[Sequence[Any], frozenset[int]]:
+        """What generated functions need: the values by slot, and the active states by index, the root included."""
+        return self._state.values, self._state.configuration.active
+
+    @property
     def arguments(self) -> Mapping[str, Sequence[Any]]:
         """The values that activities were begun with, by the full names of their states; replaced, never changed."""
         return self._arguments

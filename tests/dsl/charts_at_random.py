@@ -183,7 +183,9 @@ class _Chart:
         pad = " " * indent
         whens = 0
         for _ in range(self.draw.choice((0, 1, 2, 3))):
-            trigger = self.draw.choice(("on", "on", "on", "when", "after", "every", "for", "done", "defer", "fault"))
+            trigger = self.draw.choice(
+                ("on", "on", "on", "when", "after", "every", "for", "done", "done", "defer", "fault")
+            )
             guard = f" if {self.condition()}" if self.chance(0.35) else ""
             match trigger:
                 case "on":
@@ -227,3 +229,21 @@ def chart_text(seed: int, *, instances: bool = False) -> str:
         instances: whether it may have instances of ``part``.
     """
     return _Chart(Random(seed), instances=instances).text()
+
+
+def carelessly(text: str, draw: Random) -> str:
+    """The same machine in another layout, with comments."""
+    width = draw.choice((1, 2, 3, 8))
+    lines = []
+    for line in text.split("\n"):
+        words = line.lstrip()
+        depth = (len(line) - len(words)) // 4
+        for tight, mark in ((" = ", "="), (", ", ","), (" < ", "<"), (" -> ", "->"), (" / ", "/")):
+            if draw.random() < 0.2:
+                words = words.replace(tight, draw.choice((mark, f"  {mark} ", f"{mark}  ")))
+        if words and draw.random() < 0.1:
+            lines.append(f"{' ' * draw.randint(0, 9)}#about line {len(lines)}")
+        if words and draw.random() < 0.1:
+            words += draw.choice((" # a remark", "#tight"))
+        lines += [" " * width * depth + words, *[""] * (draw.random() < 0.05)]
+    return "\n".join(lines)

@@ -154,7 +154,7 @@ class PlainRun:
         self.external.extend(outcomes)
         self.external.extend(Happened((name,)) for name in events)
         self._drain()
-        due = {index for index, deadline in memory.deadlines.items() if deadline <= self.time}
+        due = {index for index, deadline in self.memory.deadlines.items() if deadline <= self.time}
         while self._goes_on(due):
             due &= {index for index, deadline in self.memory.deadlines.items() if deadline <= self.time}
         self._conditions()

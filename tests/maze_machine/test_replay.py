@@ -3,14 +3,18 @@
 import base64
 import gzip
 import json
+import re
 import socket
 from dataclasses import replace
+from pathlib import Path
+from shutil import copyfile
 
 import pytest
 from mcap.reader import make_reader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 
+from hsm.dsl.syntax.lexer import IN_PLACE, RESERVED, STATEMENTS
 from maze_machine.catalogue.profile import load_profile
 from maze_machine.drive.mission import drive, prepare
 from maze_machine.drive.replay import Difference, first_difference, named_machine, recorded_mission
@@ -245,3 +249,25 @@ def test_a_busy_port_of_the_live_page_is_told(finish):
         status, _, err = finish("run", "pledge", "--view", "--port", port, "--no-picture")
     assert status == 2
     assert err == f"maze-machine: --host 127.0.0.1 --port {port}: Address already in use; port 0 takes any\n"
+
+
+def test_every_construct_is_replayed(finish, tmp_path):
+    for path in (Path(__file__).parent / "machines").iterdir():
+        copyfile(path, tmp_path / path.name)
+    text = "".join(path.read_text(encoding="utf-8") for path in tmp_path.glob("*.maze-machine"))
+    unused = {word for word in STATEMENTS | RESERVED | IN_PLACE if not re.search(rf"\b{word}\b", text)}
+    assert unused <= {"member", "or", "before", "eventually", "true", "false"}
+    sent = ["0.1:note(3, quick)", "1.2:again", "2:go", "2.3:note(4, slow)", "3.5:note(12, slow)"]
+    events = [word for one in sent for word in ("--event-at", one)]
+    machine = ("everything.maze-machine", "--maze", "corridor", "--no-picture")
+    status, out, _ = finish("run", *machine, *events, "--record", "run.mcap", "--trace", "run.jsonl")
+    assert status == 1
+    assert "the machine ended in `over`" in out
+    status, out, _ = finish("replay", "run.mcap", "--trace", "again.jsonl")
+    assert (status, out) == (0, "everything on 55 recorded ticks: no difference\n")
+    trace = (tmp_path / "run.jsonl").read_text()
+    assert (tmp_path / "again.jsonl").read_text() == trace
+    lines = (tmp_path / "everything.maze-machine").read_text().splitlines()
+    timed = [number for number, line in enumerate(lines, 1) if re.match(r" +(on|when|else|after|every) ", line)]
+    assert len([one for one in timed if f"(line {one})" not in trace]) <= 4
+    assert '"sent":["go"]' in trace

@@ -6,7 +6,7 @@ Zones (``zones``) decide later which of these are possible.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from time import process_time
@@ -14,17 +14,18 @@ from typing import Any
 
 from hsm.engine.clock import nanoseconds, seconds
 from hsm.engine.machine import Machine
-from hsm.model.chart import After, Always, Assign, Defer, Every, Held, Model, On, Send, When
+from hsm.model.chart import After, Always, Assign, Emit, Every, Held, Model, On, Raise, Send, When
 from hsm.model.expressions import Expression, Literal, VariableValue
 from hsm.model.properties import Property, conditions_of
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import Diagram
+from hsm.testing.proofs.event_data import EventSymbols
 from hsm.testing.proofs.liveness import Liveness
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
-from hsm.testing.proofs.points import FailingStep, Point, Timer
+from hsm.testing.proofs.points import FailingStep, Point, Timer, Waiting
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
@@ -47,6 +48,8 @@ class Location:
         values: the variables, as values or regions.
         acted: conditions that have held long enough, by transition.
         outcome: how the run ended, or None.
+        deferred: events that wait for another state.
+        pending: events that members have sent to one another; they arrive in the next step.
     """
 
     leaves: tuple[int, ...]
@@ -56,6 +59,8 @@ class Location:
     values: tuple[Kept, ...]
     acted: frozenset[int]
     outcome: str | None
+    deferred: Waiting = ()
+    pending: Waiting = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,8 +174,14 @@ class Graph:
         )
         self.regions.look_ahead(self.evaluator, [*expressions_of(model), *conditions], _constants(model), values)
         self._selections = Selections(machine, self.evaluator)
-        microsteps = Microsteps(machine, self.evaluator, scopes, self._duration, Liveness(machine, stated).buried)
-        self.stepper = Stepper(machine, self._selections, microsteps, events, self.regions.settled)
+        messages = EventSymbols(machine, self.symbols)
+        buried = Liveness(machine, stated).buried
+        microsteps = Microsteps(
+            machine, self.evaluator, scopes, duration=self._duration, messages=messages, buried=buried
+        )
+        self.stepper = Stepper(
+            machine, self._selections, microsteps, messages=messages, events=events, settled=self.regions.settled
+        )
         self.locations: list[Location] = []
         self.edges: list[list[Edge]] = []
         self.initial: list[Edge] = []
@@ -220,6 +231,8 @@ class Graph:
             values,
             location.acted,
             outcome=location.outcome,
+            deferred=location.deferred,
+            pending=location.pending,
         )
         return point, among
 
@@ -246,7 +259,8 @@ class Graph:
             beats = tuple(one for one in point.timers if one.beats)
             for values, further in self.regions.closed(point.values, among):
                 if point.outcome is None:
-                    target = Location(point.leaves, point.history, point.over, timers, values, point.acted, None)
+                    own = (point.leaves, point.history, point.over, timers, values, point.acted, None)
+                    target = Location(*own, point.deferred, point.pending)
                 else:  # nothing follows
                     target = Location(point.leaves, (), frozenset(), (), values, frozenset(), point.outcome)
                 yield Edge(source, self.number_of(target), due, fresh, beats, further, point)
@@ -292,25 +306,29 @@ def unsupported(model: Model) -> str | None:
     for one in model.transitions:
         if not isinstance(one.trigger, On | When | After | Every | Held | Always):
             return f"a trigger of a kind that proofs do not support ({one.place})"
-        if isinstance(one.trigger, Defer):
-            return f"events that are deferred ({one.place})"
         if isinstance(one.trigger, On) and (one.trigger.prefix or ("*" in one.trigger.names and model.events is None)):
             return f"events that are matched by a pattern ({one.place})"
-        if isinstance(one.trigger, On) and any(model.data_of(name) is not None for name in one.trigger.names):
-            return f"events that carry something ({one.place})"
     for action in actions_of(model):
-        if isinstance(action, Send) and (action.message is not None or action.delay <= 0 or model.events is None):
-            return f"an event that is sent without a delay, or with data ({action.place})"
+        if isinstance(action, Send) and (action.delay <= 0 or model.events is None):
+            return f"an event that is sent without a delay ({action.place})"
     return None
 
 
 def events_of(model: Model) -> list[str]:
-    """The names that may come from outside, of those that some transition waits for; raised ones among them."""
+    """The names that may come from outside, of those that some transition waits for.
+
+    Raised ones are among them, but not what one member sends to another.
+    """
+    own = {name for one in actions_of(model) if isinstance(one, Emit) for name in one.receivers}
     waited = (name for one in model.transitions if isinstance(one.trigger, On) for name in one.trigger.names)
     names = dict.fromkeys(waited)
     if model.events is None:
         return list(names)
-    return [name for name in ([*names, *sorted(model.events)] if "*" in names else names) if name in model.events]
+    return [
+        name
+        for name in ([*names, *sorted(model.events)] if "*" in names else names)
+        if name in model.events and name not in own
+    ]
 
 
 def _constants(model: Model) -> Iterator[tuple[str, Any]]:
@@ -340,8 +358,13 @@ def _relevant(model: Model, asked: Sequence[Expression]) -> frozenset[str]:
     """The variables and parameters that some expressions depend on, by name, directly or indirectly."""
     given: dict[str, list[Expression]] = {one.name: [one.initial] for one in model.variables}
     for action in actions_of(model):
-        if isinstance(action, Assign):
-            given.setdefault(action.variable, []).append(action.value)
+        match action:
+            case Assign(variable, value):
+                given.setdefault(variable, []).append(value)
+            case Raise(event, _, arguments) | Send(event, arguments=arguments):
+                _give(given, model, [event], arguments)
+            case Emit(event, _, arguments, receivers):
+                _give(given, model, receivers, arguments)
     found: set[str] = set()
     pending = list(asked)
     while pending:
@@ -350,3 +373,13 @@ def _relevant(model: Model, asked: Sequence[Expression]) -> frozenset[str]:
                 found.add(part.name)
                 pending += given.get(part.name, ())
     return frozenset(found)
+
+
+def _give(
+    given: dict[str, list[Expression]], model: Model, events: Iterable[str], arguments: Sequence[Expression]
+) -> None:
+    """Note what some events carry, by the names under which transitions read it."""
+    for event in events:
+        declared = model.data_of(event)
+        for part, value in zip(() if declared is None else declared.fields, arguments, strict=False):
+            given.setdefault(f"{event}.{part.name}", []).append(value)

@@ -33,6 +33,8 @@ def to_robot(pose: Pose, point: Point) -> Point:
     return (dx * cosine + dy * sine, dy * cosine - dx * sine)
 
 
+LOST, FOUND = "lost", "found"
+"""The events of a robot that no longer knows where it is on its map, and of one that knows it again."""
 BEYOND = 1.0
 """How far beyond the exit of an earlier attempt the robot drives the next time, m."""
 
@@ -83,6 +85,7 @@ class WorldModel:
         dead_ends: those seen since then that may be doors, in order.
         dismissed: those of them that the robot has been at.
         way_out: a place outside, straight on from where an earlier attempt has left the maze, m; None where none has.
+        events: what has happened in this tick, for the machine: `lost` or `found`.
     """
 
     settings: PerceptionSettings
@@ -99,6 +102,7 @@ class WorldModel:
     dead_ends: list[DoorPlace] = field(default_factory=list)
     dismissed: list[DoorPlace] = field(default_factory=list)
     way_out: Point | None = None
+    events: tuple[str, ...] = ()
     _odometry: Pose | None = None
     _aligned: bool = False
     _axis: float = 0.0
@@ -176,10 +180,16 @@ class WorldModel:
 
         A lost robot's pose is dead reckoning from where it was last known, until it is found.
         """
-        if self.surveyor:
-            self.surveyor.see(sweep)
-            if self.surveyor.knowledge is not Knowledge.LOST:
-                self.pose = self.surveyor.pose
+        self.events = ()
+        if self.surveyor is None:
+            return
+        was_lost = self.surveyor.knowledge is Knowledge.LOST
+        self.surveyor.see(sweep)
+        lost = self.surveyor.knowledge is Knowledge.LOST
+        if lost != was_lost:
+            self.events = (LOST,) if lost else (FOUND,)
+        if not lost:
+            self.pose = self.surveyor.pose
 
     def follow_lane(self, sweep: ScanPoints, footprint: tuple[Point, ...]) -> None:
         """Update the robot's lane with the scan."""

@@ -70,7 +70,7 @@ def view(
     if source.partition("/")[0] in SCHEMES and not Path(source).exists():
         if output is not None or foxglove is not None:
             raise UsageError("-o and --foxglove need a recording", "record one with `maze-machine run --record FILE`")
-        view_remote(source, robot or "pico", identity, host, port)
+        view_remote(source, "pico" if robot is None else robot, identity, host, port)
         return
     from json import dumps
 
@@ -87,7 +87,7 @@ def view(
     check_outputs({"--output": page, "--foxglove": foxglove}, [recording])
     check_suffix("--output", page, [".html"])
     check_suffix("--foxglove", foxglove, [".json"])
-    profile = load_profile(robot or "pico", settings or ())
+    profile = load_profile("pico" if robot is None else robot, settings or ())
     recorded = read_recording(recording, Topics(scan, odometry), period=profile.robot.period)
     asked = robot is not None or settings is not None or "profile" not in recorded.run
     body = recorded_profile(recorded, profile if asked else None)

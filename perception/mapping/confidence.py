@@ -45,7 +45,7 @@ class Confidence:
         settings = self.settings
         if agreement.hits < settings.least_hits:
             return match is not None
-        if agreement.fits(settings, settings.agreeing):
+        if agreement.fits(settings):
             return True
         return match is not None and match.share >= settings.unchanged and agreement.elsewhere >= settings.elsewhere
 

@@ -14,6 +14,7 @@ from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.matching import Match
 from perception.mapping.planning import ShortestWays, plan_from
+from perception.mapping.reckoning import Reckoning
 from perception.mapping.relocating import Relocation
 from perception.mapping.settings import MappingSettings
 from perception.sweep import ScanPoints
@@ -61,7 +62,7 @@ class Surveyor:
     drawing: bool = False
     supposed: Supposition | None = None
     _ticks: int = 0
-    _measured: bool = True
+    _since_fit: Reckoning = field(init=False)
     _rough: float = 0.0
     _relocation: Relocation | None = None
 
@@ -69,6 +70,7 @@ class Surveyor:
         self.mapper = Mapper(self.settings)
         self.free_space = FreeSpace(self.settings.free_space)
         self.confidence = Confidence(self.settings.place)
+        self._since_fit = Reckoning(self.settings.reckoning)
 
     @property
     def pose(self) -> Pose:
@@ -131,15 +133,20 @@ class Surveyor:
 
     def move(self, step: Pose | None) -> None:
         """Follow odometry by one tick; None where the step is not known."""
-        track = self.settings.track
-        if step is not None and (norm(step.x, step.y) > track.most_step or abs(step.heading) > track.most_turn):
+        reckoning = self.settings.reckoning
+        if step is not None and (norm(step.x, step.y) > reckoning.most_step or abs(step.heading) > reckoning.most_turn):
             step = None
         if self.supposed is not None and step is not None:
             self.supposed = replace(self.supposed, pose=compose(self.supposed.pose, step))
         self.mapper.move(step)
         if self._relocation is not None:
             self._relocation.move(step)
-        self._measured = self._measured and step is not None
+        self._since_fit.move(step)
+
+    @property
+    def _measured(self) -> bool:
+        """Whether odometry has measured all of the way since the last scan that fitted."""
+        return not self._since_fit.unmeasured
 
     def see(self, sweep: ScanPoints) -> None:
         """Process the tick's scan, if it is its turn, and a part of the work on loops.
@@ -169,6 +176,7 @@ class Surveyor:
         self.supposed = None
         fits = self.mapper.resume(cloud, said.keyframe, said.pose, said.around)
         self.confidence.knowledge = Knowledge.KNOWN if fits else Knowledge.LOST
+        self._since_fit = Reckoning(self.settings.reckoning)
 
     def _look(self, sweep: ScanPoints) -> None:
         """Match a scan with what was seen before; where the grid agrees, take it in."""
@@ -181,7 +189,7 @@ class Surveyor:
             mapper.match = None
             self.confidence.saw_nothing(self.deviation)
             return
-        found = mapper.fit(cloud, measured=self._measured)
+        found = mapper.fit(cloud, measured=self._measured, possible=self._possible)
         if not self._agrees(sweep, found):
             mapper.match, self._rough = None, math.inf
             self.confidence.saw(fits=False)
@@ -191,7 +199,7 @@ class Surveyor:
         if found is None:
             self._rough = math.inf
             return
-        self._measured = True
+        self._since_fit = Reckoning(self.settings.reckoning)
         by = mapper.correction
         rough = max(norm(by.x, by.y) / track.good, abs(by.heading) / track.good_turn)
         self._rough = max(rough, FORGETTING * self._rough if math.isfinite(self._rough) else 0.0)
@@ -205,6 +213,14 @@ class Surveyor:
         agreement = agreement_of(self.free_space, sweep, place, self.settings.place)
         return self.confidence.believes(found, agreement)
 
+    def _possible(self, offset: Pose) -> bool:
+        """Whether the robot, seen from the last keyframe, can have got there; else it would have been carried.
+
+        A robot that was carried may as well be at another place that looks the same.
+        """
+        since = self._since_fit
+        return since.allows(compose(since.moved, between(self.mapper.offset, offset)))
+
     def _seek(self, sweep: ScanPoints) -> None:
         """Look for the lost robot all over the map, and continue from where it is found."""
         if self._relocation is None:
@@ -213,4 +229,4 @@ class Surveyor:
         if place is not None:
             self.mapper.go_on(cloud_of(sweep, self.settings.cloud), place.keyframe, place.match)
             self.confidence.found()
-            self._relocation, self._measured, self._rough = None, True, math.inf
+            self._relocation, self._since_fit, self._rough = None, Reckoning(self.settings.reckoning), math.inf

@@ -25,7 +25,7 @@ from hsm.testing.proofs.event_data import EventSymbols
 from hsm.testing.proofs.liveness import Liveness
 from hsm.testing.proofs.microsteps import Microsteps
 from hsm.testing.proofs.ordinals import held
-from hsm.testing.proofs.points import FailingStep, Point, Timer, Waiting
+from hsm.testing.proofs.points import FailingStep, Point, Remembered, Timer, Waiting
 from hsm.testing.proofs.regions import Kept, Precision, Regions
 from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.steps import Stepper
@@ -127,6 +127,7 @@ class Graph:
         events: names that may come from outside.
         precision: how many exact values of variables are kept.
         not_a_number: whether signals may be NaN.
+        forgetful: whether what is not read again is left out.
 
     Attributes:
         locations: all of them, in the order in which they were found.
@@ -146,6 +147,7 @@ class Graph:
         *,
         precision: Precision,
         not_a_number: bool = True,
+        forgetful: bool = True,
     ) -> None:
         self.machine = machine
         model = machine.model
@@ -154,7 +156,7 @@ class Graph:
         types: list[Type] = [*(one.type for one in model.parameters), *(one.type for one in model.variables)]
         conditions = [condition for one in stated for condition in conditions_of(one.claim)]
         scopes = frozenset(machine.indices[one.scope] for one in stated if one.scope is not None)
-        asked = [*_deciding(model), *conditions]
+        asked = [*deciding(model), *conditions]
         self.regions = Regions(
             self.symbols,
             types,
@@ -175,7 +177,7 @@ class Graph:
         self.regions.look_ahead(self.evaluator, [*expressions_of(model), *conditions], _constants(model), values)
         self._selections = Selections(machine, self.evaluator)
         messages = EventSymbols(machine, self.symbols)
-        buried = Liveness(machine, stated).buried
+        buried = Liveness(machine, stated).buried if forgetful else _nothing_buried
         microsteps = Microsteps(
             machine, self.evaluator, scopes, duration=self._duration, messages=messages, buried=buried
         )
@@ -331,6 +333,13 @@ def events_of(model: Model) -> list[str]:
     ]
 
 
+def _nothing_buried(
+    _active: frozenset[int], values: tuple[Value, ...], history: Remembered
+) -> tuple[tuple[Value, ...], Remembered]:
+    """All values and all that is remembered."""
+    return values, history
+
+
 def _constants(model: Model) -> Iterator[tuple[str, Any]]:
     """The constants that variables are given, each with the variable's name."""
     assigned = ((one.variable, one.value) for one in actions_of(model) if isinstance(one, Assign))
@@ -339,7 +348,7 @@ def _constants(model: Model) -> Iterator[tuple[str, Any]]:
             yield name, value.value
 
 
-def _deciding(model: Model) -> Iterator[Expression]:
+def deciding(model: Model) -> Iterator[Expression]:
     """The expressions that influence what a machine does next."""
     for one in model.transitions:
         match one.trigger:

@@ -124,6 +124,7 @@ class Stepper:
     Attributes:
         faults: steps that cannot be done.
         possible: what some step may exercise.
+        reached: the signals with which some step comes to each place, where this is asked for.
     """
 
     def __init__(
@@ -148,6 +149,7 @@ class Stepper:
         self._expansions: dict[int, _Expansion] = {}
         self.faults: list[FailingStep] = []
         self.possible = Possible(untold=selections.untold)
+        self.reached: dict[Place, Diagram] | None = None
 
     def start(self, parameters: tuple[Value, ...]) -> tuple[list[tuple[Point, Diagram]], list[tuple[Point, Diagram]]]:
         """Entering the machine and the first step, which comes at the same time.
@@ -233,6 +235,10 @@ class Stepper:
                     onward = ways.setdefault(number, {})
                     onward[target] = either(onward.get(target, FALSE), further)
         self.faults += [FailingStep(self._places[one], among, None) for one, among in self._spinning(ways)]
+        if self.reached is not None:
+            for number, among in seen.items():
+                place = self._places[number]
+                self.reached[place] = either(self.reached.get(place, FALSE), among)
         return [(self._places[number][1], among) for number, among in ends.items()]
 
     def _number(self, place: Place) -> int:

@@ -123,15 +123,15 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
     from maze_machine.remote.looking import looked_on
     from maze_machine.remote.reaching import reaching
     from maze_machine.report.pages import remote_head
-    from maze_machine.view.live import Simulation
+    from maze_machine.view.live import SimulatedTime
 
     with reaching(endpoint, robot, identity) as machine:
         model = machine.model()
         head = remote_head(model)
         standing = ""
 
-        def simulation() -> Simulation:
-            return Simulation(pausable=True, paused=standing)
+        def simulation() -> SimulatedTime:
+            return SimulatedTime(pausable=True, paused=standing)
 
         page = served(host, port, head, operate=machine.ask, simulation=simulation)
         with page:

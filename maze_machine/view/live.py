@@ -48,7 +48,7 @@ Operate = Callable[[bytes], bytes]
 """Executes an operator's question, and returns the answer; both are JSON."""
 
 
-class Simulation(NamedTuple):
+class SimulatedTime(NamedTuple):
     """What a page knows of a run whose time may wait.
 
     Attributes:
@@ -60,7 +60,7 @@ class Simulation(NamedTuple):
     paused: str = ""
 
 
-NO_SIMULATION = Simulation()
+NO_SIMULATION = SimulatedTime()
 """A robot's own time does not wait."""
 
 Made = Callable[[], Frame]
@@ -119,7 +119,7 @@ class LivePage:
         host: str = LOOPBACK,
         operate: Operate | None = None,
         drawn: Callable[[str], str] | None = None,
-        simulation: Callable[[], Simulation] = lambda: NO_SIMULATION,
+        simulation: Callable[[], SimulatedTime] = lambda: NO_SIMULATION,
         feed: Feed | None = None,
     ) -> None:
         """Begin to listen.

@@ -21,7 +21,7 @@ from maze_machine.report.pages import ShownRun, network_head, run_head
 from maze_machine.report.tried import TriedMachine, tried_head
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from maze_machine.view.drawings import Drawings
-from maze_machine.view.live import Feed, LivePage, Simulation
+from maze_machine.view.live import Feed, LivePage, SimulatedTime
 from maze_machine.view.page import head, replay_page
 from transport.connect import listening
 from transport.description import RobotDescription
@@ -110,7 +110,7 @@ def live(driven, *, count=40):
     told = run_head(mission, world)
 
     def simulation():
-        return Simulation(pausable=True, paused=operated.paused)
+        return SimulatedTime(pausable=True, paused=operated.paused)
 
     with LivePage(told, operate=operate, drawn=drawings.drawn, simulation=simulation) as page:
         for frame in frames[:count]:
@@ -274,7 +274,7 @@ def test_a_run_is_steered_and_pauses_at_a_place(opened, tmp_path):
     operated.answer(b'{"kind": "pause"}')
 
     def simulation():
-        return Simulation(operated.pausable, operated.paused)
+        return SimulatedTime(operated.pausable, operated.paused)
 
     drawn = Drawings(mission.machine).drawn
     with LivePage(run_head(mission, world), operate=operated.answer, drawn=drawn, simulation=simulation) as served:

@@ -13,7 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from maze_machine.view.drawings import cleaned
-from maze_machine.view.live import Feed, LivePage, Simulation
+from maze_machine.view.live import Feed, LivePage, SimulatedTime
 from maze_machine.view.page import KEYFRAME, FrameEncoder, head, live_page, replay_page
 from transport.description import RobotDescription
 
@@ -137,7 +137,7 @@ def test_an_operators_questions_are_answered():
         asked.append(question)
         return b'{"done":true}'
 
-    with served(operate=operate, simulation=lambda: Simulation(pausable=True)) as (page, _):
+    with served(operate=operate, simulation=lambda: SimulatedTime(pausable=True)) as (page, _):
         with socket_of(page) as browser:
             assert json.loads(browser.recv(timeout=LIMIT)) == {"simulation": {"pausable": True, "paused": ""}}
             browser.send('{"kind":"end"}')

@@ -57,7 +57,7 @@ def test_a_shown_command_is_understood(words):
 def problem(words):
     """What is wrong with a command; empty for nothing."""
     name, *arguments = words
-    if name == "COMMAND":
+    if name in ("COMMAND", "--version", "--help"):
         return ""
     try:
         COMMANDS[name].make_context(name, arguments)

@@ -4,6 +4,7 @@ Run as ``python -P benchmarks/trust.py PART``, where PART is one of
 
     proofs [MACHINE ...]       each shipped machine: properties by verdict, method, time, memory, locations
     tests [MACHINE ...]        each shipped machine: coverage's share of a step, generated tests, mutants
+    mutation [MACHINE ...]     each shipped machine: mutants killed by its tests, proved equivalent, left
     planted                    twenty mistakes in ten machines that are not robots in mazes
     cross-check FROM TO RUNS [FILE]
                                random machines, drawn from these seeds: what was proved against as many random runs;
@@ -143,6 +144,24 @@ def tests(names):
               f"{shares[0]:10.1f}{shares[1]:9.1f}{shares[2]:10.1f}{score:11.1f}", flush=True)  # fmt: skip
 
 
+def mutation(names):
+    """The mutants of each machine: killed by its tests, proved equivalent, left."""
+    print(f"{'machine':18}{'mutants':>9}{'killed':>8}{'equivalent':>12}{'left':>6}{'score %':>9}{'s':>7}")
+    left = []
+    for name in names:
+        trial = load_tested_machine(shipped_machines()[name], robot_library())
+        begin = process_time()
+        found = survey(trial.machine.model, trial.suites)
+        seconds = process_time() - begin
+        total = found.killed + len(found.survivors) + len(found.equivalent)
+        print(f"{name:18}{total:9}{found.killed:8}{len(found.equivalent):12}{len(found.survivors):6}"
+              f"{found.score:9.1f}{seconds:7.1f}", flush=True)  # fmt: skip
+        left += [f"{name}: line {one.place.line if one.place else '-'}: {one.kind}: {one.text}: {word}"
+                 for word, some in (("equivalent", found.equivalent), ("left", found.survivors))
+                 for one in some]  # fmt: skip
+    print("\n".join(left))
+
+
 def planted():
     """Mistakes in machines of other kinds."""
     from tests.trust.foreign import MACHINES, MISTAKES, foreign_machine
@@ -189,7 +208,7 @@ def cross_check(first, last, runs, kept):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parts = parser.add_subparsers(dest="part", required=True)
-    for part in ("proofs", "tests"):
+    for part in ("proofs", "tests", "mutation"):
         parts.add_parser(part).add_argument("machines", nargs="*", metavar="MACHINE", help="shipped machines; all")
     parts.add_parser("one-proof").add_argument("machine")
     parts.add_parser("planted")
@@ -199,8 +218,10 @@ def main():
     crossing.add_argument("kept", type=Path, nargs="?")
     given = parser.parse_args()
     match given.part:
-        case "proofs" | "tests":
-            {"proofs": proofs, "tests": tests}[given.part](given.machines or list(shipped_machines()))
+        case "proofs" | "tests" | "mutation":
+            {"proofs": proofs, "tests": tests, "mutation": mutation}[given.part](
+                given.machines or list(shipped_machines())
+            )
         case "one-proof":
             one_proof(given.machine)
         case "planted":

@@ -70,10 +70,13 @@ class ColumnsWriter:
             if len(self._rows) >= GROUP:
                 self._write()
 
-    def close(self) -> None:
-        """Write what is left, and the end of the file."""
+    def flush(self) -> None:
+        """Write the results that are still in memory."""
         if self._rows:
             self._write()
+
+    def close(self) -> None:
+        """Write the end of the file."""
         self._writer.close()
 
     def _write(self) -> None:
@@ -100,6 +103,7 @@ def columns_in(path: Path | None) -> Iterator[Callable[[Iterable[Record]], None]
         writer = ColumnsWriter(file)
         try:
             yield writer.add
+            writer.flush()
         finally:
             writer.close()
 

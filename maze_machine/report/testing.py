@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hsm.engine.machine import Machine
+from hsm.model.chart import Model
 from hsm.testing.coverage.data import Measured, Measurements
 from hsm.testing.coverage.html import INDEX, html_pages
 from hsm.testing.coverage.lcov import cobertura, lcov
@@ -16,6 +17,7 @@ from hsm.testing.coverage.table import coverage_table, missed_lines, total_share
 from hsm.testing.generation.generating import MOST_STEPS as MOST_GENERATED
 from hsm.testing.generation.generating import generate
 from hsm.testing.mutation.mutating import survey
+from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.possible import UNREACHABLE, unreachable
 from hsm.testing.proofs.proving import examine
 from hsm.testing.proofs.verdicts import Assumptions, PropertyVerdict, Status
@@ -92,7 +94,7 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
     results: list[ScenarioResult] = []
     for suite in trial.suites:
         lines.append(suite.file)
-        for result in run_suite(suite, trial.machine, lambda: watches(model.properties)):
+        for result in run_suite(suite, trial.machine, lambda: watches(model.properties, model.assumptions)):
             results.append(result)
             measurements.add(model, result.coverage)
             lines.append(f"  {'passed' if result.passed else 'FAILED'}  {result.scenario.name}")
@@ -174,14 +176,48 @@ def mutated(trial: TestedMachine) -> TrialReport:
     red = [f"{suite.file}: {result.scenario.name}" for suite, result in own if not result.passed]
     if red:
         raise UsageError(f"--mutate needs scenarios that pass; these fail on the machine itself: {', '.join(red)}")
-    found = survey(trial.machine.model, trial.suites)
+    model = trial.machine.model
+    found = survey(model, trial.suites)
     survivors = [
-        f"{one.place or trial.machine.model.name}: {one.kind}: {one.text}: survived" for one in found.survivors
+        f"{_mutant_text(model, one)}: survived: {_unnoticed(found.reached[number])}"
+        for number, one in enumerate(found.survivors)
     ]
+    equivalent = [f"{_mutant_text(model, one)}: equivalent" for one in found.equivalent]
     total = found.killed + len(survivors)
-    line = f"{total} mutants, {found.killed} killed: mutation score {found.score:.1f}%"
-    as_json = {"machine": trial.machine.model.name, "mutants": total, "killed": found.killed, "survivors": survivors}
-    return TrialReport(not survivors, [*survivors, line], as_json)
+    line = f"{_count(total, 'mutant')}, {found.killed} killed: mutation score {found.score:.1f}%"
+    if equivalent:
+        line += f"; {len(equivalent)} proved equivalent, which do not count: {EQUIVALENT}"
+    as_json = {
+        "machine": model.name,
+        "mutants": total,
+        "killed": found.killed,
+        "score": round(found.score, 2),
+        "survivors": survivors,
+        "equivalent": equivalent,
+    }
+    return TrialReport(not survivors, [*equivalent, *survivors, line], as_json)
+
+
+EQUIVALENT = (
+    "in every run, for any parameters, the same states, transitions, activities, calls, events and variables, unless a "
+    "signal or an action fails"
+)
+"""What is proved of an equivalent mutant."""
+
+
+def _mutant_text(model: Model, mutant: Mutant) -> str:
+    return f"{mutant.place or model.name}: {mutant.kind}: {mutant.text}"
+
+
+def _unnoticed(reaching: int) -> str:
+    """Why a mutant survives."""
+    if not reaching:
+        return "no scenario comes to it"
+    return (
+        "1 scenario comes to it and sees no difference"
+        if reaching == 1
+        else f"{reaching} scenarios come to it and see no difference"
+    )
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 from perception.mapping.cloud import Cloud
@@ -199,12 +199,15 @@ class Mapper:
             self._reference = self.loops.reference(last, recent)
         return self._reference
 
-    def fit(self, cloud: Cloud, *, measured: bool = True) -> Match | None:
+    def fit(
+        self, cloud: Cloud, *, measured: bool = True, possible: Callable[[Pose], bool] = lambda _: True
+    ) -> Match | None:
         """Where a scan fits the last keyframes, seen from the last one; None where it does not, or there are none.
 
         Args:
             cloud: the scan's points, in the robot's frame.
             measured: whether odometry has measured the way since the last scan.
+            possible: whether the robot can be somewhere, seen from the last keyframe.
         """
         if not self.clouds:
             return None
@@ -215,8 +218,11 @@ class Mapper:
             window = Window(track.across, track.around) if measured else Window(track.blind_across, math.pi)
             start = search(cloud, BlurredWalls.of(reference.cloud, self.settings.search), guess, window).pose
             wide = matched(cloud, reference, guess, prior, self.settings.match, start=start)
-            if wide is not None and (found is None or wide.share > found.share + track.better):
+            better = wide is not None and (found is None or wide.share > found.share + track.better)
+            if wide is not None and better and possible(wide.pose):
                 found = wide
+        if found is not None and not possible(found.pose):
+            return None
         return found if found is not None and self._believed(found, guess, prior) else None
 
     def _believed(self, found: Match, guess: Pose, prior: Symmetric | None) -> bool:

@@ -13,7 +13,8 @@ from perception.mapping.free_space import FreeSpace
 from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.matching import Match
-from perception.mapping.planning import ShortestWays, plan_from
+from perception.mapping.planning import EdgeAhead, ShortestWays, plan_from
+from perception.mapping.reckoning import Reckoning
 from perception.mapping.relocating import Relocation
 from perception.mapping.settings import MappingSettings
 from perception.sweep import ScanPoints
@@ -22,6 +23,25 @@ from transport.messages import Pose
 
 FORGETTING = 0.9
 """The decay per scan of the estimated odometry error."""
+
+
+AHEAD = 5.5
+"""The direction of a way is that of the place this many radii of the robot along it."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class KnownWays:
+    """What the map says of ways, until it changes.
+
+    Attributes:
+        changes: how often the map had been changed.
+        plan: the ways from where the robot was then.
+        edges: the pieces of the edge of what has been seen, each with its direction.
+    """
+
+    changes: int
+    plan: ShortestWays
+    edges: tuple[EdgeAhead, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,14 +81,16 @@ class Surveyor:
     drawing: bool = False
     supposed: Supposition | None = None
     _ticks: int = 0
-    _measured: bool = True
+    _since_fit: Reckoning = field(init=False)
     _rough: float = 0.0
     _relocation: Relocation | None = None
+    _ways: KnownWays | None = None
 
     def __post_init__(self) -> None:
         self.mapper = Mapper(self.settings)
         self.free_space = FreeSpace(self.settings.free_space)
         self.confidence = Confidence(self.settings.place)
+        self._since_fit = Reckoning(self.settings.reckoning)
 
     @property
     def pose(self) -> Pose:
@@ -90,6 +112,17 @@ class Surveyor:
         """The ways from where the robot is, for one of a radius, m."""
         pose = self.pose
         return plan_from(self.free_space, (pose.x, pose.y), radius, self.settings.plan)
+
+    def ways(self, radius: float) -> KnownWays:
+        """The ways from about where the robot is: from where it was when the map has last changed.
+
+        Args:
+            radius: of the robot, m.
+        """
+        if self._ways is None or self._ways.changes != self.free_space.changes:
+            plan = self.plan(radius)
+            self._ways = KnownWays(self.free_space.changes, plan, plan.edges(AHEAD * radius))
+        return self._ways
 
     @property
     def knowledge(self) -> Knowledge:
@@ -131,15 +164,20 @@ class Surveyor:
 
     def move(self, step: Pose | None) -> None:
         """Follow odometry by one tick; None where the step is not known."""
-        track = self.settings.track
-        if step is not None and (norm(step.x, step.y) > track.most_step or abs(step.heading) > track.most_turn):
+        reckoning = self.settings.reckoning
+        if step is not None and (norm(step.x, step.y) > reckoning.most_step or abs(step.heading) > reckoning.most_turn):
             step = None
         if self.supposed is not None and step is not None:
             self.supposed = replace(self.supposed, pose=compose(self.supposed.pose, step))
         self.mapper.move(step)
         if self._relocation is not None:
             self._relocation.move(step)
-        self._measured = self._measured and step is not None
+        self._since_fit.move(step)
+
+    @property
+    def _measured(self) -> bool:
+        """Whether odometry has measured all of the way since the last scan that fitted."""
+        return not self._since_fit.unmeasured
 
     def see(self, sweep: ScanPoints) -> None:
         """Process the tick's scan, if it is its turn, and a part of the work on loops.
@@ -169,6 +207,7 @@ class Surveyor:
         self.supposed = None
         fits = self.mapper.resume(cloud, said.keyframe, said.pose, said.around)
         self.confidence.knowledge = Knowledge.KNOWN if fits else Knowledge.LOST
+        self._since_fit = Reckoning(self.settings.reckoning)
 
     def _look(self, sweep: ScanPoints) -> None:
         """Match a scan with what was seen before; where the grid agrees, take it in."""
@@ -181,7 +220,7 @@ class Surveyor:
             mapper.match = None
             self.confidence.saw_nothing(self.deviation)
             return
-        found = mapper.fit(cloud, measured=self._measured)
+        found = mapper.fit(cloud, measured=self._measured, possible=self._possible)
         if not self._agrees(sweep, found):
             mapper.match, self._rough = None, math.inf
             self.confidence.saw(fits=False)
@@ -191,7 +230,7 @@ class Surveyor:
         if found is None:
             self._rough = math.inf
             return
-        self._measured = True
+        self._since_fit = Reckoning(self.settings.reckoning)
         by = mapper.correction
         rough = max(norm(by.x, by.y) / track.good, abs(by.heading) / track.good_turn)
         self._rough = max(rough, FORGETTING * self._rough if math.isfinite(self._rough) else 0.0)
@@ -205,6 +244,14 @@ class Surveyor:
         agreement = agreement_of(self.free_space, sweep, place, self.settings.place)
         return self.confidence.believes(found, agreement)
 
+    def _possible(self, offset: Pose) -> bool:
+        """Whether the robot, seen from the last keyframe, can have got there; else it would have been carried.
+
+        A robot that was carried may as well be at another place that looks the same.
+        """
+        since = self._since_fit
+        return since.allows(compose(since.moved, between(self.mapper.offset, offset)))
+
     def _seek(self, sweep: ScanPoints) -> None:
         """Look for the lost robot all over the map, and continue from where it is found."""
         if self._relocation is None:
@@ -213,4 +260,4 @@ class Surveyor:
         if place is not None:
             self.mapper.go_on(cloud_of(sweep, self.settings.cloud), place.keyframe, place.match)
             self.confidence.found()
-            self._relocation, self._measured, self._rough = None, True, math.inf
+            self._relocation, self._since_fit, self._rough = None, Reckoning(self.settings.reckoning), math.inf

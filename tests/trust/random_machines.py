@@ -291,6 +291,9 @@ class RandomRuns:
     Args:
         machine: the machine.
         seed: of all that is random.
+
+    Attributes:
+        values: those worth trying of each signal.
     """
 
     def __init__(self, machine: Machine, seed: int) -> None:
@@ -311,7 +314,7 @@ class RandomRuns:
             if isinstance(part, SignalValue)
         }
         self._events = sorted(model.events or ())
-        self._values = {name: _worth_trying(name) for name in sorted(asked)}
+        self.values = {name: _worth_trying(name) for name in sorted(asked)}
 
     def violated(self, runs: int, ticks: int = 24) -> set[str]:
         """The names of the properties that some of so many runs violate."""
@@ -323,7 +326,7 @@ class RandomRuns:
     def _run(self, ticks: int) -> set[str]:
         draw = self._draw
         found: set[str] = set()
-        script = Script({name: draw.choice(values) for name, values in self._values.items()})
+        script = Script({name: draw.choice(values) for name, values in self.values.items()})
         calm = draw.choice((0.0, 0.3, 0.8, 0.95))
         try:
             run = self._machine.start(facts=script)
@@ -336,9 +339,9 @@ class RandomRuns:
                 self._act(run, script, calm)
                 time += draw.choice((0.0, LONGEST_TICK, LONGEST_TICK, LONGEST_TICK, 0.05, draw.random() * LONGEST_TICK))
                 if draw.random() > calm:
-                    for name in self._values:
+                    for name in self.values:
                         if draw.random() < 0.5:
-                            script.signals[name] = draw.choice(self._values[name])
+                            script.signals[name] = draw.choice(self.values[name])
                 events = draw.choices(self._events, k=draw.choice((0, 0, 0, 1, 1, 2))) if self._events else ()
                 events = [self._carrying(one) for one in events]
                 found.update(one.property.name for one in monitor.look(script, run.step(time, events, script)))

@@ -152,7 +152,7 @@ def test_mutants_are_of_every_kind_and_differ_from_the_machine(walker):
     assert {one.kind for one in found} == {
         "dropped transition", "negated condition", "negated guard", "swapped targets", "dropped action",
         "shifted constant", "comparison", "logical operator", "wrong unit", "dropped guard", "swapped event",
-        "doubled time-out", "dropped activity", "wrong argument", "wrong initial state",
+        "doubled time-out", "dropped activity", "wrong argument", "wrong initial state", "boundary", "wrong activity",
     }  # fmt: skip
     assert all(one.model != walker.machine.model for one in found)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -16,6 +16,7 @@ from hsm.model.types import BOOLEAN, Integer, Quantity
 from hsm.model.unparse import action_text, expression_text, value_text
 from hsm.testing.coverage.items import transition_text
 from hsm.testing.exploration.feasible import guard_of
+from hsm.testing.mutation.equivalence import Equivalence
 from hsm.testing.mutation.operators import Mutant, in_expressions, in_states, in_transitions, written_parts
 from hsm.testing.scenarios.running import run_scenario
 from hsm.testing.scenarios.scenarios import Scenario, Suite
@@ -35,10 +36,14 @@ class Survey:
     Attributes:
         killed: how many were killed.
         survivors: the mutants that no test killed.
+        equivalent: those that no test can kill, which is proved; they do not count.
+        reached: how many scenarios come to each of the survivors, by its number.
     """
 
     killed: int
     survivors: tuple[Mutant, ...]
+    equivalent: tuple[Mutant, ...] = ()
+    reached: Mapping[int, int] = field(default_factory=dict, compare=False)
 
     @property
     def score(self) -> float:
@@ -62,18 +67,19 @@ def survey(model: Model, suites: Sequence[Suite], among: Kinds | None = None) ->
         for one in suite.scenarios
     ]
     killed = 0
-    survivors = []
+    survivors, equivalent, reached = list[Mutant](), list[Mutant](), dict[int, int]()
+    equivalence = Equivalence(machine)
     for mutant in (among or mutants)(model):
         mutated = scripted_machine(mutant.model)
-        if any(
-            not run_scenario(scenario, mutated, tick).passed
-            for scenario, tick, coverage in trials
-            if _reaches(coverage, mutant)
-        ):
+        reaching = [(scenario, tick) for scenario, tick, coverage in trials if _reaches(coverage, mutant)]
+        if any(not run_scenario(scenario, mutated, tick).passed for scenario, tick in reaching):
             killed += 1
+        elif equivalence.proved(mutant):
+            equivalent.append(mutant)
         else:
+            reached[len(survivors)] = len(reaching)
             survivors.append(mutant)
-    return Survey(killed, tuple(survivors))
+    return Survey(killed, tuple(survivors), tuple(equivalent), reached)
 
 
 def _reaches(coverage: Coverage, mutant: Mutant) -> bool:

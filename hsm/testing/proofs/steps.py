@@ -124,6 +124,7 @@ class Stepper:
     Attributes:
         faults: steps that cannot be done.
         possible: what some step may exercise.
+        reached: the signals with which some step comes to each place, where this is asked for.
     """
 
     def __init__(
@@ -148,9 +149,16 @@ class Stepper:
         self._expansions: dict[int, _Expansion] = {}
         self.faults: list[FailingStep] = []
         self.possible = Possible(untold=selections.untold)
+        self.reached: dict[Place, Diagram] | None = None
 
-    def start(self, parameters: tuple[Value, ...]) -> tuple[list[tuple[Point, Diagram]], list[tuple[Point, Diagram]]]:
+    def start(
+        self, parameters: tuple[Value, ...], given: Diagram
+    ) -> tuple[list[tuple[Point, Diagram]], list[tuple[Point, Diagram]]]:
         """Entering the machine and the first step, which comes at the same time.
+
+        Args:
+            parameters: all values before the start.
+            given: the signals that are possible.
 
         Returns:
             All points at its end, and those that it comes to only where it hears an event from outside.
@@ -160,7 +168,8 @@ class Stepper:
         self.possible.take(plan)
         first, queue, possible = self._microsteps.planned(nowhere, plan)
         if possible != TRUE:
-            self._fail((SETTLING, nowhere, ()), self._failing(plan, self._diagrams.complement(possible), None), TRUE)
+            self._fail((SETTLING, nowhere, ()), self._failing(plan, self._diagrams.complement(possible), None), given)
+        possible = self._diagrams.both(possible, given)
         quiet, hearing = dict[Place, Diagram](), dict[Place, Diagram]()
         for point, among in self._run({(SETTLING, first, queue): possible}):
             arrived, left = point.pending, replace(point, pending=())
@@ -233,6 +242,10 @@ class Stepper:
                     onward = ways.setdefault(number, {})
                     onward[target] = either(onward.get(target, FALSE), further)
         self.faults += [FailingStep(self._places[one], among, None) for one, among in self._spinning(ways)]
+        if self.reached is not None:
+            for number, among in seen.items():
+                place = self._places[number]
+                self.reached[place] = either(self.reached.get(place, FALSE), among)
         return [(self._places[number][1], among) for number, among in ends.items()]
 
     def _number(self, place: Place) -> int:

@@ -27,7 +27,7 @@ Texts = tuple[np.ndarray[Any, np.dtype[np.int64]], list[str]]
 """A column of texts as numbers, -1 where there is none, and the texts."""
 
 GROUP = 20_000
-"""So many results are kept in memory and written at once."""
+"""Number of results that are kept in memory and written at once."""
 
 _TEXTS = ("machine", "maze", "outcome", "reason", "refused")
 _NUMBERS = ("time", "path_length", "clearance")

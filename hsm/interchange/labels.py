@@ -11,9 +11,9 @@ from heapq import nsmallest
 from typing import Any, NamedTuple
 
 DISTANCES = (260.0, 700.0)
-"""At most so far a label is moved, points; the next where there is no place within the first."""
+"""The longest way that a label is moved, points; the second where the first reaches no free place."""
 TRIES = 3000
-"""At most so many places are tried for a label, the nearest first."""
+"""The number of places that are tried for a label, the nearest first."""
 _GLYPH = 0.62
 """The mean width of a character, as a part of the font's size; fonts differ, so this is on the wide side."""
 _LINE = 1.2

@@ -123,16 +123,26 @@ def view_remote(endpoint: str, robot: str, identity: Path | None, host: str, por
     from maze_machine.remote.looking import looked_on
     from maze_machine.remote.reaching import reaching
     from maze_machine.report.pages import remote_head
+    from maze_machine.view.live import SimulatedTime
 
     with reaching(endpoint, robot, identity) as machine:
         model = machine.model()
         head = remote_head(model)
-        page = served(host, port, head, operate=machine.ask, pausable=lambda: True)
+        standing = ""
+
+        def simulation() -> SimulatedTime:
+            return SimulatedTime(pausable=True, paused=standing)
+
+        page = served(host, port, head, operate=machine.ask, simulation=simulation)
         with page:
             announce(page)
             ending = {"line": "the machine does not answer any more: the run is over, or the link is", "stands": False}
+            shown = None
             for step in looked_on(machine, SILENCE):
-                page.publish(partial(dict, step))
+                standing = str(step.pop("paused", ""))
+                if step.get("tick") != shown:
+                    page.publish(partial(dict, step))
+                shown = step.get("tick")
                 if "ended" in step:
                     ending = {**step["ended"], "stands": True}
                     break

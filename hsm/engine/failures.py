@@ -17,7 +17,7 @@ from hsm.model.expressions import SignalValue
 from hsm.model.messages import STORE, ScxmlEvent
 
 
-class FailingStep(Protocol):
+class FallibleStep(Protocol):
     """A step in which something may fail.
 
     Attributes:
@@ -48,7 +48,7 @@ class Failures:
         left_out: exit actions that failed, which are not run again in the step.
     """
 
-    def __init__(self, step: FailingStep) -> None:
+    def __init__(self, step: FallibleStep) -> None:
         self._step = step
         self.error: BaseException | None = None
         self.left_out: set[Block] = set()

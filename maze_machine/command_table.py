@@ -67,7 +67,10 @@ _SUBCOMMANDS = (
         "Watch a running machine: its states, transitions and variables, line by line as they change.",
     ),
     Subcommand(
-        "send", DRIVE, "watch:send", "Send an event to a running machine, or have its run pause, resume or end."
+        "send",
+        DRIVE,
+        "watch:send",
+        "Send an event to a running machine, change a parameter of it, or have its run pause, resume or end.",
     ),
     Subcommand("sweep", DRIVE, "sweep:sweep", "Run machines over mazes and seeds and report the results."),
     Subcommand(

@@ -13,6 +13,7 @@ from perception.mapping.confidence import Knowledge
 from perception.mapping.surveyor import Surveyor
 from perception.marks import Marks
 from perception.odometry import Displacement, corrected, is_restart, moved, step_between
+from perception.places import NotedPlace
 from perception.settings import PerceptionSettings
 from perception.sweep import ScanPoints
 from transport.arithmetic import atan2, cos, cos_sin, distance_between, sin
@@ -85,6 +86,7 @@ class WorldModel:
         dead_ends: those seen since then that may be doors, in order.
         dismissed: those of them that the robot has been at.
         way_out: a place outside, straight on from where an earlier attempt has left the maze, m; None where none has.
+        marked: the place that a machine has marked last; None before.
         events: what has happened in this tick, for the machine: `lost` or `found`.
     """
 
@@ -102,6 +104,7 @@ class WorldModel:
     dead_ends: list[DoorPlace] = field(default_factory=list)
     dismissed: list[DoorPlace] = field(default_factory=list)
     way_out: Point | None = None
+    marked: NotedPlace | None = None
     events: tuple[str, ...] = ()
     _odometry: Pose | None = None
     _aligned: bool = False
@@ -117,9 +120,10 @@ class WorldModel:
         for doors have shut again.
         """
         again = WorldModel(self.settings)
-        again.marks = Marks(self.marks.tolerance, known=tuple(self.marks.places))
+        again.marks = Marks(self.marks.tolerance, known=self.marks.places)
         if self.surveyor is not None:
             again.surveyor, again._aligned = self.surveyor.from_the_start(), self._aligned
+            again.marks.places.surveyor = again.surveyor
             again.dead_ends = list(self.dead_ends)
             again.way_out = to_world(self.pose, (BEYOND, 0.0))
         return again
@@ -159,6 +163,7 @@ class WorldModel:
         if self.surveyor is None:
             self.surveyor = Surveyor(self.settings.mapping, self.pose)
             self.surveyor.see(sweep)
+            self.marks.places.surveyor = self.surveyor
         return self.surveyor
 
     @classmethod
@@ -167,8 +172,13 @@ class WorldModel:
     ) -> WorldModel:
         """The world model of a robot that begins on a map that was made before; its frame is the map's."""
         world = cls(settings, surveyor=surveyor, dead_ends=dead_ends, way_out=way_out)
+        world.marks.places.surveyor = surveyor
         world._aligned = surveyor.supposed is not None
         return world
+
+    def mark_place(self) -> None:
+        """Keep the robot's place, to come back to it."""
+        self.marked = self.marks.places.fixed(self.pose)
 
     @property
     def place_known(self) -> bool:

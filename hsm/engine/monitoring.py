@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Any
 
 from hsm.engine.clock import nanoseconds, reached, tolerance
+from hsm.engine.compiled import CompiledChart
 from hsm.engine.macrostep import Macrostep
 from hsm.engine.run import Supervisor
 from hsm.model.expressions import Active, Expression
@@ -143,9 +144,28 @@ class Monitor:
 
 def holding(supervisor: Supervisor, facts: object) -> Holds:
     """Evaluates conditions at the current moment of a run; each signal is evaluated at most once."""
-    generator = supervisor.machine.generator
-    memo: dict[Any, Any] = {}
     values, active = supervisor.moment
+    return _holding(supervisor.machine, values, active, facts)
+
+
+def holding_at(
+    machine: CompiledChart, variables: Mapping[str, Any], configuration: Iterable[str], facts: object
+) -> Holds:
+    """The same at a moment of which this is known.
+
+    Args:
+        machine: the machine.
+        variables: variables and parameters by their full names.
+        configuration: full names of the active states.
+        facts: what the signals are given.
+    """
+    values = [variables.get(name) for name in machine.generator.variables]
+    return _holding(machine, values, frozenset(machine.indices[name] for name in configuration), facts)
+
+
+def _holding(machine: CompiledChart, values: Sequence[Any], active: frozenset[int], facts: object) -> Holds:
+    generator = machine.generator
+    memo: dict[Any, Any] = {}
 
     def holds(condition: Expression) -> bool | None:
         if type(condition) is Active:

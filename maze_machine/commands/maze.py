@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from maze_machine.arguments.options import (
+    LARGEST_SEED,
     CellOption,
     ExitsOption,
     GoalOption,
@@ -105,7 +106,7 @@ def generate(
     output: Annotated[
         Path, typer.Argument(help="The new file; its suffix names the format: .maze, .png, .pgm, .txt or .num.")
     ],
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the maze.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the maze.")] = 0,
     size: Annotated[str, typer.Option(metavar="COLUMNSxROWS", help="Number of cells.")] = "6x5",
     corridor: Annotated[float, typer.Option(metavar="METRES", help="Width of the corridors.")] = 1.0,
     loops: Annotated[int, typer.Option(min=0, help="Number of loops, each made by removing a wall.")] = 1,

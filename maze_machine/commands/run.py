@@ -12,6 +12,7 @@ import typer
 
 from maze_machine.arguments.completion import complete_machine, complete_maze
 from maze_machine.arguments.options import (
+    LARGEST_SEED,
     CellOption,
     EventAtOption,
     ExitsOption,
@@ -76,7 +77,9 @@ def run(
     metres_a_cell: CellOption = 1.0,
     grey: GreyOption = None,
     objects: ObjectsOption = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of all random numbers of the run. Default: 0.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, max=LARGEST_SEED, help="Seed of all random numbers of the run. Default: 0.")
+    ] = None,
     connect: Annotated[
         str | None,
         typer.Option(
@@ -213,7 +216,7 @@ def run(
     world = (
         None
         if connect is not None
-        else embedded(maze or maze_near(machine), words, profile, seed or 0, rules, fault or ())
+        else embedded(maze_near(machine) if maze is None else maze, words, profile, seed or 0, rules, fault or ())
     )
     script = scheduled(event_at or (), mission.machine)
     outputs, most = Outputs(trace, record, dated, quiet=tui), 2 if practice else attempts

@@ -43,7 +43,9 @@ def sweep(
     metres_a_cell: CellOption = 1.0,
     grey: GreyOption = None,
     objects: ObjectsOption = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds for each machine and maze, from 0.")] = 1,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=1_000_000, help="Number of seeds for each machine and maze, from 0.")
+    ] = 1,
     workers: Annotated[int | None, typer.Option(min=1, help="Number of processes. Default: one per core.")] = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Run on this dask.distributed cluster instead.")

@@ -9,7 +9,7 @@ from time import perf_counter
 from typing import Any, Protocol, runtime_checkable
 
 import hsm
-from hsm import Machine
+from hsm import Library, Machine
 from maze_machine.arguments.parameters import parameter_values
 from maze_machine.catalogue.library import chosen_library, robot_library
 from maze_machine.catalogue.machines import find_machine
@@ -48,12 +48,14 @@ class Mission:
         profile: the settings of the robot.
         parameters: the machine's parameters, in SI units.
         time_limit: the run is ended after that many seconds on the robot's clock; None for no limit.
+        library: what the machine was checked against.
     """
 
     machine: Machine[Facts, Command]
     profile: Profile
     parameters: Mapping[str, Any] = field(default_factory=dict)
     time_limit: float | None = None
+    library: Library[Facts, Command] = field(default_factory=robot_library)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +130,7 @@ def prepare(
         )
     written = {**profile.machines.get(machine.model.name, {}), **dict(parameters)}
     values = parameter_values(machine.model.parameters, written, names.enumerations)
-    return Mission(machine, profile, values, time_limit)
+    return Mission(machine, profile, values, time_limit, names)
 
 
 def mission_ticks(

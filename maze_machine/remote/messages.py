@@ -68,13 +68,21 @@ class SetSpeed(_Question):
     """A multiple of real time; None for as fast as it can."""
 
 
+class PauseAt(_Question):
+    """Pause where the run comes to a place; only if time is simulated and waits for the controller."""
+
+    kind: Literal["break"] = "break"
+    at: Annotated[str, Field(max_length=1000)]
+    """A state, ``line 12``, ``door:12`` or a condition such as ``turns == 2``; empty to take it back."""
+
+
 class EndRun(_Question):
     """End the run; the robot is stopped."""
 
     kind: Literal["end"] = "end"
 
 
-Operation = SendEvent | SetParameter | Pause | Resume | AdvanceRun | SetSpeed | EndRun
+Operation = SendEvent | SetParameter | Pause | Resume | AdvanceRun | SetSpeed | PauseAt | EndRun
 _OPERATIONS: TypeAdapter[Operation] = TypeAdapter(Annotated[Operation, Field(discriminator="kind")])
 
 

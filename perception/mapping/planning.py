@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from scipy.sparse.csgraph import dijkstra
 from perception.mapping.free_space import Cell, FreeSpace
 from perception.mapping.settings import PlanSettings
 from perception.sweep import Floats, Mask
+from transport.arithmetic import distance_between
 from transport.description import Point
 
 Way = tuple[Point, ...]
@@ -36,6 +38,44 @@ class Frontier:
     beyond: Point
     distance: float
     outward: float
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeAhead:
+    """A frontier with the direction in which it lies.
+
+    Attributes:
+        frontier: the piece of the edge.
+        towards: a place on the way to it, near its beginning; where it is nearer than that, what is beyond it.
+    """
+
+    frontier: Frontier
+    towards: Point
+
+
+def along(way: Way, distance: float) -> Point | None:
+    """The place this far along a way, m; None where it is not that long."""
+    gone = 0.0
+    for one, other in pairwise(way):
+        gone += distance_between(one, other)
+        if gone >= distance:
+            return other
+    return None
+
+
+def left_of(way: Way, place: Point) -> Way:
+    """The rest of a way for a robot that has come from its beginning to a place near it."""
+    apart = [distance_between(one, place) for one in way]
+    nearest = min(range(len(way)), key=apart.__getitem__)
+    return (place, *way[nearest + 1 :])
+
+
+def length_of(way: Way) -> float:
+    """The length of a way, m."""
+    length = 0.0
+    for one, other in pairwise(way):
+        length += distance_between(one, other)
+    return length
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -69,6 +109,19 @@ class ShortestWays:
             cells.append(divmod(number, rows))
             number = int(self.before[number])
         return tuple(self.space.middle((int(column), int(row))) for column, row in reversed(cells))
+
+    def edges(self, ahead: float) -> tuple[EdgeAhead, ...]:
+        """The frontiers, each with where the way to it leads first.
+
+        Args:
+            ahead: how far along the way that is, m.
+        """
+        found = []
+        for frontier in self.frontiers():
+            way = self.way_to(self.space.cell_of(frontier.place))
+            on = along(way, ahead)
+            found.append(EdgeAhead(frontier, frontier.beyond if on is None else on))
+        return tuple(found)
 
     def nearest(self, point: Point, within: float) -> Cell | None:
         """The reachable cell nearest to a point, at most so far away, m; None where there is none."""

@@ -13,7 +13,7 @@ from perception.mapping.free_space import FreeSpace
 from perception.mapping.information import Symmetric
 from perception.mapping.mapper import Mapper
 from perception.mapping.matching import Match
-from perception.mapping.planning import ShortestWays, plan_from
+from perception.mapping.planning import EdgeAhead, ShortestWays, plan_from
 from perception.mapping.reckoning import Reckoning
 from perception.mapping.relocating import Relocation
 from perception.mapping.settings import MappingSettings
@@ -23,6 +23,25 @@ from transport.messages import Pose
 
 FORGETTING = 0.9
 """The decay per scan of the estimated odometry error."""
+
+
+AHEAD = 5.5
+"""The direction of a way is that of the place this many radii of the robot along it."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class KnownWays:
+    """What the map says of ways, until it changes.
+
+    Attributes:
+        changes: how often the map had been changed.
+        plan: the ways from where the robot was then.
+        edges: the pieces of the edge of what has been seen, each with its direction.
+    """
+
+    changes: int
+    plan: ShortestWays
+    edges: tuple[EdgeAhead, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +84,7 @@ class Surveyor:
     _since_fit: Reckoning = field(init=False)
     _rough: float = 0.0
     _relocation: Relocation | None = None
+    _ways: KnownWays | None = None
 
     def __post_init__(self) -> None:
         self.mapper = Mapper(self.settings)
@@ -92,6 +112,17 @@ class Surveyor:
         """The ways from where the robot is, for one of a radius, m."""
         pose = self.pose
         return plan_from(self.free_space, (pose.x, pose.y), radius, self.settings.plan)
+
+    def ways(self, radius: float) -> KnownWays:
+        """The ways from about where the robot is: from where it was when the map has last changed.
+
+        Args:
+            radius: of the robot, m.
+        """
+        if self._ways is None or self._ways.changes != self.free_space.changes:
+            plan = self.plan(radius)
+            self._ways = KnownWays(self.free_space.changes, plan, plan.edges(AHEAD * radius))
+        return self._ways
 
     @property
     def knowledge(self) -> Knowledge:

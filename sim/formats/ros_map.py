@@ -43,7 +43,8 @@ SAVED_RESOLUTION = 0.05
 ROOM = 0.3
 """The robot starts at the map's origin, or else in its middle, if nothing is nearer than this, m."""
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
+"""A coordinate, m, or an angle, rad: within 10 km of the origin, like a place in any other format."""
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -59,7 +60,7 @@ class Description(BaseModel):
 
     image: Annotated[str, Field(min_length=1)]
     resolution: Annotated[float, Field(gt=0, allow_inf_nan=False)]
-    origin: Annotated[tuple[Finite, ...], Field(min_length=2, max_length=3)]
+    origin: Annotated[tuple[Coordinate, ...], Field(min_length=2, max_length=3)]
     occupied_thresh: Share = 0.65
     free_thresh: Share = 0.196
     negate: bool = False

@@ -11,6 +11,7 @@ from perception.world import DoorPlace
 from skills.library import LIBRARY
 from skills.motion import BLOCKED, DONE, Headway, Skill, above_zero
 from skills.steering.way import along_way
+from skills.strategies.destinations import WITHIN, way_to
 from transport.arithmetic import atan2, cos, distance_between, norm, sin
 from transport.messages import Command, Pose, Twist
 from transport.section import Point
@@ -25,8 +26,6 @@ THERE = 0.1
 """The robot has arrived when it is this near, m."""
 SQUARE = 0.06
 """And when less than this is left to turn, rad."""
-WITHIN = 0.4
-"""A place on the map that the robot cannot are on is replaced by one at most so far away, m."""
 
 
 class OnMap(Skill):
@@ -126,10 +125,7 @@ class Explore(OnMap):
 
 def _way_out(facts: Facts, plan: ShortestWays) -> Way:
     """The way to where an earlier attempt has left the maze; empty where that is not known or cannot be reached."""
-    if facts.world.way_out is None:
-        return ()
-    cell = plan.nearest(facts.world.way_out, WITHIN)
-    return plan.way_to(cell) if cell is not None else ()
+    return way_to(plan, facts.world.way_out) if facts.world.way_out is not None else ()
 
 
 @LIBRARY.activity("go_to_door", outcomes=("done", "none", "blocked"), holds=("base",))
@@ -150,8 +146,7 @@ class GoToDoor(OnMap):
         if plan is not None:
             if self._door is None:
                 self._door = self._nearest(facts, plan)
-            cell = plan.nearest(self._before(self._door), WITHIN) if self._door else None
-            self._way = plan.way_to(cell) if cell is not None else ()
+            self._way = way_to(plan, self._before(self._door)) if self._door else ()
         if self._door is None:
             return NONE
         if not self._way:

@@ -63,6 +63,22 @@ def test_wrong_usage_ends_with_status_2(arguments):
 
 
 @pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["list", "signal"], "'signal' is not one of 'machines', 'signals'"),
+        (["run", "pledge", "--seed", "x"], "must be a whole number, not 'x'"),
+        (["run", "pledge", "--time-limit", "soon"], "must be a number, not 'soon'"),
+        (["run", "pledge", "--attempts", "0"], "must be at least 1, not '0'"),
+    ],
+)
+def test_a_wrong_value_is_named_in_our_words_each_time(arguments, message):
+    for _ in range(2):
+        shown = " ".join(CliRunner().invoke(app, arguments).stderr.replace("│", " ").split())
+        assert message in shown
+        assert "Value error" not in shown
+
+
+@pytest.mark.parametrize(
     ("words", "offered"),
     [
         ("maze-machine re", {"replay"}),

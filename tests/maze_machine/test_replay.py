@@ -241,6 +241,40 @@ def test_a_layout_for_foxglove_names_what_is_in_the_recording(recorded):
     assert {part for part in placed if isinstance(part, str)} == set(panels)
 
 
+def test_the_panels_of_a_layout_are_those_of_foxglove_s_own_library(recorded):
+    """Its classes list what each panel knows. Only the plan has another name in files that the application saves."""
+    layouts = pytest.importorskip("foxglove.layouts")
+    topics = read_recording(recorded[0]).heard
+    panels = {name.partition("!")[0]: config for name, config in layout(topics)["configById"].items()}
+
+    def knows(made: object, said: dict[str, object]) -> bool:
+        return said.keys() <= made._to_dict().keys()
+
+    for panel in (layouts.ThreeDeePanel, layouts.StateTransitionsPanel, layouts.PlotPanel, layouts.RawMessagesPanel):
+        empty = panel()._to_dict()
+        kind = {"ThreeDee": "3D"}.get(empty["panelType"], empty["panelType"])
+        assert knows(empty["config"], panels.pop(kind))
+    assert not panels
+    panels = layout(topics)["configById"]
+    settings = {
+        "nav_msgs/msg/OccupancyGrid": layouts.BaseRendererRosOccupancyGridTopicSettings,
+        "sensor_msgs/msg/LaserScan": layouts.BaseRendererLaserScanTopicSettings,
+        "nav_msgs/msg/Path": layouts.BaseRendererPosesTopicSettings,
+        "geometry_msgs/msg/PolygonStamped": layouts.BaseRendererRosPolygonTopicSettings,
+    }
+    plan = panels["3D!plan"]
+    assert knows(layouts.ThreeDeeCameraState(), plan["cameraState"])
+    for topic, said in plan["topics"].items():
+        assert knows(settings[topics[topic]](), said)
+    for series, name in (
+        (layouts.StateTransitionsSeries, "StateTransitions!states"),
+        (layouts.PlotSeries, "Plot!velocity"),
+    ):
+        assert panels[name]["paths"]
+        for path in panels[name]["paths"]:
+            assert knows(series(), path)
+
+
 def test_a_busy_port_of_the_live_page_is_told(finish):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -20,7 +20,7 @@ from transport.messages import Observation, Odometry, Pose, Scan
 WALLS = cells(["#######", "#.....#", "###.#.#", "#...#.#", "#######"])
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "maps.md"
 ROOM = re.search(r'```json title="room.map"\n(.*?)```', PAGE.read_text(encoding="utf-8"), re.DOTALL).group(1)
-START = Pose(1.5, -1.5, -math.pi / 2)
+START = Pose(3.5, -1.5, -math.pi / 2)
 
 
 def way(start, metres):
@@ -53,13 +53,14 @@ def drive(perception, poses, *, begins, blind=0):
 def world():
     """Of a robot that has driven along the upper corridor and turned the corner."""
     poses = way(START, 4.0)
-    poses += [Pose(1.5, -5.5, math.pi / 2 * (part / 8 - 1)) for part in range(1, 9)]
+    poses += [Pose(3.5, -5.5, -math.pi / 2 * (1 + part / 8)) for part in range(1, 9)]
     *_, (_, driven) = drive(Perception(PICO), poses + way(poses[-1], 1.2), begins=True)
     return driven
 
 
 def test_the_map_comes_back(world):
     document = document_of(world)
+    assert document.robot is not None
     again = parsed(text_of(document).encode(), "again")
     assert again == document
     assert text_of(again) == text_of(document)
@@ -98,7 +99,7 @@ def test_a_robot_at_the_stated_place_knows_it_at_once(world, back, turned):
 def test_a_robot_that_is_elsewhere_notices_it(world):
     document = document_of(world)
     perception = Perception(PICO, world.settings, world_of(document, world.settings, start_of(document)))
-    elsewhere = Pose(3.5, -1.5, 0.0)
+    elsewhere = Pose(1.5, -1.5, 0.0)
     known = [driven.surveyor.knowledge for _, driven in drive(perception, [elsewhere] * 5, begins=False)]
     assert set(known) == {Knowledge.LOST}
     assert document_of(perception.world).keyframes == document.keyframes

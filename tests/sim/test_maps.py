@@ -159,6 +159,7 @@ class TestMapsOfMappingTools:
             ({"resolution": 100.0}, "more than 200 m"),
             ({"origin": "[0]"}, "origin"),
             ({"origin": "[0, .inf, 0]"}, "origin"),
+            ({"origin": "[1e300, 0, 0]"}, "`origin.0` must be at most 10000"),
             ({"mode": "binary"}, "`mode` must be one of"),
             ({"free_thresh": 0.7}, r"`free_thresh` \(0.7\) must not be above `occupied_thresh` \(0.65\)"),
             ({"free_thresh": 2}, "`free_thresh` must be at most 1"),

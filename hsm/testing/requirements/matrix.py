@@ -18,7 +18,7 @@ from hsm.testing.scenarios.scenarios import Requirement, Suite
 
 
 class Standing(Enum):
-    """How a requirement stands; the value is for a person."""
+    """Whether a requirement is covered; the value is for a person."""
 
     MET = "covered"
     FAILED = "FAILED"

@@ -12,7 +12,7 @@ _UNIT = r"(?:[ ]*(?!(?:and|or|if|else|within|before|for)\b)[A-Za-z]+(?:/[A-Za-z]
 _BLOCKS = ("state", "member", "parallel", "final")
 _STATEMENTS = (
     *("machine", "import", "param", "var", "event", "define", "enum", "initial"),
-    *("do", "entry", "exit", "on", "when", "after", "every", "else", "defer", "expose", "stay", "property"),
+    *("do", "entry", "exit", "on", "when", "after", "every", "else", "defer", "expose", "stay", "property", "assume"),
 )
 _TEST_STATEMENTS = ("test", "scenario", "given", "when", "after", "expect", "tick", "property", "covers")
 _WORDS = (

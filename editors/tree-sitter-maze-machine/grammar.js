@@ -98,6 +98,7 @@ module.exports = grammar({
         $.enumeration,
         $.definition,
         $.property,
+        $.assumption,
         $.state,
         $.member,
         $.parallel,
@@ -150,6 +151,7 @@ module.exports = grammar({
       seq("enum", field("name", $._name), "=", commaSeparated(field("value", $._name)), $._line_end),
     definition: ($) => seq("define", field("name", $._name), "=", field("value", $._expression), $._line_end),
     property: ($) => seq("property", field("name", $._name), ":", field("claim", $.claim), $._line_end),
+    assumption: ($) => seq("assume", field("name", $._name), ":", field("claim", $.claim), $._line_end),
     claim: ($) =>
       choice(
         seq("never", $._condition),

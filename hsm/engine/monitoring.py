@@ -97,48 +97,52 @@ def _late(due: float, time: float, *, met: bool) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """A property that did not hold.
+    """A property that did not hold, or an assumption.
 
     Attributes:
         property: which one.
         time: of the step, in seconds.
         configuration: the states that were active after it.
+        assumed: whether it is an assumption: from here on, no verdict of a proof holds for the run.
     """
 
     property: Property
     time: float
     configuration: frozenset[str]
+    assumed: bool = False
 
     def __str__(self) -> str:
         place = f"{self.property.place}: " if self.property.place else ""
         states = ", ".join(sorted(self.configuration))
-        return (
-            f"{place}property {self.property.name} is violated at {self.time:.10g} s in {states}: {self.property.text}"
-        )
+        what = "assumption" if self.assumed else "property"
+        how = "is broken" if self.assumed else "is violated"
+        return f"{place}{what} {self.property.name} {how} at {self.time:.10g} s in {states}: {self.property.text}"
 
 
 class Monitor:
-    """Watches the properties of a running machine; it never changes what the machine does.
+    """Watches the properties and the assumptions of a running machine; it never changes what the machine does.
 
-    A property that stays violated from step to step is reported once.
+    What stays violated from step to step is reported once. Assumptions come first.
     """
 
     def __init__(self, supervisor: Supervisor) -> None:
         self._supervisor = supervisor
-        self._properties: Sequence[Property] = supervisor.machine.model.properties
-        self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._properties]
-        self._violated: set[str] = set()
+        model = supervisor.machine.model
+        self._stated: Sequence[Property] = (*model.assumptions, *model.properties)
+        self._assumed = len(model.assumptions)
+        self._memories: list[Memory] = [begin(one, supervisor.time) for one in self._stated]
+        self._violated: set[int] = set()
 
     def look(self, facts: object, step: Macrostep) -> tuple[Violation, ...]:
         """The new violations; call this after each step, with its facts."""
         found: list[Violation] = []
         holds, entered = holding(self._supervisor, facts), step.entered
-        for index, one in enumerate(self._properties):
+        for index, one in enumerate(self._stated):
             time = self._supervisor.time
             self._memories[index], violated = look(one, self._memories[index], time, holds, entered)
-            if violated and one.name not in self._violated:
-                found.append(Violation(one, time, self._supervisor.configuration))
-            self._violated.add(one.name) if violated else self._violated.discard(one.name)
+            if violated and index not in self._violated:
+                found.append(Violation(one, time, self._supervisor.configuration, index < self._assumed))
+            self._violated.add(index) if violated else self._violated.discard(index)
         return tuple(found)
 
 

@@ -39,7 +39,7 @@ class StepReport:
         outcome: the final state that ended the run; None while it runs.
         variables: variables and parameters after the step, by their full names.
         arguments: what the running activities were begun with, by the full names of their states.
-        violations: properties that do not hold from this step on.
+        violations: properties and assumptions that do not hold from this step on.
     """
 
     machine: CompiledChart
@@ -125,7 +125,12 @@ class StepReport:
     @property
     def violated(self) -> list[str]:
         """Names of the properties that do not hold from this step on."""
-        return [violation.property.name for violation in self.violations]
+        return [one.property.name for one in self.violations if not one.assumed]
+
+    @property
+    def broken(self) -> list[str]:
+        """Names of the assumptions that do not hold from this step on."""
+        return [one.property.name for one in self.violations if one.assumed]
 
 
 def transition_text(model: Model, transition: Transition) -> str:
@@ -175,6 +180,7 @@ def model_json(model: Model, parameters: Mapping[str, Any]) -> dict[str, Any]:
         "states": [_state(model, state) for state in model.states[1:] if state.kind not in HISTORY],
         "transitions": [_transition(model, one) for one in model.transitions],
         "properties": {one.name: one.text for one in model.properties},
+        "assumptions": {one.name: one.text for one in model.assumptions},
     }
 
 

@@ -405,6 +405,7 @@ class Model:
         exposed: the variables that a machine which imports this one may read.
         members: the states that are machines with a robot and events of their own.
         adjustable: the parameters that an operator may change while the machine runs.
+        assumptions: what is taken for granted of the world around, in every run; those of instances included.
     """
 
     name: str
@@ -423,6 +424,7 @@ class Model:
     exposed: tuple[str, ...] = ()
     members: tuple[str, ...] = ()
     adjustable: tuple[Adjustable, ...] = ()
+    assumptions: tuple[Property, ...] = ()
 
     def data_of(self, event: str) -> EventData | None:
         """What an event carries; None where that is nothing."""

@@ -104,7 +104,7 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
     results: list[ScenarioResult] = []
     for suite in trial.suites:
         lines.append(suite.file)
-        for result in run_suite(suite, trial.machine, lambda: watches(model.properties)):
+        for result in run_suite(suite, trial.machine, lambda: watches(model.properties, model.assumptions)):
             results.append(result)
             measurements.add(model, result.coverage)
             lines.append(f"  {'passed' if result.passed else 'FAILED'}  {result.scenario.name}")

@@ -47,7 +47,8 @@ class Confidence:
             return match is not None
         if agreement.fits(settings):
             return True
-        return match is not None and match.share >= settings.unchanged and agreement.elsewhere >= settings.elsewhere
+        unchanged = match is not None and match.share >= settings.unchanged
+        return (unchanged or agreement.share >= settings.unchanged_walls) and agreement.elsewhere >= settings.elsewhere
 
     def saw(self, *, fits: bool) -> None:
         """Take in whether a scan fits the map where the robot takes itself to be."""

@@ -284,6 +284,8 @@ class PlaceSettings(Settings):
     """And at most this share where nothing is known, behind a wall."""
     unchanged: Share = 0.65
     """Or this share of the scan lies on the walls of the last keyframes,"""
+    unchanged_walls: Share = 0.85
+    """or this share of the hits on walls of the grid,"""
     elsewhere: Share = 0.97
     """and without that one sector this share of the directions agrees with the grid."""
     convincing: Count = 3

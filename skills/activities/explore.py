@@ -20,6 +20,8 @@ EXPLORED = Outcome("explored")
 NONE = Outcome("none")
 SAME = 0.8
 """A piece of the map's rim nearer than this to the one that was chosen is the same one, m."""
+OUTSIDE = 0.3
+"""A place is outside all walls seen, or about to be, if the way out of the rectangle about them is this long, m."""
 LOOKS = 0.3
 """At an edge nearer than this the robot turns to look, m."""
 THERE = 0.1
@@ -107,13 +109,17 @@ class Explore(OnMap):
         return Command(self.steering(facts).turn(turn, (0.0, 0.0)))
 
     def _best(self, plan: ShortestWays) -> Frontier | None:
-        """The piece of the rim to drive to; the one already chosen unless another one is better by some time."""
+        """The piece of the rim to drive to: outside all walls seen, if there is one, else on the way outside.
+
+        The one already chosen remains unless another one is better by some time.
+        """
         settings = self.settings.explore
 
-        def cost(frontier: Frontier) -> float:
+        def cost(frontier: Frontier) -> tuple[bool, float]:
             same = self._chosen is not None and distance_between(frontier.place, self._chosen.place) < SAME
             change = 0.0 if same else settings.change
-            return frontier.distance / self._speed + settings.outward * frontier.outward / self._speed + change
+            way = frontier.distance + settings.outward * frontier.outward
+            return frontier.outward > OUTSIDE, way / self._speed + change
 
         left = [
             frontier

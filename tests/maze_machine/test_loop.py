@@ -142,6 +142,23 @@ def test_properties_are_watched_and_told_once(tmp_path):
     assert drive(mission(tmp_path, GOING), Recorder()).violations == ()
 
 
+def test_a_broken_assumption_is_told_as_such(tmp_path):
+    stated = "assume soon : after in(going), in(over) within 300 ms\nassume calm : never in(over) and doing(go)\n"
+    lines = []
+    ending = drive(
+        mission(tmp_path, GOING.replace("initial", f"{stated}initial", 1)),
+        Recorder(),
+        watchers=[lambda tick: lines.append(tick.line)],
+    )
+    assert [(number, line["broken"]) for number, line in enumerate(lines) if "broken" in line] == [(3, ["soon"])]
+    assert not any("violated" in line for line in lines)
+    (told,) = ending.broken
+    assert "assumption soon is broken at 0.3 s in going" in told
+    result = Result("test", {}, ending)
+    assert told in result.lines()
+    assert (result.as_json()["broken"], result.as_json()["violations"]) == ([told], [])
+
+
 def test_parameters_reach_the_activity_and_limits_the_command(tmp_path):
     robot = Recorder()
     drive(mission(tmp_path, GOING, parameters={"speed": 9.0}), robot)

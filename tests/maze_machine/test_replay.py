@@ -305,3 +305,4 @@ def test_every_construct_is_replayed(finish, tmp_path):
     timed = [number for number, line in enumerate(lines, 1) if re.match(r" +(on|when|else|after|every) ", line)]
     assert len([one for one in timed if f"(line {one})" not in trace]) <= 4
     assert '"sent":["go"]' in trace
+    assert '"broken":["brief"]' in trace

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from perception import Perception
-from perception.mapping.agreement import agreement_of
+from perception.mapping.agreement import Agreement, agreement_of
 from perception.mapping.confidence import Confidence, Knowledge
 from perception.mapping.frames import between, compose
 from perception.mapping.settings import PlaceSettings
@@ -140,6 +140,13 @@ def test_a_door_that_shuts_is_not_a_reason_to_doubt():
     agreement = agreement_of(surveyor.free_space, sweep, here, settings)
     assert agreement.contradicted > settings.contradicted
     assert agreement.elsewhere == 1.0
+
+
+@pytest.mark.parametrize(("elsewhere", "believed"), [(1.0, True), (0.9, False)])
+def test_one_sector_may_look_otherwise_than_the_map_where_the_walls_of_all_others_agree(elsewhere, believed):
+    confidence = Confidence(PlaceSettings())
+    opening_door = Agreement(334, 0.92, contradicted=0.08, hidden=0.0, elsewhere=elsewhere)
+    assert confidence.believes(None, opening_door) == believed
 
 
 def test_a_doubt_passes_after_some_scans_that_fit():

@@ -21,6 +21,7 @@ _SNIPPETS = {
     "param": "param ${1:name} : ${2:type} = ${0:value}",
     "var": "var ${1:name} : ${2:type} = ${0:value}",
     "property": "property ${1:name} : never ${0:condition}",
+    "assume": "assume ${1:name} : always ${0:condition}",
     "on": "on ${1:done} -> ${0:state}",
     "when": "when ${1:condition} -> ${0:state}",
     "after": "after ${1:1 s} -> ${0:state}",

@@ -341,6 +341,11 @@ class PropertyLine:
 
 
 @dataclass(frozen=True, slots=True)
+class AssumptionLine(PropertyLine):
+    """``assume NAME : CLAIM``."""
+
+
+@dataclass(frozen=True, slots=True)
 class BadLine:
     """A line that could not be read, or lines that are indented under one that has no block.
 

@@ -19,6 +19,7 @@ from hsm.model.expressions import Expression, Literal, VariableValue
 from hsm.model.properties import Property, conditions_of
 from hsm.model.rewriting import actions_of, expressions_of, parts_of
 from hsm.model.types import Type
+from hsm.testing.proofs.assumed import Assumed, Memories, is_deadline
 from hsm.testing.proofs.conditions import Evaluator
 from hsm.testing.proofs.diagrams import Diagram
 from hsm.testing.proofs.event_data import EventSymbols
@@ -50,6 +51,7 @@ class Location:
         outcome: how the run ended, or None.
         deferred: events that wait for another state.
         pending: events that members have sent to one another; they arrive in the next step.
+        assumed: what is remembered of each assumption.
     """
 
     leaves: tuple[int, ...]
@@ -61,6 +63,7 @@ class Location:
     outcome: str | None
     deferred: Waiting = ()
     pending: Waiting = ()
+    assumed: Memories = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,8 +157,9 @@ class Graph:
         self.symbols = Symbols(not_a_number=not_a_number)
         names = machine.generator.own_variables
         types: list[Type] = [*(one.type for one in model.parameters), *(one.type for one in model.variables)]
-        conditions = [condition for one in stated for condition in conditions_of(one.claim)]
-        scopes = frozenset(machine.indices[one.scope] for one in stated if one.scope is not None)
+        claims = (*stated, *model.assumptions)
+        conditions = [condition for one in claims for condition in conditions_of(one.claim)]
+        scopes = frozenset(machine.indices[one.scope] for one in claims if one.scope is not None)
         asked = [*deciding(model), *conditions]
         self.regions = Regions(
             self.symbols,
@@ -177,13 +181,14 @@ class Graph:
         self.regions.look_ahead(self.evaluator, [*expressions_of(model), *conditions], _constants(model), values)
         self._selections = Selections(machine, self.evaluator)
         messages = EventSymbols(machine, self.symbols)
-        buried = Liveness(machine, stated).buried if forgetful else _nothing_buried
+        buried = Liveness(machine, claims).buried if forgetful else _nothing_buried
         microsteps = Microsteps(
             machine, self.evaluator, scopes, duration=self._duration, messages=messages, buried=buried
         )
         self.stepper = Stepper(
             machine, self._selections, microsteps, messages=messages, events=events, settled=self.regions.settled
         )
+        self._assumed = Assumed(machine, self.evaluator)
         self.locations: list[Location] = []
         self.edges: list[list[Edge]] = []
         self.initial: list[Edge] = []
@@ -198,7 +203,8 @@ class Graph:
         Raises:
             Undecided: the machine has a feature that proofs do not support.
         """
-        quiet, heard = self.stepper.start(tuple(self.evaluator.values))
+        values = tuple(self.evaluator.values)
+        quiet, heard = self.stepper.start(values, self._assumed.signals(values))
         self.initial = list(self._edges(-1, frozenset(), quiet))
         self.initial += [replace(one, heard=True) for one in self._edges(-1, frozenset(), heard)]
         self.faults += [(-1, frozenset(), one) for one in self.stepper.faults]
@@ -224,7 +230,10 @@ class Graph:
         """Where a step from a location begins when some time-outs come due in it."""
         location = self.locations[number]
         values, among = self.regions.opened(location.values)
-        timers = tuple(replace(one, due=True) if one.transition in due else one for one in location.timers)
+        among = self.symbols.diagrams.both(among, self._assumed.signals(values))
+        timers = tuple(
+            replace(one, due=True) if one.transition in due else one for one in location.timers if not is_deadline(one)
+        )
         point = Point(
             location.leaves,
             location.history,
@@ -255,23 +264,26 @@ class Graph:
     def _edges(
         self, source: int, due: frozenset[int], ends: Sequence[tuple[Point, Diagram]] | Iterator[tuple[Point, Diagram]]
     ) -> Iterator[Edge]:
-        for point, among in ends:
-            timers = tuple(replace(one, fresh=False, beats=False) for one in point.timers)
-            fresh = frozenset(one.clock for one in point.timers if one.fresh)
+        before = self._assumed.begin() if source < 0 else self.locations[source].assumed
+        for point, reaching in ends:
+            running = tuple(replace(one, fresh=False, beats=False) for one in point.timers)
+            begun = frozenset(one.clock for one in point.timers if one.fresh)
             beats = tuple(one for one in point.timers if one.beats)
-            for values, further in self.regions.closed(point.values, among):
-                if point.outcome is None:
-                    own = (point.leaves, point.history, point.over, timers, values, point.acted, None)
-                    target = Location(*own, point.deferred, point.pending)
-                else:  # nothing follows
-                    target = Location(point.leaves, (), frozenset(), (), values, frozenset(), point.outcome)
-                yield Edge(source, self.number_of(target), due, fresh, beats, further, point)
+            for memories, restarted, among in self._assumed.after(before, point, reaching, first=source < 0):
+                timers = (*self._assumed.timers(memories), *running)
+                for values, further in self.regions.closed(point.values, among):
+                    if point.outcome is None:
+                        own = (point.leaves, point.history, point.over, timers, values, point.acted, None)
+                        target = Location(*own, point.deferred, point.pending, memories)
+                    else:  # nothing follows
+                        target = Location(point.leaves, (), frozenset(), (), values, frozenset(), point.outcome)
+                    yield Edge(source, self.number_of(target), due, begun | restarted, beats, further, point)
 
     def _patterns(self, location: Location) -> Iterator[frozenset[int]]:
         """Which time-outs may come due in one step: of those of one state the shorter ones first."""
         clocks: dict[Clock, dict[tuple[int, int], set[int]]] = {}
         for one in location.timers:
-            if not one.due:
+            if not one.due and not is_deadline(one):
                 clocks.setdefault(one.clock, {}).setdefault((one.least, one.most), set()).add(one.transition)
         choices: list[list[frozenset[int]]] = []
         for durations in clocks.values():

@@ -151,8 +151,14 @@ class Stepper:
         self.possible = Possible(untold=selections.untold)
         self.reached: dict[Place, Diagram] | None = None
 
-    def start(self, parameters: tuple[Value, ...]) -> tuple[list[tuple[Point, Diagram]], list[tuple[Point, Diagram]]]:
+    def start(
+        self, parameters: tuple[Value, ...], given: Diagram
+    ) -> tuple[list[tuple[Point, Diagram]], list[tuple[Point, Diagram]]]:
         """Entering the machine and the first step, which comes at the same time.
+
+        Args:
+            parameters: all values before the start.
+            given: the signals that are possible.
 
         Returns:
             All points at its end, and those that it comes to only where it hears an event from outside.
@@ -162,7 +168,8 @@ class Stepper:
         self.possible.take(plan)
         first, queue, possible = self._microsteps.planned(nowhere, plan)
         if possible != TRUE:
-            self._fail((SETTLING, nowhere, ()), self._failing(plan, self._diagrams.complement(possible), None), TRUE)
+            self._fail((SETTLING, nowhere, ()), self._failing(plan, self._diagrams.complement(possible), None), given)
+        possible = self._diagrams.both(possible, given)
         quiet, hearing = dict[Place, Diagram](), dict[Place, Diagram]()
         for point, among in self._run({(SETTLING, first, queue): possible}):
             arrived, left = point.pending, replace(point, pending=())

@@ -95,6 +95,7 @@ class Assumptions:
             f"parameters: {given}" if given else "no parameters",
             "a run from its start, neither restored nor reloaded; stamps below 2^32 s",
             *([f"nobody adjusts {names} during the run"] if names else []),
+            *(f"{one.name}: {one.text}" for one in model.assumptions),
             *counted,
             *told,
             *deferring,

@@ -217,7 +217,7 @@ class Replayer:
 
     def _again(self, scenario: Scenario, name: str) -> bool:
         """Whether a scenario, run in the normal way, violates a property."""
-        watch = property_watch(self._machine.model.properties)
+        watch = property_watch(self._machine.model.properties, self._machine.model.assumptions)
         seen: list[str] = []
 
         def note(driver: Driver) -> None:
@@ -235,7 +235,7 @@ class Replayer:
         *,
         failing: bool,
     ) -> Scenario | None:
-        watch = property_watch(self._machine.model.properties)
+        watch = property_watch(self._machine.model.properties, self._machine.model.assumptions)
         seen: list[str] = []
 
         def note(driver: Driver) -> None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hsm.model.registry import Parameter
 
 
-class Requirement(StrEnum):
+class RequiredVerdict(StrEnum):
     """What ``--require`` may demand."""
 
     PROVED = "proved"
@@ -52,7 +52,7 @@ def test(
         typer.Option(min=1, metavar="STEPS", help="Check only runs of this many steps. Default: all runs."),
     ] = None,
     require: Annotated[
-        Requirement | None,
+        RequiredVerdict | None,
         typer.Option(
             help=("Fail if a property is not proved, or (`bounded`) not at least free of violations to a depth.")
         ),
@@ -166,7 +166,9 @@ def test(
             declared = trial.machine.model.parameters
             given = known_values(declared, map(split_setting, parameters or ()), names.enumerations)
             assumed = Assumptions(longest_tick, given, _known(free or [], declared), not_a_number=not no_nan)
-            wanted = {None: None, Requirement.PROVED: Status.PROVED, Requirement.BOUNDED: Status.BOUNDED}[require]
+            wanted = {None: None, RequiredVerdict.PROVED: Status.PROVED, RequiredVerdict.BOUNDED: Status.BOUNDED}[
+                require
+            ]
             reports = Reports(coverage, fail_under, requirements, html, lcov, cobertura)
             result = run_trial(trial, Demand(assumed, wanted, depth), reports)
     print(dumps(result.as_json, indent=2) if json else "\n".join(result.lines))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
-from hsm.testing.requirements.matrix import Matrix, Row, Standing
+from hsm.testing.requirements.matrix import Matrix, RequirementRow, Standing
 
 PAGE = "requirements.html"
 """The name of the page."""
@@ -43,7 +43,7 @@ def html_page(matrix: Matrix) -> str:
     )
 
 
-def _row(row: Row) -> str:
+def _row(row: RequirementRow) -> str:
     properties = (f"{one.name}: {one.status.value}" for one in row.properties)
     scenarios = (f"{one.scenario.name}: {'passed' if one.passed else 'FAILED'}" for one in row.scenarios)
     return (

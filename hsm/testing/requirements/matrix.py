@@ -27,7 +27,7 @@ class Standing(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class RequirementRow:
     """One requirement.
 
     Attributes:
@@ -65,7 +65,7 @@ class Matrix:
     """
 
     machine: str
-    rows: tuple[Row, ...]
+    rows: tuple[RequirementRow, ...]
     properties: tuple[str, ...]
     scenarios: tuple[str, ...]
     states: tuple[str, ...]
@@ -164,11 +164,11 @@ def _row(
     properties: Sequence[PropertyVerdict],
     scenarios: Sequence[ScenarioResult],
     claims: Mapping[str, Property],
-) -> Row:
+) -> RequirementRow:
     entered = {model.states[index].name for one in scenarios for index in one.coverage.states}
     entered |= {name for one in properties for name in _mentioned(claims[one.name])}
     states = tuple(name for name in _states(model) if name in entered)
-    return Row(requirement, tuple(properties), tuple(scenarios), states)
+    return RequirementRow(requirement, tuple(properties), tuple(scenarios), states)
 
 
 def _mentioned(stated: Property) -> Iterator[str]:

@@ -157,6 +157,7 @@ class Generator:
         self._namespace: dict[str, Any] = {}
         self._objects: dict[int, str] = {}
         self._opened: dict[int, tuple[int, ...]] = {}
+        self._keys: dict[int, tuple[SignalValue, int, bool]] = {}
         self._tests: dict[int, tuple[Expression, Callable[..., Any]]] = {}
         for slot, variable in enumerate(model.variables, len(model.parameters)):
             self._opened[variable.scope] = (*self._opened.get(variable.scope, ()), slot)
@@ -379,8 +380,12 @@ class Generator:
 
     def key(self, call: SignalValue, values: Sequence[Any]) -> Any:
         """Where the generated code keeps the value of a call within a step."""
-        slot = self.slot(call)
-        if not self.changing(call):
+        found = self._keys.get(id(call))
+        if found is None:
+            # The call is kept with its slot, so that its id remains its own.
+            found = self._keys[id(call)] = call, self.slot(call), self.changing(call)
+        _, slot, changing = found
+        if not changing:
             return slot
         return (slot, *self.arguments(call.arguments)(None, {}, values, ()))
 

@@ -5,7 +5,7 @@ Run as ``python -P benchmarks/trust.py PART``, where PART is one of
     proofs [MACHINE ...]       each shipped machine: properties by verdict, method, time, memory, locations
     tests [MACHINE ...]        each shipped machine: coverage's share of a step, generated tests, mutants
     mutation [MACHINE ...]     each shipped machine: mutants killed by its tests, proved equivalent, left
-    regions [COUNT]            a machine with so many independent parallel regions of four states; six
+    regions [COUNT]            independent parallel regions of four states; six of them
     planted                    twenty mistakes in ten machines that are not robots in mazes
     cross-check FROM TO RUNS [FILE]
                                random machines, drawn from these seeds: what was proved against as many random runs;

@@ -99,7 +99,7 @@ def test_a_region_that_what_is_around_depends_on_is_kept(tmp_path, first, around
         assert states["a"].transitions
 
 
-@pytest.mark.parametrize("seed", [0, 2, 3, 4, 9, 10, 14])
+@pytest.mark.parametrize("seed", [3, 45, 55, 79])
 def test_verdicts_are_those_of_the_whole(seed, monkeypatch):
     machine = drawn_machine(seed)
     found = check(machine, seconds=6)

@@ -61,7 +61,7 @@ class _Part:
         hears: events that it waits for.
         assigns: variables that it sets.
         raises: events that it raises, sends or cancels.
-        reports: outcomes and final states that the states around may hear of.
+        reports: outcomes and final states that the states around may receive.
         leads: states that its transitions lead to.
     """
 

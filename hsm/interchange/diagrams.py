@@ -23,6 +23,7 @@ from transitions.extensions.diagrams_mermaid import NestedGraph as MermaidGraph
 from transitions.extensions.diagrams_pygraphviz import NestedGraph
 
 from hsm.interchange.folding import Excerpt, Opened, everything, excerpt
+from hsm.interchange.labels import settle
 from hsm.model.chart import Model, State, StateKind, Timed, Transition
 from hsm.model.topology import HISTORY, Topology
 from hsm.model.unparse import action_text, activity_text, trigger_text
@@ -168,7 +169,9 @@ def render(machine: Machine, form: str, look: Look = Look()) -> bytes:
             raise DiagramError("the diagram is cut off: is the folder for temporary files full?")
         return text.encode()
     _read_fonts()
-    drawn: bytes = graph.draw(format=form, prog="dot")
+    graph.layout(prog="dot")
+    settle(graph)
+    drawn: bytes = graph.draw(format=form, prog="nop2")
     return drawn
 
 

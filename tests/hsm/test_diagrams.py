@@ -1,12 +1,15 @@
 """Machines drawn."""
 
 import re
+from html import unescape
 
 import pytest
 
-from hsm import build
+from hsm import build, load
 from hsm.interchange.diagrams import THEMES, DiagramError, Look, edge_id, render
-from hsm.interchange.folding import down_to, excerpt, open_around
+from hsm.interchange.folding import down_to, excerpt, open_around, own_states
+from maze_machine.catalogue.library import robot_names
+from maze_machine.catalogue.machines import find_machine, shipped_machines
 from tests.hsm.charts import (
     add,
     after,
@@ -145,3 +148,59 @@ def test_without_guards(machine):
     guarded = build(model(state("a", on("go", "b", guard=compare(signal("x"), "<", number(0.5)))), state("b")))
     assert "0.5" in render(guarded, "dot").decode()
     assert "0.5" not in render(guarded, "dot", Look(guards=False)).decode()
+
+
+# Where the texts are.
+
+
+def boxes_of(svg):
+    """The borders of compound states, the innermost states, the lines of the edges' texts: left, top, right, bottom."""
+    found = {"cluster": [], "node": [], "edge": []}
+    for kind, body in re.findall(r'<g id="[^"]*" class="(\w+)[^"]*">(.*?)</g>', svg, re.DOTALL):
+        if kind == "edge":
+            for x, y, points, text in re.findall(
+                r'<text.*? x="([-\d.]+)" y="([-\d.]+)".*? font-size="([\d.]+)".*?>(.*?)</text>', body
+            ):
+                written, left, size = unescape(text).strip("\xa0 "), float(x), float(points)
+                found[kind].append((left, float(y) - 0.7 * size, left + 0.5 * size * len(written), float(y), written))
+        elif shape := re.search(r'<(?:path|polygon)[^>]* (?:d|points)="([^"]*)"', body):
+            numbers = [float(one) for one in re.findall(r"-?\d+\.?\d*", shape[1])]
+            found[kind].append((min(numbers[::2]), min(numbers[1::2]), max(numbers[::2]), max(numbers[1::2])))
+    return found
+
+
+def crossing(svg):
+    """The texts that cross a border, or cover a state or another text."""
+    boxes = boxes_of(svg)
+
+    def touch(one, other):
+        return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+
+    def inside(one, other):
+        return other[0] <= one[0] and one[2] <= other[2] and other[1] <= one[1] and one[3] <= other[3]
+
+    found = []
+    for count, one in enumerate(boxes["edge"]):
+        over = [box for box in boxes["cluster"] if touch(one, box) and not inside(one, box)]
+        over += [box for box in (*boxes["node"], *boxes["edge"][:count]) if touch(one, box)]
+        found += [one[4]] * bool(over)
+    return found
+
+
+@pytest.mark.parametrize("name", sorted(shipped_machines()))
+def test_the_texts_of_transitions_cross_no_border(name):
+    pytest.importorskip("pygraphviz")
+    drawn = load(find_machine(name), robot_names())
+    looks = [Look(), Look(opened=own_states)]
+    looks += [
+        Look(guards=False, brief=True, opened=open_around(drawn.model, [one])) for one in ("", "watch", "run.solve")
+    ]
+    for look in looks:
+        assert crossing(render(drawn, "svg", look).decode()) == []
+
+
+def test_as_graphviz_leaves_them_they_cross(monkeypatch):
+    pytest.importorskip("pygraphviz")
+    monkeypatch.setattr("hsm.interchange.diagrams.settle", lambda _: None)
+    drawn = load(find_machine("pledge"), robot_names())
+    assert crossing(render(drawn, "svg", Look()).decode())

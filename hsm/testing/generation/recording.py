@@ -53,7 +53,7 @@ class Minimiser:
         states that the scenario is about. Later inputs are left out first.
 
         Args:
-            scenario: its expectations are made anew.
+            scenario: its expectations are written again.
             about: what it is about.
             shows: whether it shows what it is for.
 
@@ -190,7 +190,7 @@ def surroundings(model: Model, state: int) -> frozenset[int]:
 
 
 def named(scenarios: Sequence[Scenario], writer: Writer) -> Iterator[Scenario]:
-    """The scenarios with titles of which no two are alike: what happens in one tells it from others of its title."""
+    """The scenarios with titles of which no two are alike: what happens in one is added where titles are alike."""
     taken: set[str] = set()
     for scenario in scenarios:
         happens = [

@@ -17,7 +17,7 @@ class Subcommand:
     """A subcommand that is imported on first use.
 
     Attributes:
-        name: what the user types.
+        name: what the user types, one word or two.
         group: the heading that it is listed under.
         place: ``MODULE:NAME`` within `maze_machine.commands`; a function, or an app with subcommands of its own.
         summary: the first line of its help text; a test compares it with the function's docstring.
@@ -73,6 +73,7 @@ _SUBCOMMANDS = (
         "Send an event to a running machine, change a parameter of it, or have its run pause, resume or end.",
     ),
     Subcommand("sweep", DRIVE, "sweep:sweep", "Run machines over mazes and seeds and report the results."),
+    Subcommand("sweep show", DRIVE, "sweep:show", "Summarise the results of a sweep."),
     Subcommand(
         "profile",
         DRIVE,

@@ -35,6 +35,28 @@ def state(space, x, y):
     return int(np.sign(space.belief[space.cell_of((x, y))]))
 
 
+@pytest.mark.parametrize(
+    "laser",
+    [
+        PICO.laser,
+        Laser(beams=36, angle_min=-math.pi, angle_max=math.pi * 17 / 18, range_max=3.5),
+        Laser(beams=5, angle_min=0.5, angle_max=2.5, mount_x=0.2, mount_y=-0.1, mount_heading=2.0),
+    ],
+    ids=["PICO's", "coarse", "askew"],
+)
+def test_no_free_cell_is_left_out_to_save_time(laser, monkeypatch):
+    part = seen_from(WAY, laser=laser)
+
+    def everything(space, *_):
+        columns, rows = space.belief.shape
+        return (0, 0), (columns - 1, rows - 1)
+
+    monkeypatch.setattr(FreeSpace, "_box", everything)
+    whole = seen_from(WAY, laser=laser)
+    assert np.count_nonzero(whole.belief) > 50
+    np.testing.assert_array_equal(part.belief, whole.belief)
+
+
 def test_cells_are_free_taken_or_unknown():
     space = seen_from(WAY[:1])
     assert state(space, 2.0, -1.5) == 1

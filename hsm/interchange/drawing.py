@@ -67,7 +67,7 @@ class _Drawer:
         return found
 
     def _started(self) -> subprocess.Popen[bytes]:
-        if self._process is not None and self._owner == os.getpid():
+        if self._process is not None and self._owner == os.getpid() and self._process.poll() is None:
             return self._process
         self._owner = os.getpid()  # after a fork the process is still that of the other program
         self._process = subprocess.Popen(

@@ -1,6 +1,8 @@
 """Machines drawn."""
 
+import os
 import re
+import signal as signal_module
 from html import unescape
 from random import Random
 
@@ -241,9 +243,16 @@ def test_the_process_is_started_again_where_it_has_ended(machine):
 
 def test_a_picture_that_takes_too_long_is_given_up(machine, monkeypatch):
     pytest.importorskip("pygraphviz")
-    monkeypatch.setattr(drawing, "LONGEST", 0.0)
-    with pytest.raises(DiagramError, match="takes longer than 0 s"):
+    first = render(machine, "svg")
+    monkeypatch.setattr(drawing, "LONGEST", 0.2)
+    monkeypatch.setattr(drawing, "ATTEMPTS", ({},))
+    os.kill(drawing._DRAWER._process.pid, signal_module.SIGSTOP)
+    with pytest.raises(
+        DiagramError, match="Graphviz ends without a picture, or takes longer than 0 s; show less of it"
+    ):
         render(machine, "svg")
+    monkeypatch.undo()
+    assert render(machine, "svg") == first
 
 
 def test_what_graphviz_cannot_read_is_said():

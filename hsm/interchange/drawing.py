@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from threading import Lock, Timer
 from typing import IO, Any
 
@@ -57,9 +58,7 @@ class _Drawer:
             finally:
                 limit.cancel()
             if answer is None:
-                self._process = None
-                atexit.unregister(_ended)
-                _ended(process)
+                self.release()
                 return None
         head, found = answer
         if not head["done"]:
@@ -67,9 +66,12 @@ class _Drawer:
         return found
 
     def _started(self) -> subprocess.Popen[bytes]:
-        if self._process is not None and self._owner == os.getpid() and self._process.poll() is None:
+        if self._owner != os.getpid():  # after a fork the process is still that of the other program
+            self._process, self._owner = None, os.getpid()
+            atexit.register(self.release)
+        if self._process is not None and self._process.poll() is None:
             return self._process
-        self._owner = os.getpid()  # after a fork the process is still that of the other program
+        self.release()
         self._process = subprocess.Popen(
             [sys.executable, "-c", "from hsm.interchange.drawing import serve; serve()"],
             stdin=subprocess.PIPE,
@@ -78,8 +80,19 @@ class _Drawer:
             env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
             start_new_session=True,  # Ctrl-C is the program's
         )
-        atexit.register(_ended, self._process)
         return self._process
+
+    def release(self) -> None:
+        """End the process, if there is one."""
+        process, self._process = self._process, None
+        if process is None or self._owner != os.getpid():
+            return
+        process.kill()
+        process.wait()
+        for pipe in (process.stdin, process.stdout):
+            with suppress(BrokenPipeError):  # what it did not read
+                if pipe is not None:
+                    pipe.close()
 
 
 _DRAWER = _Drawer()
@@ -102,18 +115,6 @@ def drawn(text: str, form: str) -> bytes:
     raise DrawingError(f"Graphviz ends without a picture, or takes longer than {LONGEST:.0f} s")
 
 
-def _ended(process: subprocess.Popen[bytes]) -> None:
-    """Release a process that has ended."""
-    process.kill()
-    process.wait()
-    for pipe in (process.stdin, process.stdout):
-        try:
-            if pipe is not None:
-                pipe.close()
-        except BrokenPipeError:  # what it did not read
-            pass
-
-
 def _read(stream: IO[bytes]) -> tuple[dict[str, Any], bytes] | None:
     """A line of JSON and the bytes after it; None at the end of a stream."""
     line = stream.readline()
@@ -127,7 +128,7 @@ def _read(stream: IO[bytes]) -> tuple[dict[str, Any], bytes] | None:
 def serve() -> None:
     """Draw what comes over the standard input, until that ends."""
     requests, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a library prints is no answer
+    os.dup2(2, 1)  # what a library prints does not reach the answers
     while (request := _read(requests)) is not None:
         head, body = request
         try:

@@ -14,7 +14,7 @@ _STATEMENTS = (
     *("machine", "import", "param", "var", "event", "define", "enum", "initial"),
     *("do", "entry", "exit", "on", "when", "after", "every", "else", "defer", "expose", "stay", "property", "assume"),
 )
-_TEST_STATEMENTS = ("test", "scenario", "given", "when", "after", "expect", "every", "requirement", "covers")
+_TEST_STATEMENTS = ("test", "scenario", "given", "when", "after", "expect", "tick", "property", "covers")
 _WORDS = (
     "and",
     "or",
@@ -88,7 +88,8 @@ class ScenarioLexer(_MachineText):
     url = ""
     tokens: ClassVar = {
         "root": [
-            (r"^(scenario)(\s+)(.*)$", bygroups(Keyword.Declaration, Text, Name.Label)),
+            (r"^(scenario|requirement)(\s+)([^#\n]*)", bygroups(Keyword.Declaration, Text, Name.Label)),
+            (r"^(property)([ \t]+)(" + _NAME + r")([ \t]+)(covers)\b", bygroups(Keyword, Text, Name, Text, Keyword)),
             (rf"^([ \t]*)({'|'.join(_TEST_STATEMENTS)})\b", bygroups(Text, Keyword)),
             *_MachineText.tokens["expression"],
         ],

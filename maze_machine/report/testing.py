@@ -21,7 +21,10 @@ from hsm.testing.mutation.operators import Mutant
 from hsm.testing.proofs.possible import UNREACHABLE, unreachable
 from hsm.testing.proofs.proving import examine
 from hsm.testing.proofs.verdicts import Assumptions, PropertyVerdict, Status
+from hsm.testing.requirements.html import PAGE, html_page
+from hsm.testing.requirements.matrix import Matrix, matrix
 from hsm.testing.scenarios.running import Failure, ScenarioResult, run_suite
+from hsm.testing.scenarios.scenarios import Suite
 from hsm.testing.scenarios.tested_machine import TestedMachine
 from hsm.testing.scenarios.watching import watches
 from hsm.testing.scenarios.writing import Writer
@@ -53,6 +56,7 @@ class Reports:
     Attributes:
         table: print it.
         fail_under: the least percentage of all items, or None.
+        requirements: print the matrix of requirements, and fail unless all of them are covered.
         html: folder for an HTML report.
         lcov: file for an LCOV tracefile.
         cobertura: file for Cobertura XML.
@@ -60,6 +64,7 @@ class Reports:
 
     table: bool = False
     fail_under: float | None = None
+    requirements: bool = False
     html: Path | None = None
     lcov: Path | None = None
     cobertura: Path | None = None
@@ -84,11 +89,16 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
     """Run all scenarios and decide all properties of a machine.
 
     Raises:
-        UsageError: coverage is demanded, and there is no scenario.
+        UsageError: coverage is demanded, and there is no scenario; or requirements are, and there is none.
     """
     model = trial.machine.model
     if reports.fail_under is not None and not any(suite.scenarios for suite in trial.suites):
         raise UsageError("--fail-under needs scenarios, and there are none beside the machine")
+    if reports.requirements and not any(map(_names_requirements, trial.suites)):
+        raise UsageError(
+            "--requirements needs requirements, and no .maze-test file names one",
+            "add a line `requirement R1 what is required`, and `covers R1` below the title of a scenario",
+        )
     measurements = Measurements()
     lines: list[str] = []
     results: list[ScenarioResult] = []
@@ -119,6 +129,9 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
     enough = reports.fail_under is None or share >= reports.fail_under
     losses: list[str] = []
     lines += _written(measured, reports, losses)
+    required = matrix(model, trial.suites, results, verdicts) if reports.requirements else None
+    if required is not None:
+        lines += [*required.lines(), *_requirements_page(required, reports.html, losses)]
     left_out = [f"{one.text}: {UNREACHABLE}" for each in measured for one in each.left_out]
     lines += left_out
     if unmet and demand.required is not None:
@@ -127,7 +140,7 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
         f"{_count(len(results), 'scenario')}, {failed} failed; {_properties_text(verdicts)}; "
         f"{_covered_text(share, reports.fail_under) if results else 'nothing covered'}"
     )
-    as_json = {
+    as_json: dict[str, Any] = {
         "machine": model.name,
         "scenarios": [_result_json(one) for one in results],
         "assumptions": assumed,
@@ -136,7 +149,25 @@ def run_trial(trial: TestedMachine, demand: Demand, reports: Reports) -> TrialRe
         "unreachable": left_out,
         "missed": [line for one in measured for line in missed_lines(one)],
     }
-    return TrialReport(not failed and enough_known and enough, lines, as_json, losses)
+    if required is not None:
+        as_json["requirements"] = required.as_json()
+    passed = not failed and enough_known and enough and (required is None or required.passed)
+    return TrialReport(passed, lines, as_json, losses)
+
+
+def _names_requirements(suite: Suite) -> bool:
+    return bool(suite.requirements or suite.covered or any(one.covers for one in suite.scenarios))
+
+
+def _requirements_page(required: Matrix, folder: Path | None, losses: list[str]) -> list[str]:
+    """Write the matrix of requirements into the folder of the reports."""
+    if folder is None:
+        return []
+    with _noting(losses):
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / PAGE, html_page(required))
+        return [f"requirements: {folder / PAGE}"]
+    return []
 
 
 def generated(machine: Machine, steps: int | None, output: Path | None) -> TrialReport:

@@ -34,7 +34,7 @@ from hsm.testing.proofs.selections import Selections
 from hsm.testing.proofs.values import TooMany, Undecided
 from hsm.testing.scenarios.script import scripted_machine
 
-SECONDS = 120.0
+SECONDS = 30.0
 """The limit of processor time for the places of a machine."""
 
 LOCATIONS = 20_000

@@ -60,6 +60,8 @@ class Writer:
     def scenario(self, scenario: Scenario) -> list[str]:
         """The lines of one scenario."""
         lines = [f"scenario {scenario.name}"]
+        if scenario.covers:
+            lines += _wrapped("covers", list(scenario.covers))
         given = [
             *(f"{name} = {value_text(value, self._types.get(name))}" for name, value in scenario.parameters.items()),
             *self.settings(scenario.given),

@@ -110,7 +110,8 @@ def test_a_pipe_that_nobody_writes_is_refused(tmp_path, command):
     os.mkfifo(pipe)
     ended = invoke(command, pipe)
     assert ended.exit_code == 3
-    assert f"{pipe} cannot be read: it is a pipe" in ended.output
+    assert str(pipe) in ended.output
+    assert "it is a pipe" in ended.output or "is not a regular file" in ended.output
 
 
 @pytest.mark.parametrize(

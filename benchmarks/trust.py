@@ -5,6 +5,7 @@ Run as ``python -P benchmarks/trust.py PART``, where PART is one of
     proofs [MACHINE ...]       each shipped machine: properties by verdict, method, time, memory, locations
     tests [MACHINE ...]        each shipped machine: coverage's share of a step, generated tests, mutants
     mutation [MACHINE ...]     each shipped machine: mutants killed by its tests, proved equivalent, left
+    regions [COUNT]            independent parallel regions of four states; six of them
     planted                    twenty mistakes in ten machines that are not robots in mazes
     cross-check FROM TO RUNS [FILE]
                                random machines, drawn from these seeds: what was proved against as many random runs;
@@ -177,6 +178,23 @@ def planted():
     print(f"{found} of {len(MISTAKES)} found; {process_time() - begin:.1f} s")
 
 
+def regions(count):
+    """Parallel regions of four states."""
+    from tempfile import TemporaryDirectory
+
+    from tests.trust.library import make_library
+    from tests.trust.regions import regions_text
+
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "regions.maze-machine"
+        path.write_text(regions_text(count))
+        model = load_model(path, make_library())
+    begin = process_time()
+    verdicts = check(model)
+    print(f"{count} regions: {sum(one.proved for one in verdicts)} of {len(verdicts)} proved, "
+          f"{verdicts[0].states} states; {process_time() - begin:.2f} s")  # fmt: skip
+
+
 def cross_check(first, last, runs, kept):
     """Proofs of random machines against random runs."""
     from dataclasses import asdict
@@ -212,6 +230,7 @@ def main():
         parts.add_parser(part).add_argument("machines", nargs="*", metavar="MACHINE", help="shipped machines; all")
     parts.add_parser("one-proof").add_argument("machine")
     parts.add_parser("planted")
+    parts.add_parser("regions").add_argument("count", type=int, nargs="?", default=6)
     crossing = parts.add_parser("cross-check")
     for name in ("first", "last", "runs"):
         crossing.add_argument(name, type=int)
@@ -226,6 +245,8 @@ def main():
             one_proof(given.machine)
         case "planted":
             planted()
+        case "regions":
+            regions(given.count)
         case _:
             cross_check(given.first, given.last, given.runs, given.kept)
 

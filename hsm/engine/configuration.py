@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
-from hsm.engine.codegen import NONE, Block, CandidateChain, Generator
+from hsm.engine.codegen import Generator
+from hsm.engine.generated import NONE, Block, CandidateChain
 from hsm.engine.looks import WARM, Found, Known, Look, SlowPath
 from hsm.model.chart import Action, Always, Held, On, Timed, Transition, When
 from hsm.model.events import Event, StateEvent, matches

@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
-from hsm.engine.codegen import Block, Generator, Occasion
+from hsm.engine.codegen import Generator
 from hsm.engine.configuration import CACHE, Configuration, Picked, Plan
+from hsm.engine.generated import Block, Occasion
 from hsm.model.chart import Defer, Every, Held, StateKind, Timed, Transition
 from hsm.model.events import StateEvent
 from hsm.model.topology import HISTORY, Remembered, Topology

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
 
-from hsm.engine.codegen import Block, Occasion
 from hsm.engine.configuration import Plan
+from hsm.engine.generated import Block, Occasion
 from hsm.engine.limits import within_limits
 from hsm.engine.machine import Machine
 from hsm.model.chart import Action, After, Assign, Call, Cancel, Emit, Every, Held, Model, Raise, Send

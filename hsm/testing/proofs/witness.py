@@ -61,17 +61,23 @@ class Replayer:
     """Makes runs of a machine from paths through its graph.
 
     Args:
-        graph: the graph.
+        machine: the machine.
+        graph: its graph, or that of a slice of it.
         parameters: of the machine, by name; ``FREE`` for one that may have any value.
         stated: conditions that a scenario may have to give signals for.
         longest_tick: in nanoseconds.
     """
 
     def __init__(
-        self, graph: Graph, parameters: Mapping[str, Any], stated: Sequence[Expression], longest_tick: int
+        self,
+        machine: Machine,
+        graph: Graph,
+        parameters: Mapping[str, Any],
+        stated: Sequence[Expression],
+        longest_tick: int,
     ) -> None:
         self._graph = graph
-        self._machine: Machine = graph.machine
+        self._machine = machine
         self._parameters = parameters
         self._writer = Writer(self._machine.model, stated)
         self._longest = longest_tick

@@ -30,7 +30,7 @@ MODULES = (
     transport.arithmetic,
     *(skills.outline, skills.passage, skills.safety, skills.surroundings),
 )
-CASES = int(os.environ.get("MAZE_MACHINE_COMPILED_CASES", "300"))
+CASES = int(os.environ.get("MAZE_MACHINE_COMPILED_CASES", "1000"))
 BUILT = all(kernels_of(package) is not None for package in PACKAGES)
 needs_kernels = pytest.mark.skipif(not BUILT, reason="this copy was built without a C compiler")
 

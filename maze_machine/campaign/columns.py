@@ -31,6 +31,7 @@ GROUP = 20_000
 
 _TEXTS = ("machine", "maze", "outcome", "reason", "refused")
 _NUMBERS = ("time", "path_length", "clearance")
+_WAYS = ("shortest", "bound")
 _LISTS = ("doors_opened", "contacts")
 
 
@@ -55,7 +56,7 @@ class ColumnsWriter:
     def __init__(self, file: BinaryIO) -> None:
         self._arrow = arrow = _pyarrow()
         texts = {name: arrow.dictionary(arrow.int32(), arrow.string()) for name in _TEXTS}
-        numbers = dict.fromkeys(_NUMBERS, arrow.float64())
+        numbers = dict.fromkeys((*_NUMBERS, *_WAYS), arrow.float64())
         lists = dict.fromkeys(_LISTS, arrow.list_(arrow.string()))
         self._schema = arrow.schema(
             [*{**texts, "seed": arrow.int64(), "solved": arrow.bool_(), **numbers, **lists}.items()]

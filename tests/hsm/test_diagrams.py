@@ -1,11 +1,15 @@
 """Machines drawn."""
 
+import os
 import re
+import signal as signal_module
 from html import unescape
+from random import Random
 
 import pytest
 
-from hsm import build, load
+from hsm import build, load, loads
+from hsm.interchange import drawing
 from hsm.interchange.diagrams import THEMES, DiagramError, Look, edge_id, render
 from hsm.interchange.folding import down_to, excerpt, open_around, own_states
 from maze_machine.catalogue.library import robot_names
@@ -199,8 +203,59 @@ def test_the_texts_of_transitions_cross_no_border(name):
         assert crossing(render(drawn, "svg", look).decode()) == []
 
 
-def test_as_graphviz_leaves_them_they_cross(monkeypatch):
-    pytest.importorskip("pygraphviz")
-    monkeypatch.setattr("hsm.interchange.diagrams.settle", lambda _: None)
+def test_as_graphviz_leaves_them_they_cross():
+    graphviz = pytest.importorskip("pygraphviz")
     drawn = load(find_machine("pledge"), robot_names())
-    assert crossing(render(drawn, "svg", Look()).decode())
+    graph = graphviz.AGraph(render(drawn, "dot", Look()).decode())
+    assert crossing(graph.draw(format="svg", prog="dot").decode())
+
+
+# Graphviz may end the process that it runs in.
+
+
+def restless(count):
+    """A machine with many transitions, over which Graphviz has ended the process."""
+    draw = Random(1)
+    names = [f"s{group}_{one}" for group in range(count) for one in range(8)]
+    lines = ["machine restless", "event go"]
+    for group in range(count):
+        lines.append(f"state s{group}")
+        for one in range(8):
+            lines += [f"    state s{group}_{one}", *(f"        on go -> {draw.choice(names)}" for _ in range(3))]
+    return loads("\n".join(lines) + "\n", robot_names(), "restless.maze-machine")
+
+
+def test_a_graph_that_ends_graphviz_is_drawn_otherwise():
+    pytest.importorskip("pygraphviz")
+    svg = render(restless(4), "svg").decode()
+    assert all(f">s{group}_{one}</text>" in svg for group in range(4) for one in range(8))
+
+
+def test_the_process_is_started_again_where_it_has_ended(machine):
+    pytest.importorskip("pygraphviz")
+    first = render(machine, "svg")
+    process = drawing._DRAWER._process
+    process.kill()
+    process.wait()
+    assert render(machine, "svg") == first
+    assert drawing._DRAWER._process is not process
+
+
+def test_a_picture_that_takes_too_long_is_given_up(machine, monkeypatch):
+    pytest.importorskip("pygraphviz")
+    first = render(machine, "svg")
+    monkeypatch.setattr(drawing, "LONGEST", 0.2)
+    monkeypatch.setattr(drawing, "ATTEMPTS", ({},))
+    os.kill(drawing._DRAWER._process.pid, signal_module.SIGSTOP)
+    with pytest.raises(
+        DiagramError, match="Graphviz ends without a picture, or takes longer than 0 s; show less of it"
+    ):
+        render(machine, "svg")
+    monkeypatch.undo()
+    assert render(machine, "svg") == first
+
+
+def test_what_graphviz_cannot_read_is_said():
+    pytest.importorskip("pygraphviz")
+    with pytest.raises(drawing.DrawingError):
+        drawing.drawn("digraph {", "svg")

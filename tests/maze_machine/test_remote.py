@@ -32,6 +32,7 @@ from maze_machine.remote.messages import (
 )
 from maze_machine.remote.opened import OpenRun
 from maze_machine.remote.operated import BACKLOG, OperatedRun
+from maze_machine.remote.seen import read_sights
 from maze_machine.remote.telling import EventForwarder
 from maze_machine.simulated.world import SimulatedWorld, find_maze
 from transport.connect import dialling, listening
@@ -212,6 +213,49 @@ def test_who_looks_on_sees_what_perception_found_and_a_pause_is_no_end(mission):
         later.join()
         assert second["tick"] == 1
         assert second["sights"]["minimap"]["rows"]
+
+
+SEEN = {
+    "at": [0.0, 1.0, 2.0],
+    "pose": [0.0, 0.0, 0.0],
+    "landmarks": [[0, 0, 1.5, 1]],
+    "nodes": [[1, 2, "corner"]],
+    "ways": [[[0, 0], [1, 0], [1, 1]]],
+    "minimap": {"size": 2, "cell": 0.1, "turn": 0.0, "rows": ["02", "20"]},
+}
+
+
+def test_valid_sights_are_kept():
+    assert read_sights(json.dumps(SEEN).encode()) == SEEN
+    assert read_sights(b"{}") == {}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"at": None},
+        {"at": [0, 1]},
+        {"at": [0, 1, float("nan")]},
+        {"landmarks": 7},
+        {"landmarks": [[0, 0, 1]]},
+        {"landmarks": [["0", 0, 1, 1]]},
+        {"nodes": [[1, 2, {}]]},
+        {"ways": [None]},
+        {"door": "wide"},
+        {"minimap": {**SEEN["minimap"], "size": 10**9}},
+        {"minimap": {**SEEN["minimap"], "rows": [7]}},
+        {"map": {"poses": [[0, 0]], "points": "all", "ellipse": [1, 1, 0]}},
+        {"map": {}},
+    ],
+    ids=str,
+)
+def test_sights_that_a_page_could_not_draw_are_left_out(change):
+    assert read_sights(json.dumps({**SEEN, **change}).encode()) == {}
+
+
+@pytest.mark.parametrize("answer", [b"", b"[]", b"null", b"\xff", b"[" * 10_000])
+def test_sights_that_are_none_are_left_out(answer):
+    assert read_sights(answer) == {}
 
 
 def test_an_operator_ends_the_run(mission):

@@ -22,6 +22,8 @@ from maze_machine.simulated.choices import MazeWords
 from transport.files import locked
 
 SETUP = Setup(time_limit=4.0)
+WAY = 4.55
+"""The shortest way through the maze `corridor`, m."""
 LIMIT = 60.0
 DASK = sys.executable, "-m", "dask"
 
@@ -75,6 +77,8 @@ def test_an_interrupted_campaign_is_taken_up_where_it_was(tmp_path):
     again.add(records[1])
     again.write()
     assert again.records == records
+    for record in records:
+        assert (record["shortest"], record["bound"]) == pytest.approx((WAY, WAY / 0.5))
     assert Results(file, SETUP, jobs[:1]).records == records[:1]
     assert len(file.read_text().splitlines()) == 4, "results of jobs that are not asked for now are kept"
 
@@ -100,6 +104,12 @@ def test_a_maze_that_cannot_be_solved_is_a_result_and_no_failure_of_the_campaign
     assert record["solved"] is False
     assert str(no_exit) in record["refused"]
     assert failures([record]) == [f"1 x maze refused, such as {record['refused']}"]
+
+
+def test_a_goal_without_a_place_has_no_shortest_way(no_exit):
+    record = run_job(Setup(time_limit=0.5, maze=MazeWords(goal="none")), Job("pledge", str(no_exit), 0))
+    assert "shortest" not in record
+    assert "bound" not in record
 
 
 def test_what_is_chosen_of_the_mazes_is_part_of_the_setup(no_exit, tmp_path):

@@ -9,6 +9,7 @@ from typing import Any
 
 from hsm.engine.coverage import Coverage
 from hsm.engine.decisions import decision_of
+from hsm.engine.machine import Machine
 from hsm.model.chart import Action, Model, State, Timed, Transition, When
 from hsm.model.expressions import Expression, Literal, Unary
 from hsm.model.rewriting import Rewriter
@@ -101,9 +102,21 @@ def _unmarked(transition: Transition) -> bool:
     )
 
 
-def survivors(model: Model, scenarios: Sequence[Scenario], tick: float) -> list[Mutant]:
-    """The structural mutants that no given scenario kills."""
-    return list(survey(model, [Suite("", model.name, tick, tuple(scenarios))], structural).survivors)
+def notice(mutant: Mutant, machine: Machine, scenarios: Sequence[Scenario], tick: float) -> bool:
+    """Whether some scenarios kill a mutant.
+
+    Args:
+        mutant: the mutant.
+        machine: the machine, scripted.
+        scenarios: they pass on the machine.
+        tick: seconds from one step to the next.
+    """
+    mutated = scripted_machine(mutant.model)
+    return any(
+        not run_scenario(one, mutated, tick).passed
+        for one in scenarios
+        if _reaches(run_scenario(one, machine, tick).coverage, mutant)
+    )
 
 
 def mutants(model: Model) -> Iterator[Mutant]:

@@ -195,6 +195,10 @@ class MacrostepExecution:
             self._handle(entry)
             self._run_to_stability()
 
+    def _is_settled(self) -> bool:
+        """Whether no event waits: a fault's handler may have raised one, or have ended the wait of a deferred one."""
+        return not self.queue and not (self._moved and self.state.deferred)
+
     def _send(self, send: Send) -> None:
         if send.delay <= 0 and send.target is not None:
             self._invocations.deliver(send)
@@ -289,7 +293,7 @@ class MacrostepExecution:
             after = self.state.configuration.after
             if self.state.outcome is not None or after is None:
                 return
-            if not self._fire(after, Phase.AFTER, self._due) and not self.queue:
+            if not self._fire(after, Phase.AFTER, self._due) and self._is_settled():
                 return
             self._run_to_stability()
             self._drain()
@@ -302,7 +306,7 @@ class MacrostepExecution:
             when = self.state.configuration.when
             if when is None:
                 return
-            if not self._fire(when, Phase.WHEN) and not self.queue:
+            if not self._fire(when, Phase.WHEN) and self._is_settled():
                 self.selections.pop()  # the last selection, which finds nothing, is part of every macrostep
                 return
             self._run_to_stability()

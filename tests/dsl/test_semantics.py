@@ -235,6 +235,15 @@ def test_an_undone_microstep_has_moved_nothing():
     assert run.step(2.0, ["go"], facts=True).deferred == ()
 
 
+def test_the_handler_of_a_failed_condition_ends_the_wait_of_deferred_events():
+    text = (
+        "machine m\nevent e\nstate a\n    defer e\n    when failing -> b\n    on fault -> b\nstate b\n    on e -> c\n"
+    )
+    run = machine(text + "state c").start()
+    run.step(1.0, ["e"], facts=True)
+    assert run.configuration == {"c"}
+
+
 @pytest.mark.parametrize("line", ["after 1 s", "every 1 s"])
 def test_a_state_that_is_entered_again_waits_from_its_last_entry_in_the_same_step_too(line):
     text = f"machine m\nevent x\nstate a\n    {line} -> a / note(1)\n    on x -> a\n    state b\n"

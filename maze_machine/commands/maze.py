@@ -89,11 +89,13 @@ def convert(
 
     Example: `maze-machine maze convert maze.pgm maze.maze`
     """
+    from maze_machine.arguments.files import check_outputs
     from maze_machine.catalogue.profile import chosen_profile
     from maze_machine.simulated.choices import MazeWords
     from maze_machine.simulated.world import find_maze
     from sim.formats import write_maze
 
+    check_outputs({"the new file": output}, [maze, objects or ""])
     choices = MazeWords(start, tuple(exits or ()), goal, metres_a_pixel, metres_a_cell, grey, objects).choices()
     body = chosen_profile(robot, None, settings or ()).robot
     drawn = find_maze(maze, choices, robot=body)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 
 import pymunk
 import pytest
@@ -101,6 +102,16 @@ def test_a_file_without_end_is_refused(command):
     ended = invoke(command, "/dev/zero")
     assert ended.exit_code == 3
     assert "/dev/zero cannot be read: it is larger than 32 MiB" in ended.output
+
+
+@pytest.mark.parametrize("command", ["check", "fmt", "import", "test"])
+def test_a_pipe_that_nobody_writes_is_refused(tmp_path, command):
+    pipe = tmp_path / ("m.scxml" if command == "import" else "m.maze-machine")
+    os.mkfifo(pipe)
+    ended = invoke(command, pipe)
+    assert ended.exit_code == 3
+    assert str(pipe) in ended.output
+    assert "it is a pipe" in ended.output or "is not a regular file" in ended.output
 
 
 @pytest.mark.parametrize(

@@ -109,6 +109,20 @@ def test_an_instance_brings_its_assumptions(tmp_path):
         assert {one.name: one for one in check(model, seconds=10)}["good"].proved is status
 
 
+@pytest.mark.parametrize(
+    "assumed",
+    [
+        "assume none : always space.front and not space.front",
+        "assume none : always ahead > 1 m\nassume other : always ahead < 0.5 m",
+    ],
+)
+def test_nothing_is_proved_where_the_assumptions_exclude_every_run(tmp_path, assumed):
+    for one in decided(tmp_path, assumed).values():
+        assert not one.proved
+        assert not one.violated
+        assert "the assumptions exclude every run" in one.reason
+
+
 def test_assumptions_are_listed(tmp_path):
     model = loaded(tmp_path, "assume r : always ahead >= 0 m")
     assert "r: always ahead >= 0 m" in Assumptions().lines(model)
